@@ -1,0 +1,52 @@
+"""The command's face: its verbs, `--version`, and how it ends.
+
+Whatever is heavy is imported by the verb that uses it, so that `--help` is quick
+and `info`, `verify` and `decode` need neither torch nor OpenCV.
+"""
+
+from typing import Annotated
+
+import typer
+
+from quarc_ref import __version__
+from quarc_ref.cli import capture_verbs, stream_verbs
+from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
+
+app = typer.Typer(
+    name="quarc-ref",
+    help="Encode, decode and measure .quarc streams: free-viewpoint video as moving Gaussians.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("encode")(capture_verbs.encode)
+app.command("decode")(stream_verbs.decode_frames)
+app.command("verify")(stream_verbs.verify)
+app.command("info")(stream_verbs.info)
+app.command("eval")(capture_verbs.evaluate)
+app.command("synth")(capture_verbs.synth)
+app.command("demo")(capture_verbs.demo)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        version = f"{VERSION_MAJOR}.{VERSION_MINOR}"
+        typer.echo(f"quarc-ref {__version__}, format {version}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the versions.", is_eager=True, callback=_print_version
+        ),
+    ] = False,
+) -> None:
+    del version
+
+
+def main() -> None:
+    """Run the command."""
+    app()

@@ -1,0 +1,194 @@
+"""The verbs that need a capture: encode, eval, synth, demo."""
+
+import time
+from functools import partial
+from pathlib import Path
+from statistics import mean
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import AsJson, CaptureFolder, Force, Quiet, StreamFile
+from quarc_ref.cli.output import (
+    TerminalProgress,
+    print_json,
+    print_table,
+    written_file,
+    written_folder,
+)
+from quarc_ref.cli.stream_verbs import describe
+
+if TYPE_CHECKING:
+    from quarc_ref.encoder.config import EncoderConfig
+    from quarc_ref.evaluation.evaluate import Evaluation
+
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, such as motion.rate=5e-4."),
+]
+_PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs."
+
+
+def encode(
+    capture: CaptureFolder,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="Stream to write.")
+    ],
+    frames: Annotated[
+        int | None, typer.Option("--frames", min=1, help="Frames to encode.", show_default="all")
+    ] = None,
+    downscale: Annotated[
+        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
+    ] = 1,
+    preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "draft",
+    settings: Settings = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of every draw.")] = 0,
+    held_out: Annotated[
+        list[str] | None,
+        typer.Option("--held-out", help="Camera to keep for eval.", show_default="the first"),
+    ] = None,
+    device: Annotated[
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where to train.")
+    ] = "auto",
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Encode multi-view video into a stream."""
+    with reported_faults():
+        config = _configure(preset, settings or [], seed)
+        from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+        from quarc_ref.encoder import EncodeOptions
+        from quarc_ref.encoder import encode as encode_capture
+        from quarc_ref.evaluation.inspect_stream import inspect_stream
+
+        opened = open_capture(capture, CaptureOptions(downscale, tuple(held_out or ())))
+        begun = time.monotonic()
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_file(output, force=force) as sink,
+        ):
+            encode_capture(opened, sink, EncodeOptions(config, frames, device, progress))
+        seconds = round(time.monotonic() - begun, 1)
+        summary = inspect_stream(output.read_bytes())
+        if as_json:
+            print_json({"file": str(output), **summary.as_json(), "seconds": seconds})
+        else:
+            print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})
+
+
+def evaluate(
+    file: StreamFile,
+    capture: CaptureFolder,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="DIR", help="Write a page with pictures.")
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure a stream on the held-out cameras, decoded from the file."""
+    with reported_faults():
+        from quarc_ref.evaluation.evaluate import MismatchError, evaluate_stream
+
+        with TerminalProgress(quiet=quiet) as progress:
+            try:
+                evaluation = evaluate_stream(file.read_bytes(), capture, progress.advance)
+            except MismatchError as error:
+                raise UsageError(str(error)) from error
+        page = None
+        if report is not None:
+            from quarc_ref.evaluation.report import write_report
+
+            page = write_report(evaluation, report)
+        _show_evaluation(file, evaluation, page, as_json=as_json)
+
+
+def synth(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make.")],
+    width: Annotated[int, typer.Option("--width", min=16, help="Pixels.")] = 160,
+    height: Annotated[int, typer.Option("--height", min=16, help="Pixels.")] = 120,
+    frames: Annotated[int, typer.Option("--frames", min=1, help="Frames, 30 a second.")] = 24,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of colors and motions.")] = 0,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Ray-trace a synthetic capture in N3DV's layout: cam00 held out, 12 cameras to train."""
+    with reported_faults():
+        from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
+
+        options = SynthOptions(width, height, frames, seed=seed)
+        with TerminalProgress(quiet=quiet) as progress:
+            write_synthetic_capture(folder, options, partial(progress.advance, "synth"))
+        if as_json:
+            print_json({"folder": str(folder), "frames": frames, "width": width, "height": height})
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
+    frames: Annotated[int, typer.Option("--frames", min=2, help="Frames, 30 a second.")] = 24,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of scene and training.")] = 0,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Do it all once: trace a capture, encode it, decode and measure it, write a report."""
+    with reported_faults():
+        config = _configure("draft", [*_DEMO_SETTINGS, *(settings or [])], seed)
+        from quarc_ref.datasets.synth import SynthOptions
+        from quarc_ref.evaluation.demo import run_demo
+
+        options = SynthOptions(frames=frames, seed=seed)
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_folder(output, force=force) as folder,
+        ):
+            made = run_demo(folder, options, config, progress)
+        page = output / made.report.relative_to(folder)
+        _show_evaluation(output / made.stream.name, made.evaluation, page, as_json=as_json)
+
+
+def _configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
+    """Return a preset with settings changed.
+
+    Raises:
+        UsageError: No such preset, setting or value.
+    """
+    from quarc_ref.encoder.presets import SettingError, change_setting, choose_preset
+
+    try:
+        config = choose_preset(preset)
+        for setting in settings:
+            key, _, value = setting.partition("=")
+            config = change_setting(config, key, value)
+        return change_setting(config, "seed", str(seed))
+    except SettingError as error:
+        raise UsageError(str(error)) from error
+
+
+def _show_evaluation(
+    file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
+) -> None:
+    summary, quality = evaluation.summary, evaluation.quality
+    if as_json:
+        report = {} if page is None else {"report": str(page)}
+        print_json({"file": str(file), **summary.as_json(), **quality.as_json(), **report})
+        return
+    lines = {
+        "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "
+        f"worst {min(quality.psnr):.2f}",
+        "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",
+    }
+    if page is not None:
+        lines["report"] = str(page)
+    print_table(file.name, describe(summary) | lines)
+
+
+# What makes the demo fit into a few minutes of two cores.
+_DEMO_SETTINGS = (
+    "canonical.iterations=2000",
+    "canonical.densify_until=1500",
+    "canonical.initial_gaussians=8000",
+    "canonical.max_gaussians=20000",
+)

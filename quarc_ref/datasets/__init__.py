@@ -1,0 +1,1 @@
+"""Captures: calibrated multi-view video as users have it on disk."""

@@ -1,0 +1,145 @@
+"""Where a camera stands and how its lens maps the world: what layouts tell of it.
+
+Loaders make `CalibratedCamera`s of whatever their files hold; `open_capture`
+makes pinholes of them and then `Camera`s. Axes are OpenCV's (x right, y down,
+z forward), and pixel centers are at +0.5, in lenses too: OpenCV itself and
+poses of OpenGL kind are converted where they come in.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Numbers = NDArray[np.float64]
+
+_ORTHONORMAL_TOLERANCE = 1e-3  # poses are often written with four digits
+_NEAR_QUANTILE = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """Size, focal lengths, principal point and distortion of a camera.
+
+    Attributes:
+        width: Pixels.
+        height: Pixels.
+        fx: Focal length, pixels.
+        fy: Focal length, pixels.
+        cx: Principal point, pixels.
+        cy: Principal point, pixels.
+        coefficients: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV's radial and
+            tangential model, as many as matter; k1 to k4 of its fisheye model.
+        fisheye: Whether the model is the fisheye one.
+
+    Raises:
+        ValueError: A number is not finite, or a size or focal length not positive.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    coefficients: tuple[float, ...] = ()
+    fisheye: bool = False
+
+    def __post_init__(self) -> None:
+        numbers = (self.fx, self.fy, self.cx, self.cy, *self.coefficients)
+        if not all(math.isfinite(number) for number in numbers):
+            message = "an intrinsic number is not finite"
+            raise ValueError(message)
+        if min(self.width, self.height, self.fx, self.fy) <= 0:
+            message = "sizes and focal lengths must be positive"
+            raise ValueError(message)
+
+    @property
+    def is_pinhole(self) -> bool:
+        """Whether straight lines stay straight; a fisheye without coefficients bends them."""
+        return not self.fisheye and not any(self.coefficients)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """The way from world to camera.
+
+    Attributes:
+        rotation: `[3, 3]` world to camera.
+        translation: `[3]` world to camera, world units.
+    """
+
+    rotation: Numbers
+    translation: Numbers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibratedCamera:
+    """A camera as a layout describes it.
+
+    Attributes:
+        name: As the capture names it.
+        lens: Of the pictures on disk, or of those made pinhole pictures.
+        pose: Where it stands.
+        near: Least depth of the scene, world units; None to find it from the points.
+    """
+
+    name: str
+    lens: Lens
+    pose: Pose
+    near: float | None = None
+
+
+def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
+    """Return the pose of a camera from its axes in the world.
+
+    Args:
+        axes: `[3, 3]` camera to world; columns right, down, forward.
+        center: `[3]` where the camera is, world units.
+
+    Returns:
+        The pose; the rotation is the nearest to `axes` that is exactly one.
+
+    Raises:
+        ValueError: The numbers are not finite, or the axes no rotation.
+    """
+    columns = np.asarray(axes, dtype=np.float64)
+    origin = np.asarray(center, dtype=np.float64)
+    if not (np.isfinite(columns).all() and np.isfinite(origin).all()):
+        message = "the pose has a number that is not finite"
+        raise ValueError(message)
+    if np.abs(columns.T @ columns - np.eye(3)).max() > _ORTHONORMAL_TOLERANCE:
+        message = "the axes of the pose are not orthonormal"
+        raise ValueError(message)
+    if np.linalg.det(columns) < 0:
+        message = "the axes of the pose are left-handed: an axis is flipped"
+        raise ValueError(message)
+    left, _, right = np.linalg.svd(columns)
+    rotation = (left @ right).T
+    return Pose(rotation, -rotation @ origin)
+
+
+def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) -> Numbers:
+    """Return the depths of the points that a pinhole camera can see.
+
+    Args:
+        camera: Its lens a pinhole.
+        positions: `[P, 3]` world units.
+
+    Returns:
+        `[V]` depths of those in front of the camera and inside its picture.
+    """
+    lens = camera.lens
+    x, y, z = (positions @ camera.pose.rotation.T + camera.pose.translation).T
+    in_front = z > 0
+    x, y, z = x[in_front], y[in_front], z[in_front]
+    across, down = lens.fx * x + lens.cx * z, lens.fy * y + lens.cy * z
+    inside = (across >= 0) & (across <= lens.width * z) & (down >= 0) & (down <= lens.height * z)
+    depths: Numbers = z[inside]
+    return depths
+
+
+def choose_near(depths: Numbers) -> float:
+    """Return the near bound of a camera: beneath it lie 1 % of the depths, at least one given."""
+    return float(np.quantile(depths, _NEAR_QUANTILE))

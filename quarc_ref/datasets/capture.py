@@ -1,0 +1,113 @@
+"""A capture: calibrated cameras and their pictures, frame by frame.
+
+Loaders (`n3dv`, `colmap`, `transforms_json`) make a `Capture`; encoder and
+evaluation know nothing of where it came from. Pictures are decoded when asked
+for and kept in a cache of bounded size.
+"""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.format.records import Camera
+
+Image = NDArray[np.uint8]
+_CACHE_BYTES = 1 << 28
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Initial points of a scene.
+
+    Attributes:
+        positions: `[P, 3]` world units.
+        colors: `[P, 3]` sRGB, 0 to 255.
+    """
+
+    positions: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+
+
+class PictureSource(Protocol):
+    """Where pictures come from."""
+
+    def read(self, camera: int, frame: int) -> Image:
+        """Return `[H, W, 3]` sRGB of a camera's frame, an array of its own.
+
+        Raises:
+            CaptureError: The picture cannot be read.
+        """
+        ...
+
+
+class Capture:
+    """Multi-view video of one scene.
+
+    Args:
+        name: For reports.
+        cameras: In the order of their names; undistorted, at the size of `image`.
+        frame_count: Frames that every camera has.
+        frames_per_second: Of all cameras.
+        points: Initial points, from frame 0.
+        source: Where pictures come from.
+        fingerprint: A digest of the files that the capture is made of, hex.
+        cache_bytes: Pictures kept, at most.
+    """
+
+    def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
+        self,
+        name: str,
+        cameras: Sequence[Camera],
+        frame_count: int,
+        frames_per_second: float,
+        points: Points,
+        source: PictureSource,
+        fingerprint: str,
+        cache_bytes: int = _CACHE_BYTES,
+    ) -> None:
+        self.name = name
+        self.cameras = tuple(cameras)
+        self.frame_count = frame_count
+        self.frames_per_second = frames_per_second
+        self.points = points
+        self.fingerprint = fingerprint
+        self._source = source
+        self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
+        self._cache_bytes = cache_bytes
+
+    @property
+    def training(self) -> tuple[int, ...]:
+        """Indices of the cameras to train with."""
+        return tuple(i for i, camera in enumerate(self.cameras) if not camera.held_out)
+
+    @property
+    def held_out(self) -> tuple[int, ...]:
+        """Indices of the cameras kept for evaluation."""
+        return tuple(i for i, camera in enumerate(self.cameras) if camera.held_out)
+
+    def image(self, camera: int, frame: int) -> Image:
+        """Return `[H, W, 3]` sRGB of a camera's frame, read-only.
+
+        Raises:
+            CaptureError: The picture cannot be read.
+            ValueError: There is no such frame.
+        """
+        if not 0 <= frame < self.frame_count:
+            message = f"frame {frame} of a capture of {self.frame_count}"
+            raise ValueError(message)
+        key = (camera, frame)
+        if key not in self._cache:
+            picture = self._source.read(camera, frame)
+            picture.setflags(write=False)
+            self._cache[key] = picture
+        self._cache.move_to_end(key)
+        while len(self._cache) > 1 and self._cached_bytes() > self._cache_bytes:
+            self._cache.popitem(last=False)
+        return self._cache[key]
+
+    def _cached_bytes(self) -> int:
+        return sum(picture.nbytes for picture in self._cache.values())

@@ -1,0 +1,57 @@
+"""Whether the binary files of a COLMAP model are all there.
+
+pycolmap takes a file at its word: of one that breaks off, it can read numbers
+that are not there and allocate by them. So the records of images and points,
+whose lengths vary, are walked through before it opens the files.
+"""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+_COUNT = struct.Struct("<Q")
+_POSE_BYTES = 4 + 7 * 8 + 4  # image id, quaternion and translation, camera id
+_OBSERVATION_BYTES = 2 * 8 + 8  # pixel, point id
+_POINT_BYTES = 8 + 3 * 8 + 3 + 8  # point id, position, color, error
+_TRACK_BYTES = 4 + 4  # image id, index of the observation
+
+
+def require_whole(folder: Path) -> None:
+    """Prove that the records of a model's binary files end with the files.
+
+    Args:
+        folder: Of the model; files that are not there are passed over.
+
+    Raises:
+        OSError: A file cannot be read.
+        ValueError: A file ends too early, or too late.
+    """
+    for name, skip in (("images.bin", _skip_image), ("points3D.bin", _skip_point)):
+        path = folder / name
+        if path.is_file() and not _ends_with_records(path.read_bytes(), skip):
+            message = f"{name} is not as long as its records"
+            raise ValueError(message)
+
+
+def _ends_with_records(data: bytes, skip: Callable[[bytes, int], int]) -> bool:
+    try:
+        (count,) = _COUNT.unpack_from(data)
+        position = _COUNT.size
+        for _ in range(count):
+            position = skip(data, position)
+    except (struct.error, ValueError):
+        return False
+    return position == len(data)
+
+
+def _skip_image(data: bytes, position: int) -> int:
+    """Return where the record after an image's begins."""
+    name_end = data.index(b"\0", position + _POSE_BYTES)
+    (count,) = _COUNT.unpack_from(data, name_end + 1)
+    return name_end + 1 + _COUNT.size + _OBSERVATION_BYTES * int(count)
+
+
+def _skip_point(data: bytes, position: int) -> int:
+    """Return where the record after a point's begins."""
+    (count,) = _COUNT.unpack_from(data, position + _POINT_BYTES)
+    return position + _POINT_BYTES + _COUNT.size + _TRACK_BYTES * int(count)

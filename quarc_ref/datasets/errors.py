@@ -1,0 +1,55 @@
+"""What can be wrong with a capture, by name; each message says what to fix.
+
+    CaptureError
+    ├── UnknownLayoutError      the folder is no capture that we know
+    ├── MissingFileError        a file that the layout needs is not there
+    ├── MissingCameraError      poses and pictures do not name the same cameras
+    ├── CountMismatchError      cameras differ in frames, or poses in cameras
+    ├── TruncatedVideoError     a video ends before it should
+    ├── UnreadableVideoError    a video or picture cannot be decoded
+    ├── UnreadablePoseError     a pose file is malformed, or its numbers no pose
+    ├── UnsupportedCameraError  a camera model that cannot be made a pinhole
+    └── UnreadablePointsError   initial points are malformed, or cannot be found
+
+None of them is a fault of the program: catch `CaptureError` and show its message.
+"""
+
+
+class CaptureError(Exception):
+    """A capture that cannot be used as it is."""
+
+
+class UnknownLayoutError(CaptureError):
+    """The folder is no capture of a layout that is known."""
+
+
+class MissingFileError(CaptureError):
+    """A file that the layout needs is not there."""
+
+
+class MissingCameraError(CaptureError):
+    """Poses and pictures do not name the same cameras."""
+
+
+class CountMismatchError(CaptureError):
+    """Cameras differ in their number of frames, or poses in their number of cameras."""
+
+
+class TruncatedVideoError(CaptureError):
+    """A video ends before its header says, or before the frame asked for."""
+
+
+class UnreadableVideoError(CaptureError):
+    """A video or a picture cannot be decoded."""
+
+
+class UnreadablePoseError(CaptureError):
+    """A pose file is malformed, or its numbers are no pose."""
+
+
+class UnsupportedCameraError(CaptureError):
+    """A camera model that cannot be turned into a pinhole."""
+
+
+class UnreadablePointsError(CaptureError):
+    """Initial points are malformed, or none could be triangulated."""

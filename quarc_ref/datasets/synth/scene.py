@@ -1,0 +1,68 @@
+"""The synthetic scene: a playroom, as a stage for every moment.
+
+A ball bounces in front of a robot that dances and waves, between a crate on a
+turning table and a blob on a stool; a train goes around them all, below a
+mobile. Behind them the door of a cabinet slides open and a screen changes: the
+only things that come to light, and do not merely move.
+"""
+
+from dataclasses import dataclass
+
+from quarc_ref.datasets.synth.furniture import (
+    make_cabinet,
+    make_floor_pieces,
+    make_room,
+    make_screen,
+    make_wall_pieces,
+    share_open,
+)
+from quarc_ref.datasets.synth.options import draw
+from quarc_ref.datasets.synth.paints import Palette, choose_palette
+from quarc_ref.datasets.synth.robot import make_robot
+from quarc_ref.datasets.synth.stage import Stage, pack_stage
+from quarc_ref.datasets.synth.toys import (
+    make_ball,
+    make_blob,
+    make_crate,
+    make_mobile,
+    make_train,
+)
+
+_DELAY = 0.1  # seconds, at most, by which the seed delays door and screen
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What a seed has chosen.
+
+    Attributes:
+        palette: Colors.
+        phases: Of ball, crate, blob, mobile, train, robot, door, screen and
+            patterns, in turns.
+    """
+
+    palette: Palette
+    phases: tuple[float, ...]
+
+    def at_time(self, time: float) -> Stage:
+        """Return the scene at a time in seconds."""
+        colors = self.palette
+        ball, crate, blob, mobile, train, robot, door, screen, pattern = self.phases
+        groups = [
+            *make_robot(time, robot, colors),
+            make_ball(time, ball, colors),
+            make_crate(time, crate, colors),
+            make_blob(time, blob, colors),
+            *make_train(time, train, colors),
+            make_mobile(time, mobile, colors),
+            make_cabinet(share_open(time, _DELAY * door), pattern, colors),
+            make_screen(share_open(time, _DELAY * (1 + screen)), colors),
+            *make_wall_pieces(pattern, colors),
+            *make_floor_pieces(pattern, colors),
+        ]
+        return pack_stage(groups, make_room(pattern, colors))
+
+
+def make_scene(seed: int) -> Scene:
+    """Return the scene of a seed."""
+    return Scene(choose_palette(seed), tuple(draw(seed, "phases", 9).tolist()))

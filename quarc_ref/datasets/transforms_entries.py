@@ -1,0 +1,164 @@
+"""What nerfstudio's `transforms.json` says, parsed and checked.
+
+Intrinsics may be given once for all entries, or with each, which then counts.
+Matrices map camera to world with OpenGL's axes: right, up, backwards. Nothing
+here looks at pictures.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.datasets.calibration import Lens, Pose, make_pose
+from quarc_ref.datasets.errors import (
+    MissingFileError,
+    UnreadablePoseError,
+    UnsupportedCameraError,
+)
+
+_COEFFICIENTS = {
+    "PINHOLE": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+    "OPENCV": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+    "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
+}
+_DEFAULT_MODEL = "OPENCV"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A picture, or a video.
+
+    Attributes:
+        path: As the file has it, from its folder on.
+        lens: Of the picture.
+        matrix: 3x4 camera to world in OpenGL's axes, row by row.
+        time: Of the picture, if it is told.
+    """
+
+    path: str
+    lens: Lens
+    matrix: tuple[float, ...]
+    time: float | None
+
+    def pose(self) -> Pose:
+        """Return the pose in the package's axes.
+
+        Raises:
+            ValueError: The matrix is no pose.
+        """
+        right, up, backwards, center = np.array(self.matrix).reshape(3, 4).T
+        return make_pose(np.stack([right, -up, -backwards], axis=1), center)
+
+
+@dataclass(frozen=True, slots=True)
+class Transforms:
+    """A whole file.
+
+    Attributes:
+        entries: As they come, at least one.
+        frames_per_second: If it is told.
+        points: Name of the points' file, if there is one.
+    """
+
+    entries: tuple[Entry, ...]
+    frames_per_second: float | None
+    points: str | None
+
+
+def read_transforms(path: Path) -> Transforms:
+    """Return what a file says.
+
+    Raises:
+        MissingFileError: The file cannot be read.
+        UnreadablePoseError: It is malformed, or lacks a number.
+        UnsupportedCameraError: Its camera model is none that can be straightened.
+    """
+    try:
+        return _parse_document(json.loads(path.read_bytes()))
+    except OSError as error:
+        message = f"{path} cannot be read: {error}"
+        raise MissingFileError(message) from error
+    except (OverflowError, RecursionError, TypeError, ValueError) as error:
+        message = f"{path} is no transforms.json of nerfstudio: {error}"
+        raise UnreadablePoseError(message) from error
+
+
+def _parse_document(document: object) -> Transforms:
+    if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
+        message = "it has no list of 'frames'"
+        raise TypeError(message)
+    entries = []
+    for index, frame in enumerate(document["frames"]):
+        if not isinstance(frame, dict):
+            message = f"frame {index} is no object"
+            raise TypeError(message)
+        entries.append(_parse_entry({**document, **frame}))
+    if not entries:
+        message = "its list of 'frames' is empty"
+        raise ValueError(message)
+    rate = _number(document, "fps") if "fps" in document else None
+    if rate is not None and rate <= 0:
+        message = f"'fps' is {rate:g}"
+        raise ValueError(message)
+    points = _text(document, "ply_file_path") if "ply_file_path" in document else None
+    return Transforms(tuple(entries), rate, points)
+
+
+def _parse_entry(values: Mapping[str, object]) -> Entry:
+    path = _text(values, "file_path")
+    try:
+        time = _number(values, "time") if "time" in values else None
+        return Entry(path, _parse_lens(values), _parse_matrix(values), time)
+    except (TypeError, ValueError) as error:
+        message = f"frame {path}: {error}"
+        raise ValueError(message) from error
+
+
+def _parse_matrix(values: Mapping[str, object]) -> tuple[float, ...]:
+    """Return the first three rows of the matrix, row by row."""
+    matrix = np.array(values.get("transform_matrix"), dtype=np.float64)
+    if matrix.shape not in ((4, 4), (3, 4)):
+        message = "its 'transform_matrix' is not 4x4"
+        raise ValueError(message)
+    return tuple(matrix[:3].ravel().tolist())
+
+
+def _parse_lens(values: Mapping[str, object]) -> Lens:
+    model = values.get("camera_model", _DEFAULT_MODEL)
+    if model not in _COEFFICIENTS:
+        message = f"camera model {model} is not supported, but {', '.join(_COEFFICIENTS)} are"
+        raise UnsupportedCameraError(message)
+    width, height = _number(values, "w"), _number(values, "h")
+    if not (width.is_integer() and height.is_integer()):
+        message = f"pictures of {width}x{height} have no whole number of pixels"
+        raise ValueError(message)
+    given = [_number(values, name) if name in values else 0.0 for name in _COEFFICIENTS[model]]
+    return Lens(
+        width=int(width),
+        height=int(height),
+        fx=_number(values, "fl_x"),
+        fy=_number(values, "fl_y"),
+        cx=_number(values, "cx"),
+        cy=_number(values, "cy"),
+        coefficients=tuple(given),
+        fisheye=model == "OPENCV_FISHEYE",
+    )
+
+
+def _number(values: Mapping[str, object], key: str) -> float:
+    value = values.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        message = f"'{key}' is missing, or no number"
+        raise TypeError(message)
+    return float(value)
+
+
+def _text(values: Mapping[str, object], key: str) -> str:
+    value = values.get(key)
+    if not isinstance(value, str):
+        message = f"'{key}' is missing, or no text"
+        raise TypeError(message)
+    return value

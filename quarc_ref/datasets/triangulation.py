@@ -1,0 +1,131 @@
+"""Initial points by triangulation: where a capture brings none.
+
+pycolmap finds SIFT features in frame 0 of every camera and matches all pairs.
+The poses are known, so matches are held against them rather than against
+poses of their own making, and points follow; poses and lenses stay as they
+are. Every seed is fixed: the same pictures give the same points.
+"""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pycolmap
+
+from quarc_ref.datasets.calibration import CalibratedCamera
+from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.errors import UnreadablePointsError
+
+_LEAST_POINTS = 100
+_LEAST_MATCHES = 10  # between two cameras
+_EPIPOLAR_LIMIT = 2.0  # pixels
+_MATCH_RATIO = 0.9
+_SEED = 0
+_REMEDY = "bring points3D_init.ply (N3DV), ply_file_path (nerfstudio), or a model's points (COLMAP)"
+
+
+def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) -> Points:
+    """Return points of a scene at one time.
+
+    Args:
+        cameras: Pinholes.
+        pictures: `[camera]` of `[H, W, 3]` sRGB.
+
+    Raises:
+        UnreadablePointsError: Too few points are found.
+    """
+    with tempfile.TemporaryDirectory() as name, _quiet():
+        folder = Path(name)
+        try:
+            found = _reconstruct(cameras, pictures, folder)
+        except (RuntimeError, ValueError) as error:
+            message = f"initial points cannot be triangulated: {error}; {_REMEDY}"
+            raise UnreadablePointsError(message) from error
+    if len(found) < _LEAST_POINTS:
+        message = (
+            f"only {len(found)} initial points could be triangulated from frame 0: check that "
+            f"poses and pictures belong together, or {_REMEDY}"
+        )
+        raise UnreadablePointsError(message)
+    positions = np.array([point.xyz for point in found], dtype=np.float32)
+    return Points(positions, np.array([point.color for point in found], dtype=np.uint8))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep pycolmap's log off the terminal."""
+    before = pycolmap.logging.minloglevel
+    pycolmap.logging.minloglevel = pycolmap.logging.FATAL.value
+    try:
+        yield
+    finally:
+        pycolmap.logging.minloglevel = before
+
+
+def _reconstruct(
+    cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], folder: Path
+) -> list[pycolmap.Point3D]:
+    """Return the points, working in an empty folder."""
+    database = folder / "database.db"
+    model = _pose_images(cameras, database)
+    for index, picture in enumerate(pictures, start=1):
+        pycolmap.Bitmap.from_array(picture).write(folder / _file_name(index))
+    pycolmap.extract_features(database, folder, device=pycolmap.Device.cpu)
+    _match(model, database)
+    options = pycolmap.IncrementalPipelineOptions()
+    options.min_num_matches = _LEAST_MATCHES
+    options.random_seed = _SEED
+    options.mapper.random_seed = _SEED
+    options.triangulation.random_seed = _SEED
+    options.triangulation.ignore_two_view_tracks = False
+    model = pycolmap.triangulate_points(model, database, folder, folder, options=options)
+    return [model.points3D[index] for index in sorted(model.points3D)]
+
+
+def _match(model: pycolmap.Reconstruction, database: Path) -> None:
+    """Match features of all pairs of images, and keep what the poses allow."""
+    matching = pycolmap.FeatureMatchingOptions()
+    matching.skip_geometric_verification = True
+    # More lenient than usual: most wrong matches lie off their epipolar lines.
+    matching.sift.max_ratio = _MATCH_RATIO
+    verification = pycolmap.TwoViewGeometryOptions()
+    verification.min_num_inliers = _LEAST_MATCHES
+    verification.ransac.max_error = _EPIPOLAR_LIMIT
+    verification.ransac.random_seed = _SEED
+    pycolmap.match_exhaustive(database, matching, device=pycolmap.Device.cpu)
+    pycolmap.guided_geometric_verification(model, database, two_view_geometry_options=verification)
+
+
+def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolmap.Reconstruction:
+    """Return a model of posed images without points, its cameras and images also in a database."""
+    model = pycolmap.Reconstruction()
+    with pycolmap.Database.open(database) as rows:
+        for index, camera in enumerate(cameras, start=1):
+            pose = pycolmap.Rigid3d(
+                pycolmap.Rotation3d(camera.pose.rotation), camera.pose.translation
+            )
+            model.add_camera_with_trivial_rig(_make_pinhole(camera, index))
+            image = pycolmap.Image(_file_name(index), np.empty((0, 2)), index, index)
+            model.add_image_with_trivial_frame(image, pose)
+            rows.write_camera(model.camera(index), use_camera_id=True)
+            rows.write_rig(model.rig(index), use_rig_id=True)
+            rows.write_frame(model.frame(index), use_frame_id=True)
+            rows.write_image(model.image(index), use_image_id=True)
+    return model
+
+
+def _make_pinhole(camera: CalibratedCamera, index: int) -> pycolmap.Camera:
+    lens = camera.lens
+    return pycolmap.Camera(
+        camera_id=index,
+        model=pycolmap.CameraModelId.PINHOLE,
+        width=lens.width,
+        height=lens.height,
+        params=[lens.fx, lens.fy, lens.cx, lens.cy],
+    )
+
+
+def _file_name(index: int) -> str:
+    return f"{index:04d}.png"

@@ -1,0 +1,161 @@
+"""Pictures of a bent lens to pictures of a pinhole, and smaller: all of cv2 that is used.
+
+The pinhole sees the largest upright rectangle that the picture covers whole,
+so that no pixel is invented. OpenCV has pixel centers at whole numbers; half
+a pixel is taken off a principal point on the way in and put back on the way out.
+"""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from quarc_ref.datasets.calibration import Lens, Numbers
+from quarc_ref.datasets.capture import Image
+from quarc_ref.datasets.errors import UnsupportedCameraError
+
+_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
+_WIDEST = 6.0  # tangent of what a pinhole may see to a side: 80 degrees and a half
+_STRAY_LIMIT = 1.0  # pixels that the inverse of a distortion may be off at the border
+
+
+class Rectifier:
+    """Makes pinhole pictures of one camera's pictures.
+
+    The maps are computed for the first picture, and kept.
+
+    Args:
+        lens: Of the pictures on disk.
+        downscale: Pixels across and down that are averaged to one. What does
+            not fill a pixel on the right and at the bottom is cut off.
+
+    Attributes:
+        source: As given.
+        lens: Of the pictures that come out; a pinhole.
+
+    Raises:
+        UnsupportedCameraError: The lens sees too wide for a pinhole.
+        ValueError: `downscale` leaves no pixel.
+    """
+
+    def __init__(self, lens: Lens, downscale: int = 1) -> None:
+        self.source = lens
+        self._pinhole = lens if lens.is_pinhole else _fit_pinhole(lens)
+        self.lens = _shrink_lens(self._pinhole, downscale)
+        self._downscale = downscale
+        self._maps: tuple[cv2.typing.MatLike, cv2.typing.MatLike] | None = None
+
+    def rectify(self, picture: Image) -> Image:
+        """Return `[H, W, 3]` sRGB as `lens` sees it.
+
+        Args:
+            picture: `[H, W, 3]` sRGB as `source` sees it.
+        """
+        if self._pinhole is not self.source:
+            if self._maps is None:
+                self._maps = _map_pixels(self.source, self._pinhole)
+            border = cv2.BORDER_REPLICATE  # for the filter, which reaches beyond its pixel
+            straight = cv2.remap(picture, *self._maps, cv2.INTER_CUBIC, borderMode=border)
+            picture = _as_image(straight)
+        if self._downscale == 1:
+            return picture
+        kept = picture[: self.lens.height * self._downscale, : self.lens.width * self._downscale]
+        size = (self.lens.width, self.lens.height)
+        return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
+
+
+def _shrink_lens(lens: Lens, factor: int) -> Lens:
+    """Return the lens of pictures that are `factor` times smaller."""
+    if not 1 <= factor <= min(lens.width, lens.height):
+        message = f"pictures of {lens.width}x{lens.height} cannot be made {factor} times smaller"
+        raise ValueError(message)
+    return replace(
+        lens,
+        width=lens.width // factor,
+        height=lens.height // factor,
+        fx=lens.fx / factor,
+        fy=lens.fy / factor,
+        cx=lens.cx / factor,
+        cy=lens.cy / factor,
+    )
+
+
+def _fit_pinhole(lens: Lens) -> Lens:
+    """Return the pinhole of the same size whose every pixel the lens covers."""
+    left, right = _straighten_border(lens, axis=0)
+    top, bottom = _straighten_border(lens, axis=1)
+    widest = max(map(abs, (left, right, top, bottom)))
+    if not (right > left and bottom > top and widest < _WIDEST):
+        message = "the lens sees too wide for a pinhole: crop the pictures, or leave the camera out"
+        raise UnsupportedCameraError(message)
+    fx, fy = (lens.width - 1) / (right - left), (lens.height - 1) / (bottom - top)
+    cx, cy = 0.5 - left * fx, 0.5 - top * fy
+    pinhole = Lens(lens.width, lens.height, fx, fy, cx, cy)
+    _require_cover(lens, pinhole)
+    return pinhole
+
+
+def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
+    """Return between which directions both borders across an axis reach, at depth 1.
+
+    Args:
+        lens: A bent one.
+        axis: 0 for the left and right border, 1 for the upper and lower one.
+    """
+    size = (lens.width, lens.height)
+    along = np.arange(size[1 - axis], dtype=np.float64)
+    borders = []
+    for place in (0.0, size[axis] - 1.0):
+        pixels = np.empty((along.size, 1, 2))
+        pixels[:, 0, axis], pixels[:, 0, 1 - axis] = place, along
+        borders.append(_straighten(lens, pixels)[:, 0, axis])
+    return float(borders[0].max()), float(borders[1].min())
+
+
+def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
+    """Return `[n, 1, 2]` the directions at depth 1 that pixels of the lens look in."""
+    matrix, coefficients = _matrix(lens), _coefficients(lens)
+    if lens.fisheye:
+        directions = cv2.fisheye.undistortPoints(pixels, matrix, coefficients, criteria=_CRITERIA)
+        return np.asarray(directions, dtype=np.float64)
+    straight = cv2.undistortImagePoints(pixels, matrix, coefficients, arg1=_CRITERIA)
+    focal, center = np.array([lens.fx, lens.fy]), matrix[:2, 2]
+    return np.asarray((straight - center) / focal, dtype=np.float64)
+
+
+def _require_cover(lens: Lens, pinhole: Lens) -> None:
+    """Prove that the pinhole's border lies in the picture: an inverse can fail to converge."""
+    across, down = _map_pixels(lens, pinhole, cv2.CV_32FC1)
+    border = np.ones(across.shape, dtype=bool)
+    border[1:-1, 1:-1] = False
+    strays = [
+        max(-values[border].min(), values[border].max() - (size - 1))
+        for values, size in ((across, lens.width), (down, lens.height))
+    ]
+    if not max(strays) <= _STRAY_LIMIT:
+        message = "the distortion cannot be undone: its coefficients fit no lens of this size"
+        raise UnsupportedCameraError(message)
+
+
+def _map_pixels(
+    lens: Lens, pinhole: Lens, kind: int = cv2.CV_16SC2
+) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
+    """Return where each pixel of the pinhole lies in the lens's picture, as cv2.remap has it."""
+    build = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
+    size = (pinhole.width, pinhole.height)
+    return build(_matrix(lens), _coefficients(lens), np.eye(3), _matrix(pinhole), size, kind)
+
+
+def _matrix(lens: Lens) -> Numbers:
+    return np.array([[lens.fx, 0, lens.cx - 0.5], [0, lens.fy, lens.cy - 0.5], [0, 0, 1]])
+
+
+def _coefficients(lens: Lens) -> Numbers:
+    """Return `[4]` or `[8]` coefficients, zeros after the given ones."""
+    padded = np.zeros(4 if lens.fisheye else 8)
+    padded[: len(lens.coefficients)] = lens.coefficients
+    return padded
+
+
+def _as_image(picture: cv2.typing.MatLike) -> Image:
+    return np.asarray(picture, dtype=np.uint8)

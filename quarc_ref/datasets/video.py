@@ -1,0 +1,199 @@
+"""Pictures out of videos and picture files; all of them are decoded here.
+
+The one documented path to ground truth is `frame.to_ndarray(format="rgb24")`
+of PyAV: chroma is brought up and yuv turned to RGB by FFmpeg's scaler with its
+defaults. Frames are numbered in the order of their time stamps, and counted
+by the packets that are there, since headers lie. A reader serves one thread.
+"""
+
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import NamedTuple
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.video.stream import VideoStream
+
+from quarc_ref.datasets.capture import Image
+from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
+
+_THREADS = 4  # every camera has a decoder of its own, so a few each are plenty
+_STRICT = {"err_detect": "crccheck+explode"}
+
+
+class VideoReader:
+    """The frames of one video, decoded when asked for.
+
+    Going on from the last frame is cheapest; any other frame is reached from
+    the key frame before it.
+
+    Args:
+        path: Of a file with time stamps: mp4, mov, mkv.
+
+    Attributes:
+        path: As given.
+        width: Pixels.
+        height: Pixels.
+        frames_per_second: The average.
+        frame_count: Frames that are in the file.
+
+    Raises:
+        MissingFileError: There is no such file.
+        TruncatedVideoError: The file breaks off.
+        UnreadableVideoError: The file is no video that can be decoded.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._container = _open_video(path)
+        self._stream = _prepare_stream(self._container, path)
+        self.width = self._stream.width
+        self.height = self._stream.height
+        self.frames_per_second = float(self._stream.average_rate or 0)
+        packets = _list_packets(self._container, self._stream, path)
+        self._times = sorted(packet.time for packet in packets if packet.is_shown)
+        self._keys = sorted(packet for packet in packets if packet.is_key)
+        self.frame_count = len(self._times)
+        self._frames: Iterator[av.VideoFrame] = iter(())
+        self._next = self.frame_count
+
+    def read(self, frame: int) -> Image:
+        """Return `[H, W, 3]` sRGB of a frame by its ordinal.
+
+        Raises:
+            TruncatedVideoError: The video has no such frame.
+            UnreadableVideoError: The frame is damaged.
+        """
+        if not 0 <= frame < self.frame_count:
+            message = f"{self.path} has {self.frame_count} frames, none of ordinal {frame}"
+            raise TruncatedVideoError(message)
+        try:
+            found = self._decode(frame)
+        except av.FFmpegError as error:
+            message = f"frame {frame} of {self.path} cannot be decoded ({error}): export it again"
+            raise UnreadableVideoError(message) from error
+        if found is None or found.is_corrupt:
+            message = f"frame {frame} of {self.path} is damaged: export the video again"
+            raise UnreadableVideoError(message)
+        self._next = frame + 1
+        return _to_rgb(found)
+
+    def _decode(self, frame: int) -> av.VideoFrame | None:
+        """Return the decoded frame, or None if the decoder leaves it out."""
+        wanted = self._times[frame]
+        key = self._keys[max(0, bisect_right(self._keys, wanted, key=lambda k: k.time) - 1)]
+        if not bisect_left(self._times, key.time) <= self._next <= frame:
+            self._container.seek(key.decode_time, stream=self._stream)
+            self._frames = self._container.decode(self._stream)
+        # Until the frame is found the position is unknown, which makes the next read seek.
+        self._next = self.frame_count
+        for found in self._frames:
+            if found.pts is not None and found.pts >= wanted:
+                return found if found.pts == wanted else None
+        return None
+
+
+def read_still(path: Path) -> Image:
+    """Return `[H, W, 3]` sRGB of a PNG or JPEG file; transparency is left out.
+
+    Raises:
+        MissingFileError: There is no such file.
+        UnreadableVideoError: The file is no picture, or is damaged.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        message = f"{path} cannot be read: {error}"
+        raise MissingFileError(message) from error
+    try:
+        # From memory, since FFmpeg takes a % in a file's name for a sequence.
+        with av.open(BytesIO(data), mode="r") as container:
+            container.streams.video[0].codec_context.options = _STRICT
+            return _to_rgb(next(container.decode(video=0)))
+    except (av.FFmpegError, IndexError, StopIteration) as error:
+        message = f"{path} cannot be decoded as a picture: export it again"
+        raise UnreadableVideoError(message) from error
+
+
+class _Packet(NamedTuple):
+    """A coded frame; packets sort by presentation. Trimmed ones are decoded, not shown."""
+
+    time: int
+    decode_time: int
+    duration: int
+    is_key: bool
+    is_shown: bool
+
+
+def _open_video(path: Path) -> InputContainer:
+    try:
+        return av.open(str(path))
+    except av.FileNotFoundError as error:
+        message = f"{path} is missing"
+        raise MissingFileError(message) from error
+    except av.EOFError as error:
+        message = f"{path} breaks off before its table of frames: copy or export it again"
+        raise TruncatedVideoError(message) from error
+    except av.FFmpegError as error:
+        message = f"{path} cannot be opened as a video ({error}): export it again as mp4"
+        raise UnreadableVideoError(message) from error
+
+
+def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
+    if not container.streams.video:
+        message = f"{path} has no video in it"
+        raise UnreadableVideoError(message)
+    stream = container.streams.video[0]
+    if not (stream.average_rate and stream.width and stream.height):
+        message = f"{path} does not tell its frame rate or size: export it again as mp4"
+        raise UnreadableVideoError(message)
+    stream.thread_type = "AUTO"
+    stream.codec_context.thread_count = _THREADS
+    return stream
+
+
+def _list_packets(container: InputContainer, stream: VideoStream, path: Path) -> list[_Packet]:
+    """Return the packets that are there, in decoding order, proved against the header."""
+    try:
+        found = [packet for packet in container.demux(stream) if packet.size]
+    except av.FFmpegError as error:
+        message = f"{path} breaks off ({error}): copy or export it again"
+        raise TruncatedVideoError(message) from error
+    packets = [_describe(packet, path) for packet in found if not packet.is_corrupt]
+    if not packets or _is_cut_short(packets, stream):
+        message = (
+            f"{path} breaks off: it holds {len(packets)} of the {max(1, stream.frames)} frames "
+            "that its header promises; copy or export it again"
+        )
+        raise TruncatedVideoError(message)
+    if len({packet.time for packet in packets}) < len(packets) or not packets[0].is_key:
+        message = f"{path} has two frames of one time, or no key frame: export it again"
+        raise UnreadableVideoError(message)
+    return packets
+
+
+def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
+    if packet.pts is None:
+        message = f"{path} has frames without time stamps: put it into an mp4 container"
+        raise UnreadableVideoError(message)
+    duration = packet.duration or 0
+    decode_time = packet.pts if packet.dts is None else packet.dts
+    return _Packet(packet.pts, decode_time, duration, packet.is_keyframe, not packet.is_discard)
+
+
+def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
+    """Tell whether the header promises more frames, and more time.
+
+    In a video that was trimmed without recoding it only promises more frames.
+    """
+    shown = [packet.duration for packet in packets if packet.is_shown]
+    most = sum(shown) + max(shown, default=0) / 2
+    return len(packets) < stream.frames and most < (stream.duration or math.inf)
+
+
+def _to_rgb(frame: av.VideoFrame) -> Image:
+    return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)

@@ -1,0 +1,126 @@
+"""The nearest anchor of every Gaussian, exactly: SPEC 6.4.
+
+The answer is the anchor of least (squared distance, index), however it is
+found. Here it is found through cells of a grid: the own cell bounds the
+distance, and only those of the 26 cells around that reach within the bound
+are looked into. A Gaussian whose bound reaches beyond them all is held against
+every anchor.
+"""
+
+from itertools import product
+
+import numpy as np
+
+from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.constants import LATTICE_OFFSET
+
+_LEAST_SHIFT = 4
+_PAIRS_AT_ONCE = 1 << 20
+_UNBOUND = np.iinfo(np.int64).max
+
+
+def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
+    """Return the index of the nearest anchor of every Gaussian.
+
+    Args:
+        positions: `[3, N]` Gaussians, lattice units.
+        anchors: `[3, A]` anchors, lattice units, A at least 1.
+        shift: Cells of side 2^shift in which anchors are expected to be about
+            as dense as one to a cell. It changes the time taken and nothing else.
+
+    Returns:
+        `[N]` anchor indices; of equally near anchors, the least.
+    """
+    search = _CellSearch(positions, anchors, max(shift, _LEAST_SHIFT))
+    for step in _NEIGHBORS:
+        search.look_into(np.array(step, dtype=np.int64))
+    reached = search.nearest_outside() <= search.distances
+    far = np.flatnonzero(reached)
+    search.answers[far] = bind_exhaustively(positions[:, far], anchors)
+    return search.answers
+
+
+def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
+    """Return what `bind` returns, by holding every Gaussian against every anchor."""
+    answers = np.zeros(positions.shape[1], dtype=np.int64)
+    rows = max(1, _PAIRS_AT_ONCE // anchors.shape[1])
+    for start in range(0, answers.size, rows):
+        part = positions[:, start : start + rows, None].astype(np.int64)
+        answers[start : start + rows] = _squared(part - anchors[:, None, :]).argmin(axis=1)
+    return answers
+
+
+class _CellSearch:
+    """Anchors sorted by cell, and the best answer so far of every Gaussian."""
+
+    def __init__(self, positions: Int32, anchors: Int32, shift: int) -> None:
+        self._positions = positions.astype(np.int64) + LATTICE_OFFSET
+        self._cells = self._positions >> shift
+        self._shift = shift
+        keys = _key(anchors.astype(np.int64) + LATTICE_OFFSET >> shift)
+        self._order = np.argsort(keys, kind="stable")
+        self._anchors = anchors.astype(np.int64)[:, self._order] + LATTICE_OFFSET
+        self._keys = keys[self._order]
+        self.answers = np.zeros(positions.shape[1], dtype=np.int64)
+        self.distances = np.full(positions.shape[1], _UNBOUND)
+
+    def look_into(self, step: Int64) -> None:
+        """Improve the answers by the anchors of the cell one step away."""
+        cells = self._cells + step[:, None]
+        asked = np.flatnonzero(self._distance_to(cells) <= self.distances)
+        keys = _key(cells[:, asked])
+        starts = np.searchsorted(self._keys, keys, side="left")
+        counts = np.searchsorted(self._keys, keys, side="right") - starts
+        there = np.flatnonzero(counts)
+        self._improve(asked[there], starts[there], counts[there])
+
+    def nearest_outside(self) -> Int64:
+        """Return `[N]` the squared distance to the nearest point outside the 27 cells."""
+        low = self._positions - ((self._cells - 1) << self._shift) + 1
+        high = ((self._cells + 2) << self._shift) - self._positions
+        least: Int64 = np.minimum(low, high).min(axis=0)
+        return least * least
+
+    def _distance_to(self, cells: Int64) -> Int64:
+        """Return `[N]` the squared distance of each Gaussian to a cell, 0 in its own."""
+        below = (cells << self._shift) - self._positions
+        above = self._positions - (((cells + 1) << self._shift) - 1)
+        return _squared(np.maximum(np.maximum(below, above), 0))
+
+    def _improve(self, asked: Int64, starts: Int64, counts: Int64) -> None:
+        """Hold Gaussians `asked` against the runs of anchors from `starts`."""
+        ends = np.cumsum(counts)
+        first = 0
+        while first < asked.size:
+            done = ends[first - 1] if first else 0
+            last = max(first + 1, int(np.searchsorted(ends, done + _PAIRS_AT_ONCE)))
+            self._improve_part(asked[first:last], starts[first:last], counts[first:last])
+            first = last
+
+    def _improve_part(self, asked: Int64, starts: Int64, counts: Int64) -> None:
+        borders = np.cumsum(counts) - counts
+        slots = np.arange(counts.sum()) + np.repeat(starts - borders, counts)
+        who = np.repeat(asked, counts)
+        distances = _squared(self._anchors[:, slots] - self._positions[:, who])
+        least = np.minimum.reduceat(distances, borders)
+        tied = np.where(distances == np.repeat(least, counts), self._order[slots], _UNBOUND)
+        answers = np.minimum.reduceat(tied, borders)
+        best, known = self.distances[asked], self.answers[asked]
+        better = (least < best) | ((least == best) & (answers < known))
+        self.distances[asked] = np.where(better, least, best)
+        self.answers[asked] = np.where(better, answers, known)
+
+
+def _key(cells: Int64) -> Int64:
+    """Return one number to a cell; each axis is from -1 to 2^20."""
+    offset = cells + 1
+    keys: Int64 = (offset[0] << 42) | (offset[1] << 21) | offset[2]
+    return keys
+
+
+def _squared(differences: Int64) -> Int64:
+    squared: Int64 = (differences * differences).sum(axis=0)
+    return squared
+
+
+_NEIGHBORS = sorted(product((-1, 0, 1), repeat=3), key=lambda step: sum(map(abs, step)))

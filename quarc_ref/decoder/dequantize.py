@@ -1,0 +1,54 @@
+"""From the integer state to the numbers that are drawn: SPEC 10.
+
+The only floats of the decoder, one rounding from the state; nothing of them
+feeds the next frame.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.constants import ROTATION_FRACTION_BITS, SH_DC_PLANES
+from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
+
+Float32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Splats:
+    """A scene in floats, a row to a Gaussian; as 3DGS stores it, not activated.
+
+    Attributes:
+        positions: `[N, 3]` xyz, world units.
+        rotations: `[N, 4]` wxyz; unit to within 2^-21.
+        log_scales: `[N, 3]` natural logarithm of the standard deviations, world units.
+        opacities: `[N]` logits.
+        sh: `[N, 1 or 4, 3]` coefficient, then red, green, blue.
+    """
+
+    positions: Float32
+    rotations: Float32
+    log_scales: Float32
+    opacities: Float32
+    sh: Float32
+
+
+def dequantize(scene: Scene) -> Splats:
+    """Return the numbers that a scene stands for."""
+    header, codes = scene.header, scene.codes
+    base = _scale(codes[SH_DC], header.sh_dc_step).reshape(-1, 1, SH_DC_PLANES)
+    rest = _scale(codes[SH_REST], header.sh_rest_step).reshape(scene.count, -1, SH_DC_PLANES)
+    return Splats(
+        _scale(scene.positions, 2.0**-header.lattice_exponent),
+        _scale(scene.rotations, 2.0**-ROTATION_FRACTION_BITS),
+        _scale(codes[LOG_SCALES], header.log_scale_step),
+        _scale(codes[OPACITY], header.opacity_step)[:, 0],
+        np.concatenate([base, rest], axis=1),
+    )
+
+
+def _scale(planes: NDArray[np.int32], step: float) -> Float32:
+    """Return `[N, rows]` of planes `[rows, N]`; both factors are exact in binary32."""
+    return np.ascontiguousarray(planes.T.astype(np.float32) * np.float32(step))

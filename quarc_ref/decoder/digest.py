@@ -1,0 +1,41 @@
+"""The state as bytes, and what proves it: SPEC 9.
+
+The planes are written as they stand in memory, each in ascending id; a CRC-32
+travels in every frame, a SHA-256 is what decoders are compared by.
+"""
+
+import hashlib
+import zlib
+from collections.abc import Iterator
+
+from quarc_ref.decoder.scene import Scene
+
+
+def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
+    """Return the CRC-32 that the chunk of a frame carries (SPEC 9.2).
+
+    Args:
+        scene: After the births of the frame.
+        all_fields: Whether the codes are covered too: in canonical frames and
+            every `full_crc_interval` frames after them.
+    """
+    crc = 0
+    for plane in _planes(scene, all_fields=all_fields):
+        crc = zlib.crc32(plane, crc)
+    return crc
+
+
+def compute_digest(scene: Scene) -> str:
+    """Return the SHA-256 of a frame's whole serialization, as hex (SPEC 9.1)."""
+    digest = hashlib.sha256()
+    for plane in _planes(scene, all_fields=True):
+        digest.update(plane)
+    return digest.hexdigest()
+
+
+def _planes(scene: Scene, *, all_fields: bool) -> Iterator[bytes]:
+    for number in (scene.count, scene.phase):
+        yield number.to_bytes(4, "little")
+    yield scene.ids.astype("<u4").tobytes()
+    for field in (scene.positions, scene.rotations, *([scene.codes] if all_fields else [])):
+        yield field.astype("<i4").tobytes()

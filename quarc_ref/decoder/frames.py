@@ -1,0 +1,97 @@
+"""A frame's chunk to the state of the frame: SPEC 7.
+
+The counts are proved before anything is allocated by them, and the state by
+its CRC before it is given out.
+"""
+
+from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder.reconstruct import (
+    State,
+    bear,
+    begin_canonical,
+    begin_frame,
+    motion_contexts,
+    move,
+)
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.errors import CountError, CountLevelError, FrameOrderError, StateCrcError
+from quarc_ref.format.gaussian_planes import read_births, read_canonical
+from quarc_ref.format.motion_planes import read_motion
+from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader
+
+
+def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> State:
+    """Return the state of a canonical frame (SPEC 7.2).
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
+    count = chunk.gaussian_count
+    if count == 0:
+        message = "a canonical frame without Gaussians"
+        raise CountError(message)
+    if count > header.limits.gaussians:
+        message = f"{count} Gaussians are too many for level {header.level}"
+        raise CountLevelError(message)
+    state = begin_canonical(header, chunk.frame, read_canonical(chunk, header.code_planes))
+    _check_state(state.scene, chunk.state_crc)
+    return state
+
+
+def decode_frame(state: State, chunk: FrameChunk) -> State:
+    """Return the state of the frame after `state` (SPEC 7.4 to 7.7).
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
+    if chunk.phase != state.scene.phase + 1:
+        message = f"phase {chunk.phase} follows {state.scene.phase}"
+        raise FrameOrderError(message)
+    begun = begin_frame(state, chunk.death_count)
+    moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
+    grown = decode_births(moved, chunk.births, chunk.birth_count)
+    _check_state(grown.scene, chunk.state_crc)
+    return grown
+
+
+def decode_motion(state: State, section: Section, *, previous: bool) -> State:
+    """Return the state moved by a section (SPEC 7.5).
+
+    Args:
+        state: After `begin_frame`.
+        section: The frame's motion.
+        previous: Whether the last frame's motion gives contexts.
+
+    Raises:
+        BitstreamError: What is wrong with the section.
+    """
+    return move(state, read_motion(section, motion_contexts(state, previous=previous)))
+
+
+def decode_births(state: State, section: Section, count: int) -> State:
+    """Return the state with the newborn of a section (SPEC 7.6).
+
+    Args:
+        state: After `decode_motion`.
+        section: The frame's births.
+        count: How many.
+
+    Raises:
+        BitstreamError: What is wrong with the section.
+    """
+    header = state.scene.header
+    if count > header.limits.births:
+        message = f"{count} births are too many for level {header.level}"
+        raise CountLevelError(message)
+    return bear(state, read_births(section, header.code_planes, count))
+
+
+def covers_all_fields(scene: Scene) -> bool:
+    """Tell whether a frame's CRC covers the codes too (SPEC 9.2)."""
+    return scene.phase % scene.header.full_crc_interval == 0
+
+
+def _check_state(scene: Scene, state_crc: int) -> None:
+    if compute_state_crc(scene, all_fields=covers_all_fields(scene)) != state_crc:
+        message = f"frame {scene.frame} is not the one that was encoded"
+        raise StateCrcError(message)

@@ -1,0 +1,37 @@
+"""Philox4x32-10, the sampler's source of ranks: SPEC 6.2.
+
+Counter-based (Salmon et al., SC 2011): every draw is a function of key and
+counter alone, so that ranks need no state and no order.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import PHILOX_ROUNDS
+
+_MULTIPLIERS = (np.uint64(0xD2511F53), np.uint64(0xCD9E8D57))
+_KEY_STEPS = (0x9E3779B9, 0xBB67AE85)
+_WORD = 0xFFFFFFFF
+_SHIFT = np.uint64(32)
+
+
+def philox(counter: NDArray[np.uint64], seed: int) -> Int64:
+    """Return the four words of every counter.
+
+    Args:
+        counter: `[4, n]` words, each below 2^32.
+        seed: 64 bits: the key's first word is the low half.
+
+    Returns:
+        `[4, n]` words, each below 2^32.
+    """
+    word = np.uint64(_WORD)
+    c0, c1, c2, c3 = counter.astype(np.uint64)
+    k0, k1 = seed & _WORD, seed >> 32
+    for _ in range(PHILOX_ROUNDS):
+        first, second = c0 * _MULTIPLIERS[0], c2 * _MULTIPLIERS[1]
+        c0, c2 = (second >> _SHIFT) ^ c1 ^ np.uint64(k0), (first >> _SHIFT) ^ c3 ^ np.uint64(k1)
+        c1, c3 = second & word, first & word
+        k0, k1 = (k0 + _KEY_STEPS[0]) & _WORD, (k1 + _KEY_STEPS[1]) & _WORD
+    return np.stack([c0, c1, c2, c3]).astype(np.int64)

@@ -1,0 +1,226 @@
+"""What a frame does to the state: SPEC 7, the one normative copy.
+
+    canonical ──> begin_canonical ─────────────────────────────┐
+    deaths ─────> begin_frame ──> move ──> bear ──> state of the frame
+                  (SPEC 7.4)      (7.5)    (7.6)
+
+The encoder's closed loop calls these very functions; there is no second
+reconstruction.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from quarc_ref.decoder.anchors import Anchors, sample_anchors
+from quarc_ref.decoder.binding import bind_exhaustively
+from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.arrays import Bits, Int32, Int64
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
+from quarc_ref.format.errors import (
+    CodeRangeError,
+    CountError,
+    CountLevelError,
+    ParentRangeError,
+    PositionRangeError,
+)
+from quarc_ref.format.motion_planes import LevelContext
+from quarc_ref.format.records import OPACITY, Births, Gaussians, StreamHeader
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """All that a frame hands to the next (SPEC 7.1).
+
+    Attributes:
+        scene: The frame's scene.
+        motion: `[c, N]` of each Gaussian, the sum of its levels' symbols in
+            the frame; 0 for the newborn.
+        symbols: `[c, a]` of each level's anchors in the frame, level 1 first;
+            nothing in a canonical frame.
+        anchors: From the last sampling, None before the first.
+        next_id: The id that the next newborn gets.
+    """
+
+    scene: Scene
+    motion: Int64
+    symbols: tuple[Int64, ...]
+    anchors: Anchors | None
+    next_id: int
+
+    @property
+    def known_anchors(self) -> Anchors:
+        """The anchors of a state that has been through `begin_frame`.
+
+        Raises:
+            ValueError: It has not.
+        """
+        if self.anchors is None:
+            message = "the state has not been through begin_frame"
+            raise ValueError(message)
+        return self.anchors
+
+
+def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> State:
+    """Return the state of a canonical frame (SPEC 7.2).
+
+    Raises:
+        StateError: A position or a rotation is out of range.
+    """
+    count = gaussians.count
+    scene = Scene(
+        header,
+        frame,
+        0,
+        np.arange(count, dtype=np.int64),
+        _narrow_positions(gaussians.positions * header.position_step),
+        expand_rotations(gaussians.rotations, header.rotation_bits),
+        _narrow_codes(gaussians.codes),
+    )
+    motion = np.zeros((header.symbol_planes, count), dtype=np.int64)
+    return State(scene, motion, (), None, count)
+
+
+def begin_frame(state: State, death_count: int) -> State:
+    """Return the state with the dead gone and every Gaussian bound (SPEC 7.4).
+
+    Args:
+        state: Of the frame before.
+        death_count: Gaussians that leave, those of least (opacity code, id).
+
+    Raises:
+        CountError: No Gaussian would be left.
+    """
+    if death_count >= state.scene.count:
+        message = f"{death_count} deaths among {state.scene.count} Gaussians"
+        raise CountError(message)
+    kept = np.ones(state.scene.count, dtype=np.bool_)
+    kept[choose_deaths(state.scene, death_count)] = False
+    before = state.scene
+    scene = replace(before.keep(kept), frame=before.frame + 1, phase=before.phase + 1)
+    anchors = state.anchors
+    if anchors is None or before.phase % scene.header.resample_interval == 0:
+        anchors = sample_anchors(scene)
+    else:
+        anchors = Anchors(anchors.levels, _bind_newborn(anchors, kept, scene.positions))
+    return State(scene, state.motion[:, kept], (), anchors, state.next_id)
+
+
+def choose_deaths(scene: Scene, count: int) -> Int64:
+    """Return the indices of the Gaussians of least (opacity code, id) (SPEC 7.4)."""
+    order = np.argsort(scene.codes[OPACITY.start], kind="stable")
+    return order[:count]
+
+
+def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
+    """Return what is known of every level's anchors before their symbols (SPEC 8.7).
+
+    Args:
+        state: After `begin_frame`.
+        previous: Whether the last frame's motion counts.
+    """
+    contexts = []
+    for level in state.known_anchors.levels:
+        place = np.searchsorted(state.scene.ids, level.owners)
+        place = np.minimum(place, state.scene.count - 1)
+        alive = (state.scene.ids[place] == level.owners) & previous
+        contexts.append(LevelContext(level.parents, np.where(alive, state.motion[:, place], 0)))
+    return contexts
+
+
+def move(state: State, symbols: list[Int64]) -> State:
+    """Return the state with every Gaussian moved by its anchors (SPEC 7.5, Eq. 2).
+
+    Args:
+        state: After `begin_frame`.
+        symbols: `[c, a]` of each level, level 1 first.
+
+    Raises:
+        PositionRangeError: A Gaussian leaves the lattice.
+        DegenerateRotationError: A sum of residuals is zero.
+    """
+    scene = state.scene
+    motion = np.zeros_like(state.motion)
+    for level, binding in zip(symbols, state.known_anchors.binding, strict=True):
+        motion += level[:, binding]
+    positions = scene.positions + motion[:3] * scene.header.translation_step
+    moved = replace(
+        scene,
+        positions=_narrow_positions(positions),
+        rotations=_turn_all(scene, motion[3:]),
+    )
+    return replace(state, scene=moved, motion=motion, symbols=tuple(symbols))
+
+
+def bear(state: State, births: Births) -> State:
+    """Return the state with the newborn of a frame appended (SPEC 7.6).
+
+    Args:
+        state: After `move`.
+        births: The newborn, in steps.
+
+    Raises:
+        CountLevelError: More Gaussians than the level allows.
+        StateError: A parent, a position, a code or a rotation is out of range.
+    """
+    scene, header = state.scene, state.scene.header
+    parents, residuals = births.parents, births.residuals
+    if scene.count + residuals.count > header.limits.gaussians:
+        message = f"{scene.count + residuals.count} Gaussians are too many for the level"
+        raise CountLevelError(message)
+    if np.any(parents >= scene.count):
+        message = "a newborn's parent is not in the scene"
+        raise ParentRangeError(message)
+    positions = scene.positions[:, parents] + residuals.positions * header.position_step
+    rotations = expand_rotations(residuals.rotations, header.rotation_bits)
+    codes = _narrow_codes(scene.codes[:, parents] + residuals.codes)
+    grown = replace(
+        scene,
+        ids=np.append(scene.ids, state.next_id + np.arange(residuals.count)),
+        positions=np.hstack([scene.positions, _narrow_positions(positions)]),
+        rotations=np.hstack([scene.rotations, rotations]),
+        codes=np.hstack([scene.codes, codes]),
+    )
+    motion = np.pad(state.motion, ((0, 0), (0, residuals.count)))
+    next_id = state.next_id + residuals.count
+    return replace(state, scene=grown, motion=motion, next_id=next_id)
+
+
+def _bind_newborn(anchors: Anchors, kept: Bits, positions: Int32) -> Int64:
+    """Return the binding of a frame that does not sample: only the newborn are bound."""
+    known = kept[: anchors.binding.shape[1]]
+    bound = anchors.binding[:, known]
+    newborn = positions[:, bound.shape[1] :]
+    answers = [bind_exhaustively(newborn, level.positions) for level in anchors.levels]
+    return np.hstack([bound, np.stack(answers)])
+
+
+def _turn_all(scene: Scene, sums: Int64) -> Int32:
+    """Return every rotation turned by its sum of residuals; a zero sum keeps it (SPEC 7.5)."""
+    header = scene.header
+    turning = np.flatnonzero(np.any(sums, axis=0))
+    if header.rotation_components == _WITHOUT_W:
+        sums = np.vstack([np.zeros_like(sums[:1]), sums])
+    sums = sums[:, turning]
+    sums[0] += header.rotation_unity * header.level_count
+    rotations = scene.rotations.copy()
+    rotations[:, turning] = turn(scene.rotations[:, turning], normalize_sums(sums))
+    return rotations
+
+
+def _narrow_positions(positions: Int64) -> Int32:
+    if np.any(np.abs(positions) > POSITION_LIMIT):
+        message = "a Gaussian leaves the lattice"
+        raise PositionRangeError(message)
+    return positions.astype(np.int32)
+
+
+def _narrow_codes(codes: Int64) -> Int32:
+    if np.any(np.abs(codes) > CODE_LIMIT):
+        message = "an attribute code leaves its range"
+        raise CodeRangeError(message)
+    return codes.astype(np.int32)
+
+
+_WITHOUT_W = 3

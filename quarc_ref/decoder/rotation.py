@@ -1,0 +1,97 @@
+"""Unit quaternions in Q22, by integers alone: SPEC 7.3.
+
+A component of a unit quaternion is below 2^22 + 2 in magnitude, so that every
+product and every sum of squares below fits int64 with the guard bits used.
+"""
+
+import numpy as np
+
+from quarc_ref.format.arithmetic import divide_round, isqrt
+from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.constants import (
+    PRODUCT_GUARD_BITS,
+    ROTATION_FRACTION_BITS,
+    ROTATION_ONE,
+    SUM_GUARD_BITS,
+)
+from quarc_ref.format.errors import DegenerateRotationError, RotationRangeError
+
+
+def normalize_sums(sums: Int64) -> Int64:
+    """Return the unit quaternions along sums of residuals.
+
+    Args:
+        sums: `[4, n]` wxyz in rotation steps, at most 2^10 in magnitude.
+
+    Returns:
+        `[4, n]` Q22.
+
+    Raises:
+        DegenerateRotationError: A sum is zero.
+    """
+    return _normalize(sums, SUM_GUARD_BITS)
+
+
+def turn(rotations: Int32, residuals: Int64) -> Int32:
+    """Return rotations times residuals, normalized: the residual is on the right (Eq. 2).
+
+    Args:
+        rotations: `[4, n]` wxyz, Q22.
+        residuals: `[4, n]` wxyz, Q22.
+
+    Returns:
+        `[4, n]` wxyz, Q22.
+
+    Raises:
+        DegenerateRotationError: A product is zero.
+    """
+    aw, ax, ay, az = rotations.astype(np.int64)
+    bw, bx, by, bz = residuals
+    product = np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ]
+    )
+    unit = divide_round(product, ROTATION_ONE)
+    return _normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)
+
+
+def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
+    """Return the unit quaternions of rotation codes (SPEC 7.2).
+
+    Args:
+        coded: `[4, n]` index of the largest component, and the other three.
+        fraction_bits: Fraction bits of these three.
+
+    Returns:
+        `[4, n]` wxyz, Q22.
+
+    Raises:
+        RotationRangeError: Three components are longer than a unit quaternion.
+    """
+    unity = 1 << fraction_bits
+    others = coded[1:] * (ROTATION_ONE // unity)
+    left = ROTATION_ONE * ROTATION_ONE - (others * others).sum(axis=0)
+    if np.any(np.abs(coded[1:]) > unity) or np.any(left < 0):
+        message = "three components of a rotation are longer than a unit quaternion"
+        raise RotationRangeError(message)
+    largest = coded[0]
+    quaternions = np.empty_like(coded)
+    np.put_along_axis(quaternions, _PLACES[:, largest], np.stack([isqrt(left), *others]), axis=0)
+    return _normalize(quaternions, PRODUCT_GUARD_BITS).astype(np.int32)
+
+
+def _normalize(vectors: Int64, guard_bits: int) -> Int64:
+    squared: Int64 = (vectors * vectors).sum(axis=0)
+    if np.any(squared == 0):
+        message = "a rotation has norm zero"
+        raise DegenerateRotationError(message)
+    norm = isqrt(squared << (2 * guard_bits))
+    return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norm)
+
+
+# Column i: where the largest component goes if it is i, and then the others.
+_PLACES = np.array([[0, 1, 2, 3], [1, 0, 0, 0], [2, 2, 1, 1], [3, 3, 3, 2]])

@@ -1,0 +1,60 @@
+"""The integer state of a frame: SPEC 7.1.
+
+Planes come first, `[3, N]` and not `[N, 3]`: in that order the state is
+serialized, hashed and coded.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.format.arrays import Bits, Int32, Int64
+from quarc_ref.format.records import StreamHeader
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """One decoded frame. Gaussians stand in the order of their ids.
+
+    Attributes:
+        header: What the stream chose for itself.
+        frame: Ordinal of the frame in the stream.
+        phase: Frames since the canonical one, 0 there.
+        ids: `[N]` birth ordinals since the canonical frame, ascending.
+        positions: `[3, N]` xyz in lattice units, magnitudes below 2^23.
+        rotations: `[4, N]` unit quaternions wxyz, Q22.
+        codes: `[code_planes, N]` log-scale 3, opacity logit 1, SH DC 3, SH rest 9.
+    """
+
+    header: StreamHeader
+    frame: int
+    phase: int
+    ids: Int64
+    positions: Int32
+    rotations: Int32
+    codes: Int32
+
+    def __post_init__(self) -> None:
+        planes = {"positions": 3, "rotations": 4, "codes": self.header.code_planes}
+        for name, rows in planes.items():
+            array = getattr(self, name)
+            if array.shape != (rows, self.count) or array.dtype != np.int32:
+                message = f"{name} is {array.dtype}{array.shape}, not int32{(rows, self.count)}"
+                raise ValueError(message)
+
+    @property
+    def count(self) -> int:
+        """Number of Gaussians, N."""
+        return int(self.ids.size)
+
+    def keep(self, kept: Bits) -> "Scene":
+        """Return the scene of the Gaussians that a mask `[N]` keeps, in order."""
+        return Scene(
+            self.header,
+            self.frame,
+            self.phase,
+            self.ids[kept],
+            self.positions[:, kept],
+            self.rotations[:, kept],
+            self.codes[:, kept],
+        )

@@ -1,0 +1,129 @@
+"""Stage 2 of a frame: new Gaussians where something really changed (paper section 5).
+
+The newborn are trained alone, from clones of the Gaussians that the gated
+statistic points at; the moved scene behind them is the decoder's and stays as
+it is.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.reconstruct import State
+from quarc_ref.encoder.canonical import canonical_rates
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.density import ScreenStatistics, split
+from quarc_ref.encoder.losses import photometric_loss
+from quarc_ref.encoder.placement import place_clones, place_on_errors
+from quarc_ref.encoder.quantize import quantize_births
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.trainable import Attributes, Trainer, from_splats
+from quarc_ref.format.records import Births
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stage:
+    """What does not change while the newborn of a frame are trained."""
+
+    studio: Studio
+    config: EncoderConfig
+    state: State
+    scene: Attributes
+
+    @property
+    def frame(self) -> int:
+        return self.state.scene.frame
+
+    def draw(self, newborn: Attributes) -> Attributes:
+        """Return the scene with the newborn as a stream would carry them."""
+        return self.scene.joined(newborn.quantized(self.state.scene.header))
+
+
+def fit_births(
+    studio: Studio, moved: State, statistics: ScreenStatistics, config: EncoderConfig
+) -> Births | None:
+    """Return the newborn of a frame, or None.
+
+    Args:
+        studio: Views, renderer and draws.
+        moved: State after the motion of the frame, decoded.
+        statistics: Of stage 1.
+        config: Stage 2's settings, and the canonical rates that it multiplies.
+    """
+    settings, frame = config.births, moved.scene.frame
+    if settings.iterations == 0:
+        return None
+    scene = from_splats(dequantize(moved.scene), studio.device)
+    if settings.placement == "gate":
+        newborn, parents = place_clones(studio, scene, frame, statistics, settings)
+    else:
+        newborn, parents = place_on_errors(studio, scene, frame, settings)
+    if parents.numel() == 0:
+        return None
+    stage = _Stage(studio, config, moved, scene)
+    newborn, parents = _train(stage, newborn, parents)
+    kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
+    newborn, parents = newborn.rows(kept), parents[kept]
+    if parents.numel() == 0 or (settings.must_pay and not _pays(stage, newborn)):
+        return None
+    return quantize_births(newborn, parents.cpu().numpy(), moved.scene)
+
+
+def _train(stage: _Stage, newborn: Attributes, parents: Tensor) -> tuple[Attributes, Tensor]:
+    """Return the newborn trained, and the parent of each."""
+    studio, settings = stage.studio, stage.config.births
+    rates = canonical_rates(stage.config.canonical, studio.extent)
+    trainer = Trainer(newborn, tuple(settings.rate_factor * rate for rate in rates))
+    generator = studio.generator(stage.frame, "births training")
+    views = studio.views.shuffled(generator)
+    statistics = ScreenStatistics(trainer.count, studio.device)
+    for step in range(settings.iterations):
+        if step in settings.split_at:
+            parents = _split_and_prune(stage, trainer, statistics, parents, generator)
+            statistics = ScreenStatistics(trainer.count, studio.device)
+        if trainer.count == 0:
+            break
+        view = next(views)
+        rendering = studio.render(stage.draw(trainer.attributes).activated(), view)
+        truth = studio.truth(view, stage.frame)
+        loss = photometric_loss(rendering.image, truth, stage.config.motion.dssim)
+        gradient = trainer.step(loss, rendering.means2d)
+        statistics.add_last(gradient, rendering, studio.camera(view))
+        studio.progress.advance("births", step + 1, settings.iterations)
+    return trainer.attributes.detached(), parents
+
+
+def _split_and_prune(
+    stage: _Stage,
+    trainer: Trainer,
+    statistics: ScreenStatistics,
+    parents: Tensor,
+    generator: torch.Generator,
+) -> Tensor:
+    """Split the large newborn that the loss would move, drop the useless; return the parents."""
+    settings, extent = stage.config.births, stage.studio.extent
+    newborn = trainer.attributes.detached()
+    scales = torch.exp(newborn.log_scales.amax(dim=1))
+    moved = statistics.mean_gradients() >= settings.gradient
+    room = settings.max_births - trainer.count
+    large = moved & (scales > settings.parent_scale * extent)
+    large &= large.cumsum(0) <= room
+    kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
+    kept &= statistics.largest_radii() <= settings.prune_radius
+    kept &= scales <= settings.prune_scale * extent
+    trainer.replace_rows(kept & ~large, split(newborn.rows(large), generator))
+    return torch.cat([parents[kept & ~large], parents[large].repeat(2)])
+
+
+def _pays(stage: _Stage, newborn: Attributes) -> bool:
+    """Tell whether the training views are nearer to the truth with the newborn than without."""
+    with torch.no_grad():
+        gain = 0.0
+        for view in range(len(stage.studio.views.cameras)):
+            truth = stage.studio.truth(view, stage.frame)
+            for scene, sign in ((stage.scene, 1), (stage.draw(newborn), -1)):
+                image = stage.studio.render(scene.activated(), view).image
+                gain += sign * float((image - truth).square().mean())
+    return gain > 0

@@ -1,0 +1,140 @@
+"""Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
+
+Noise on the positions while training (paper section 3) keeps the scene from
+fitting its views to the pixel. In the last part of the schedule all attributes
+pass through the quantizer, so that what is written is what was trained.
+"""
+
+import math
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder.config import CanonicalSettings
+from quarc_ref.encoder.density import ScreenStatistics, densify
+from quarc_ref.encoder.losses import photometric_loss
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.trainable import Attributes, Trainer
+from quarc_ref.format.records import StreamHeader
+
+_SH_C0 = 0.28209479177387814
+_OPACITY_AT_START = 0.1
+_NEIGHBORS = 3
+_LEAST_SPACING = 1e-7
+
+
+def train_canonical(
+    studio: Studio, points: Points, settings: CanonicalSettings, header: StreamHeader
+) -> Attributes:
+    """Return the trained attributes of frame 0, on the grid of the format.
+
+    Args:
+        studio: Views, renderer and draws.
+        points: Initial points.
+        settings: Schedule and thresholds.
+        header: The steps to end on.
+    """
+    generator = studio.generator(0, "canonical")
+    trainer = Trainer(
+        start_from_points(points, settings, generator, studio.device),
+        canonical_rates(settings, studio.extent),
+    )
+    statistics = ScreenStatistics(trainer.count, studio.device)
+    views = studio.views.shuffled(generator)
+    for step in range(settings.iterations):
+        trainer.set_position_rate(_position_rate(settings, studio.extent, step))
+        attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
+        view = next(views)
+        rendering = studio.render(attributes.activated(), view)
+        loss = photometric_loss(rendering.image, studio.truth(view, 0), settings.dssim)
+        gradient = trainer.step(loss, rendering.means2d)
+        statistics.add(gradient, rendering, studio.camera(view))
+        if _densifies(settings, step):
+            densify(trainer, statistics, settings, studio.extent, generator)
+            statistics = ScreenStatistics(trainer.count, studio.device)
+        studio.progress.advance("canonical", step + 1, settings.iterations)
+    final = trainer.attributes.detached().quantized(header)
+    return final.rows(torch.sigmoid(final.opacities) >= settings.prune_opacity)
+
+
+def start_from_points(
+    points: Points, settings: CanonicalSettings, generator: torch.Generator, device: torch.device
+) -> Attributes:
+    """Return a Gaussian for every initial point, or for a draw of them if they are too many.
+
+    A Gaussian is as large as its point is far from its nearest three.
+    """
+    count = min(points.positions.shape[0], settings.initial_gaussians)
+    chosen = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()
+    positions = points.positions[chosen].astype(np.float64)
+    log_scales = np.log(_measure_spacing(positions))
+    colors = points.colors[chosen] / 255
+    quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
+    opacity = math.log(_OPACITY_AT_START / (1 - _OPACITY_AT_START))
+    attributes = (
+        torch.tensor(positions, dtype=torch.float32),
+        quaternion.repeat(count, 1),
+        torch.tensor(log_scales, dtype=torch.float32)[:, None].repeat(1, 3),
+        torch.full((count,), opacity),
+        torch.tensor((colors - 0.5) / _SH_C0, dtype=torch.float32)[:, None],
+        torch.zeros(count, 3, 3),
+    )
+    return Attributes(*(tensor.to(device) for tensor in attributes))
+
+
+def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `[n]` the root mean square distance of points to their nearest three."""
+    neighbors = list(range(2, 2 + min(_NEIGHBORS, positions.shape[0] - 1)))
+    if not neighbors:
+        return np.ones(positions.shape[0])
+    distances, _ = cKDTree(positions).query(positions, k=neighbors)
+    spacing: NDArray[np.float64] = np.sqrt(np.mean(np.square(distances), axis=1))
+    return np.maximum(spacing, _LEAST_SPACING)
+
+
+def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
+    """Return the learning rates in the order of `Attributes`."""
+    return (
+        settings.position_rate * extent,
+        settings.rotation_rate,
+        settings.scale_rate,
+        settings.opacity_rate,
+        settings.sh_dc_rate,
+        settings.sh_rest_rate,
+    )
+
+
+def _position_rate(settings: CanonicalSettings, extent: float, step: int) -> float:
+    share = step / settings.iterations
+    first, last = math.log(settings.position_rate), math.log(settings.position_rate_end)
+    return math.exp(first + (last - first) * share) * extent
+
+
+def _as_drawn(
+    attributes: Attributes,
+    settings: CanonicalSettings,
+    header: StreamHeader,
+    step: int,
+    generator: torch.Generator,
+) -> Attributes:
+    """Return what a step draws: noisy, without SH at first, and quantized at last."""
+    noise = torch.randn(attributes.means.shape, generator=generator) * settings.noise
+    if step >= settings.quantize_from * settings.iterations:
+        attributes = attributes.quantized(header)
+    with_sh = header.sh_degree > 0 and step >= settings.sh_from
+    return Attributes(
+        attributes.means + noise.to(attributes.means.device),
+        attributes.rotations,
+        attributes.log_scales,
+        attributes.opacities,
+        attributes.sh_dc,
+        attributes.sh_rest if with_sh else torch.zeros_like(attributes.sh_rest),
+    )
+
+
+def _densifies(settings: CanonicalSettings, step: int) -> bool:
+    within = settings.densify_from <= step < settings.densify_until
+    return within and step % settings.densify_every == 0

@@ -1,0 +1,163 @@
+"""The loop closed by construction: bytes, then the decoder, then the next stage.
+
+Every result of training becomes bytes here, and what training goes on with is
+what the decoder makes of them. At the end of a frame its chunk goes through a
+`StreamDecoder` like any reader's, and the state that comes out seeds the next
+frame.
+"""
+
+from dataclasses import replace
+from typing import BinaryIO
+
+import numpy as np
+
+from quarc_ref.decoder.decode_stream import StreamDecoder
+from quarc_ref.decoder.digest import compute_digest, compute_state_crc
+from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
+from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame, motion_contexts
+from quarc_ref.format import container, wire
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.container import Chunk, build_chunk
+from quarc_ref.format.errors import BitstreamError, ClosedLoopError, EncodeError, StateError
+from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import (
+    Births,
+    Camera,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    StreamHeader,
+    Tail,
+)
+
+EMPTY = Section(b"", np.zeros(0, dtype=np.uint32))
+
+
+class ClosedLoop:
+    """Writes a stream and holds the decoder's state of it.
+
+    Args:
+        sink: Is written to by appending.
+        header: Of the stream.
+        cameras: For `came`.
+        metadata: For `meta`.
+
+    Attributes:
+        state: Of the last frame, as the decoder has it.
+    """
+
+    state: State
+
+    def __init__(
+        self,
+        sink: BinaryIO,
+        header: StreamHeader,
+        cameras: tuple[Camera, ...],
+        metadata: dict[str, str],
+    ) -> None:
+        self._sink = sink
+        self._header = header
+        self._decoder = StreamDecoder()
+        self._offset = sink.write(MAGIC)
+        self._sequence = 0
+        self._counts = Tail(0, 0)
+        self._write(container.HEAD, wire.build_stream_header(header))
+        self._write(container.CAME, wire.build_cameras(cameras))
+        self._write(container.META, wire.build_metadata(metadata))
+
+    def commit_canonical(self, gaussians: Gaussians, frame: int) -> State:
+        """Write a canonical frame; return the decoder's state of it."""
+        origin, axis_bits, ordered = sort_canonical(gaussians)
+        expected = begin_canonical(self._header, frame, ordered)
+        chunk = CanonicalChunk(
+            frame,
+            ordered.count,
+            origin,
+            axis_bits,
+            write_canonical(ordered, origin),
+            compute_state_crc(expected.scene, all_fields=True),
+        )
+        self._counts = Tail(self._counts.frame_count + 1, self._counts.canonical_count + 1)
+        return self._push(container.CANO, wire.build_canonical(chunk), expected)
+
+    def begin_frame(self, death_count: int) -> State:
+        """Return the last frame's state with the dead gone and every Gaussian bound."""
+        self._begun = begin_frame(self.state, death_count)
+        self._death_count = death_count
+        return self._begun
+
+    def commit_motion(self, symbols: list[Int64]) -> State:
+        """Code the motion of a frame; return the decoder's state after it.
+
+        The contexts of the last frame are used where they save bytes.
+
+        Raises:
+            EncodeError: A symbol or a position is beyond what the format carries.
+        """
+        begun = self._begun
+        sections = {
+            previous: write_motion(motion_contexts(begun, previous=previous), symbols)
+            for previous in (True, False)
+        }
+        previous = sections[True].byte_count() < sections[False].byte_count()
+        chunk = FrameChunk(
+            begun.scene.phase, previous, self._death_count, 0, sections[previous], EMPTY, 0
+        )
+        self._chunk = wire.parse_frame(wire.build_frame(chunk))
+        try:
+            self._moved = decode_motion(begun, self._chunk.motion, previous=previous)
+        except StateError as error:
+            raise EncodeError(str(error)) from error
+        return self._moved
+
+    def commit_births(self, births: Births | None) -> State:
+        """Code the newborn of a frame and write it; return the state that seeds the next.
+
+        Raises:
+            EncodeError: A newborn is beyond what the format carries.
+            ClosedLoopError: The decoder makes another state of the frame's
+                bytes than the commits did.
+        """
+        grown, section = self._moved, EMPTY
+        if births is not None:
+            section = write_births(births)
+            try:
+                grown = decode_births(self._moved, section, births.residuals.count)
+            except StateError as error:
+                raise EncodeError(str(error)) from error
+        chunk = replace(
+            self._chunk,
+            birth_count=grown.scene.count - self._moved.scene.count,
+            births=section,
+            state_crc=compute_state_crc(grown.scene, all_fields=covers_all_fields(grown.scene)),
+        )
+        self._counts = Tail(self._counts.frame_count + 1, self._counts.canonical_count)
+        return self._push(container.FRAM, wire.build_frame(chunk), grown)
+
+    def finish(self) -> None:
+        """Write the end of the stream."""
+        self._write(container.TAIL, wire.build_tail(self._counts))
+
+    def _push(self, kind: bytes, payload: bytes, expected: State) -> State:
+        """Write a frame's chunk and take the decoder's state of it."""
+        decoded = self._write(kind, payload)
+        if decoded is None or compute_digest(decoded.scene) != compute_digest(expected.scene):
+            message = f"frame {expected.scene.frame} decodes to another state than was committed"
+            raise ClosedLoopError(message)
+        self.state = decoded
+        return decoded
+
+    def _write(self, kind: bytes, payload: bytes) -> State | None:
+        data = build_chunk(kind, self._sequence, payload)
+        try:
+            state = self._decoder.push(Chunk(kind, payload, self._offset))
+        except BitstreamError as error:
+            message = f"the decoder refuses what was written: {error}"
+            raise ClosedLoopError(message) from error
+        self._sink.write(data)
+        self._sequence += 1
+        self._offset += len(data)
+        return state

@@ -1,0 +1,187 @@
+"""Every number that the trainer chooses, with the paper's value and its place.
+
+A frozen tree of settings; `presets` names whole trees, `--set motion.rate=5e-4`
+changes one leaf. What a stream must carry goes into its header from here.
+"""
+
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Literal
+
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.records import StreamHeader
+
+Price = Literal["l1", "group_log"]
+Placement = Literal["gate", "errors"]
+WarmStart = Literal["anchors", "projection"]
+
+
+@dataclass(frozen=True, slots=True)
+class CanonicalSettings:
+    """Training of frame 0 (method of 3DGS; paper section 3).
+
+    Attributes:
+        iterations: Paper 15 000.
+        initial_gaussians: Initial points taken, at most; the paper takes all.
+        max_gaussians: Bound on their number; the paper has none.
+        sh_from: Iteration at which SH degree 1 joins (1000).
+        dssim: Weight of D-SSIM in the loss, the rest is L1 (0.2).
+        noise: Deviation of the noise on positions, world units (0.01).
+        densify_from: First iteration of densification (500).
+        densify_until: Last (5000).
+        densify_every: Iterations between two (100).
+        densify_gradient: Least mean screen gradient of a Gaussian that is
+            cloned or split, NDC (2e-4).
+        densify_scale: Scale above which it is split, share of the extent (0.01).
+        prune_opacity: Opacity below which a Gaussian goes (0.005).
+        quantize_from: Share of the iterations after which all pass through
+            the quantizer (ours).
+        position_rate: First learning rate of positions, times the extent (1.6e-4).
+        position_rate_end: Last (1.6e-6).
+        sh_dc_rate: Learning rate (2.5e-3).
+        sh_rest_rate: Learning rate (2.5e-3 / 20).
+        opacity_rate: Learning rate (0.05).
+        scale_rate: Learning rate (5e-3).
+        rotation_rate: Learning rate (1e-3).
+    """
+
+    iterations: int = 15_000
+    initial_gaussians: int = 1 << 20
+    max_gaussians: int = 1 << 20
+    sh_from: int = 1000
+    dssim: float = 0.2
+    noise: float = 0.01
+    densify_from: int = 500
+    densify_until: int = 5000
+    densify_every: int = 100
+    densify_gradient: float = 2e-4
+    densify_scale: float = 0.01
+    prune_opacity: float = 0.005
+    quantize_from: float = 0.8
+    position_rate: float = 1.6e-4
+    position_rate_end: float = 1.6e-6
+    sh_dc_rate: float = 2.5e-3
+    sh_rest_rate: float = 2.5e-3 / 20
+    opacity_rate: float = 0.05
+    scale_rate: float = 5e-3
+    rotation_rate: float = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSettings:
+    """Stage 1 of a frame: the anchors' residuals.
+
+    Attributes:
+        iterations: Paper 100.
+        rate: Learning rate of residuals at level 1, world units (5e-4).
+        level_rate: Factor of the rate from a level to the next coarser (1).
+        rate_end: Share of the rate at the last iteration, by cosine (1).
+        dssim: Weight of D-SSIM in the loss, the rest is L1 (0.2).
+        price: What residuals cost: `l1`, the mean of their magnitudes in units
+            (paper), or `group_log`, the mean over anchors of
+            ln(1 + norm of the anchor's symbols).
+        price_weight: Of the price in the loss (1 with `l1`).
+        warm_start: Where residuals start: `anchors`, the last frame's residual
+            of the anchor, or of its three nearest (paper), or `projection`,
+            each Gaussian's last motion handed down from coarse to fine.
+        momentum: Share of the last motion that is taken over (0.6).
+    """
+
+    iterations: int = 100
+    rate: float = 5e-4
+    level_rate: float = 1.0
+    rate_end: float = 1.0
+    dssim: float = 0.2
+    price: Price = "l1"
+    price_weight: float = 1.0
+    warm_start: WarmStart = "anchors"
+    momentum: float = 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class BirthSettings:
+    """Stage 2 of a frame: new Gaussians where the change gate opens.
+
+    Attributes:
+        iterations: Paper 100; 0 leaves the stage out.
+        placement: Where newborn start: `gate`, clones that the change gate lets
+            through (paper), or `errors`, on the pixels farthest from the truth.
+        gate_views: Training views of the change gate (4).
+        gradient: Least gated statistic of a parent, NDC (1.5e-4).
+        error: Least error of a pixel that gets a newborn, mean over its colors.
+        error_cell: Side of the cells of which only the worst pixel counts, odd.
+        deaths_below: Opacity below which a Gaussian may die for a newborn; at 1
+            all may, so that their number stays what it was (paper).
+        max_births: Bound on the newborn of a frame; the paper has none.
+        parent_scale: Largest scale of a parent, share of the extent (0.01).
+        spread: Deviation of a newborn's place, in scales of its parent (2).
+        opacity_logit: At birth (0.1).
+        rate_factor: Of the canonical learning rates (15).
+        split_at: Iterations at which large newborn are split (40, 80).
+        prune_opacity: Opacity below which a newborn goes (0.01).
+        prune_radius: Screen radius above which it goes, pixels (20).
+        prune_scale: Scale above which it goes, share of the extent (0.1).
+        must_pay: Keep the newborn only if the training views gain by them (ours).
+    """
+
+    iterations: int = 100
+    placement: Placement = "gate"
+    gate_views: int = 4
+    gradient: float = 1.5e-4
+    error: float = 0.08
+    error_cell: int = 3
+    deaths_below: float = 1.0
+    max_births: int = 1 << 12
+    parent_scale: float = 0.01
+    spread: float = 2.0
+    opacity_logit: float = 0.1
+    rate_factor: float = 15.0
+    split_at: tuple[int, ...] = (40, 80)
+    prune_opacity: float = 0.01
+    prune_radius: float = 20.0
+    prune_scale: float = 0.1
+    must_pay: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderConfig:
+    """All settings of an encode.
+
+    Attributes:
+        stream: What the header carries. Clock, level and seed are set by the
+            encoder.
+        canonical: Of frame 0.
+        motion: Of stage 1 of every later frame.
+        births: Of stage 2.
+        seed: Of every draw: sampler, views, noise, places of the newborn.
+    """
+
+    stream: StreamHeader = field(default_factory=StreamHeader)
+    canonical: CanonicalSettings = field(default_factory=CanonicalSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    births: BirthSettings = field(default_factory=BirthSettings)
+    seed: int = 0
+
+
+def make_header(
+    config: EncoderConfig, frames_per_second: float, gaussian_count: int
+) -> StreamHeader:
+    """Return the header of a stream.
+
+    Args:
+        config: Its `stream` is carried over, but for clock, level and seed.
+        frames_per_second: Of the capture.
+        gaussian_count: Of the canonical frame; the level also bears its births.
+    """
+    clock = Fraction(frames_per_second).limit_denominator(_CLOCK_LIMIT)
+    most = gaussian_count + config.births.max_births
+    return replace(
+        config.stream,
+        level=min(level for level, limits in LEVELS.items() if most <= limits.gaussians),
+        timescale=clock.numerator,
+        frame_ticks=clock.denominator,
+        seed=config.seed,
+    )
+
+
+_CLOCK_LIMIT = 1001

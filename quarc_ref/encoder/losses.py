@@ -1,0 +1,80 @@
+"""The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
+
+On a CPU the SSIM and its gradient are numba's; elsewhere, and in float64, they
+are torch's convolutions. Both are the same SSIM to float precision.
+"""
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.autograd import Function
+from torch.autograd.function import once_differentiable
+
+from quarc_ref.rendering import ssim_kernels
+from quarc_ref.rendering.pipeline import KERNEL_LOCK
+
+_C1 = 0.01**2
+_C2 = 0.03**2
+
+
+def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
+    """Return the loss of a picture.
+
+    Args:
+        image: `[H, W, 3]` rendered.
+        truth: `[H, W, 3]` from 0 to 1.
+        dssim: Weight of 1 - SSIM; the rest is L1.
+    """
+    return (1 - dssim) * (image - truth).abs().mean() + dssim * (1 - mean_ssim(image, truth))
+
+
+def mean_ssim(image: Tensor, truth: Tensor) -> Tensor:
+    """Return the mean SSIM of two pictures `[H, W, 3]`, differentiable by the first."""
+    if image.device.type == "cpu" and image.dtype == torch.float32:
+        value: Tensor = _NumbaSsim.apply(image, truth)
+        return value
+    return _convolved_ssim(image, truth).mean()
+
+
+class _NumbaSsim(Function):
+    @staticmethod
+    def forward(ctx: Any, image: Tensor, truth: Tensor) -> Tensor:  # noqa: ANN401
+        shape = (image.shape[0], -1)
+        first = image.detach().contiguous().numpy().reshape(shape)
+        second = truth.detach().contiguous().numpy().reshape(shape)
+        ssim = np.empty_like(first)
+        slopes = np.empty((3, *first.shape), dtype=np.float32)
+        with KERNEL_LOCK:
+            ssim_kernels.ssim_forward(first, second, ssim, slopes)
+        ctx.saved = (first, second, slopes)
+        return image.new_tensor(ssim.mean(dtype=np.float64))
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:  # noqa: ANN401
+        first, second, slopes = ctx.saved
+        by_first = np.empty_like(first)
+        with KERNEL_LOCK:
+            ssim_kernels.ssim_backward(first, second, slopes, by_first)
+        scaled = torch.from_numpy(by_first) * (gradient / by_first.size)
+        return scaled.reshape(first.shape[0], -1, 3), None
+
+
+def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
+    """Return `[3, H, W]` the SSIM of every number."""
+    taps = image.new_tensor(ssim_kernels.WINDOW)
+    window = (taps[:, None] * taps).expand(3, 1, taps.numel(), taps.numel())
+
+    def blur(picture: Tensor) -> Tensor:
+        planes = picture.permute(2, 0, 1)[None]
+        return torch.nn.functional.conv2d(planes, window, padding=ssim_kernels.RADIUS, groups=3)[0]
+
+    a, b = blur(image), blur(truth)
+    aa, bb, ab = (
+        blur(image * image) - a * a,
+        blur(truth * truth) - b * b,
+        blur(image * truth) - a * b,
+    )
+    return (2 * a * b + _C1) * (2 * ab + _C2) / ((a * a + b * b + _C1) * (aa + bb + _C2))

@@ -1,0 +1,125 @@
+"""Named trees of settings, and changes to single leaves by name.
+
+`paper` is the paper's schedule to the letter, where it states one. `draft` is
+for CPUs and first looks: shorter, and with the motion recipe that was measured
+to spend fewer bytes at a higher PSNR (benchmarks/README.md).
+"""
+
+import difflib
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, get_args, get_origin, get_type_hints
+
+from quarc_ref.encoder.config import (
+    BirthSettings,
+    CanonicalSettings,
+    EncoderConfig,
+    MotionSettings,
+)
+from quarc_ref.format.records import StreamHeader
+
+PRESETS = {
+    "paper": EncoderConfig(
+        stream=StreamHeader(rotation_components=4, gaussians_per_anchor=4, resample_interval=2),
+    ),
+    "draft": EncoderConfig(
+        stream=StreamHeader(gaussians_per_anchor=8, resample_interval=1),
+        canonical=CanonicalSettings(
+            iterations=3000,
+            initial_gaussians=20_000,
+            max_gaussians=40_000,
+            sh_from=500,
+            densify_from=300,
+            densify_until=2000,
+            noise=0.0,
+        ),
+        motion=MotionSettings(
+            rate=1e-3,
+            level_rate=2.0,
+            rate_end=0.05,
+            price="group_log",
+            price_weight=0.016,
+            warm_start="projection",
+            momentum=1.0,
+        ),
+        births=BirthSettings(iterations=40, split_at=(), max_births=64, must_pay=True),
+    ),
+}
+
+
+class SettingError(ValueError):
+    """A setting that does not exist, or a value that it does not take."""
+
+
+def choose_preset(name: str) -> EncoderConfig:
+    """Return a preset.
+
+    Raises:
+        SettingError: There is no such preset.
+    """
+    if name not in PRESETS:
+        message = f"no preset {name!r}; there are {', '.join(PRESETS)}"
+        raise SettingError(message)
+    return PRESETS[name]
+
+
+def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig:
+    """Return the settings with one leaf changed.
+
+    Args:
+        config: Settings.
+        path: Name of a leaf, such as `motion.rate`.
+        text: Its new value; a tuple's items are separated by commas.
+
+    Raises:
+        SettingError: No such leaf, or no such value.
+    """
+    if path not in dict(list_settings(config)):
+        close = difflib.get_close_matches(path, dict(list_settings(config)), n=3)
+        hint = f"; close to it: {', '.join(close)}" if close else ""
+        message = f"no setting {path!r}{hint}"
+        raise SettingError(message)
+    changed: EncoderConfig = _changed(config, path.split("."), path, text)
+    return changed
+
+
+def list_settings(config: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401
+    """Yield the path and the value of every leaf."""
+    for field in fields(config):
+        value = getattr(config, field.name)
+        path = prefix + field.name
+        if is_dataclass(value):
+            yield from list_settings(value, path + ".")
+        else:
+            yield path, value
+
+
+def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa: ANN401
+    name, *rest = names
+    if rest:
+        return replace(node, **{name: _changed(getattr(node, name), rest, path, text)})
+    kind = get_type_hints(type(node))[name]
+    try:
+        return replace(node, **{name: _parse_value(kind, text)})
+    except ValueError as error:
+        message = f"{path}={text}: {error}"
+        raise SettingError(message) from error
+
+
+def _parse_value(kind: Any, text: str) -> Any:  # noqa: ANN401
+    if kind is bool:
+        return _BOOLEANS[text.lower()] if text.lower() in _BOOLEANS else _refuse(tuple(_BOOLEANS))
+    if get_origin(kind) is tuple:
+        return tuple(int(item) for item in text.split(",") if item)
+    choices = get_args(kind)
+    if choices:
+        return text if text in choices else _refuse(choices)
+    return kind(text)
+
+
+def _refuse(choices: tuple[str, ...]) -> None:
+    message = f"it takes {', '.join(choices)}"
+    raise ValueError(message)
+
+
+_BOOLEANS = {"true": True, "false": False, "yes": True, "no": False, "1": True, "0": False}

@@ -1,0 +1,60 @@
+"""The quantizer in training: forward rounds, backward does not know (paper Eq. 3).
+
+What leaves a quantizer here is what the decoder would make of the symbol, to
+float precision; the state itself is made by the decoder alone.
+"""
+
+import torch
+from torch import Tensor
+
+from quarc_ref.format.records import StreamHeader
+
+
+def round_to_step(values: Tensor, step: float) -> Tensor:
+    """Return the multiples of a step nearest to values, with the gradient of the identity."""
+    return values + (torch.round(values / step) * step - values).detach()
+
+
+def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
+    """Return unit quaternions whose three smaller components are on the grid (SPEC 7.2).
+
+    Args:
+        quaternions: `[N, 4]` wxyz, of any norm above 0.
+        fraction_bits: Of the three components.
+    """
+    unit = torch.nn.functional.normalize(quaternions, dim=1)
+    with torch.no_grad():
+        index, components = split_rotations(unit, fraction_bits)
+        others = components / (1 << fraction_bits)
+        largest = torch.sqrt((1 - (others * others).sum(dim=1)).clamp(min=0))
+        rounded = torch.empty_like(unit)
+        rounded.scatter_(1, _places(index), torch.cat([largest[:, None], others], dim=1))
+        rounded = rounded * torch.sign((rounded * unit).sum(dim=1, keepdim=True))
+    return unit + (rounded - unit).detach()
+
+
+def split_rotations(unit: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
+    """Return `[N]` the index of the largest component and `[N, 3]` the others in steps.
+
+    The sign is taken so that the largest component is positive.
+    """
+    index = unit.abs().argmax(dim=1)
+    largest = unit.gather(1, index[:, None])
+    others = unit.gather(1, _places(index)[:, 1:]) * torch.sign(largest)
+    return index, torch.round(others * (1 << fraction_bits))
+
+
+def position_step(header: StreamHeader) -> float:
+    """Return the step of canonical and newborn positions, world units."""
+    return float(header.position_step * 2.0**-header.lattice_exponent)
+
+
+def translation_step(header: StreamHeader) -> float:
+    """Return the step of translation residuals, world units."""
+    return float(header.translation_step * 2.0**-header.lattice_exponent)
+
+
+def _places(index: Tensor) -> Tensor:
+    """Return `[N, 4]` where the largest component stands, then the others in order."""
+    table = index.new_tensor([[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]])
+    return table[index]

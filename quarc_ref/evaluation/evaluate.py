@@ -1,0 +1,142 @@
+"""Quality of a stream on the held-out cameras, from the decoded file and nothing else."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.decoder import Scene, Splats, decode, dequantize
+from quarc_ref.evaluation.inspect_stream import StreamSummary, inspect_stream
+from quarc_ref.evaluation.metrics import (
+    PSNR_VARIANT,
+    SSIM_VARIANT,
+    Picture,
+    measure_psnr,
+    measure_ssim,
+)
+from quarc_ref.rendering.pictures import render_picture
+
+
+class MismatchError(ValueError):
+    """A stream and a capture that do not belong together."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What one held-out camera sees of a frame.
+
+    Attributes:
+        frame: Ordinal of the frame.
+        camera: Name.
+        truth: `[H, W, 3]` from 0 to 1.
+        decoded: `[H, W, 3]` from 0 to 1, drawn from the decoded scene.
+        psnr: dB.
+        ssim: As `ssim_inria`.
+    """
+
+    frame: int
+    camera: str
+    truth: Picture
+    decoded: Picture
+    psnr: float
+    ssim: float
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Metrics of a stream: a number to each frame, the mean over held-out cameras."""
+
+    psnr: tuple[float, ...]
+    ssim: tuple[float, ...]
+
+    def as_json(self) -> dict[str, object]:
+        """Return what `eval --json` prints of the quality."""
+        return {
+            "psnr": float(np.mean(self.psnr)),
+            "ssim": float(np.mean(self.ssim)),
+            "psnr_per_frame": list(self.psnr),
+            "ssim_per_frame": list(self.ssim),
+            "metrics": {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT},
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluation:
+    """A stream measured.
+
+    Attributes:
+        summary: What it is made of.
+        quality: Its metrics.
+        shown: Views of the first held-out camera: first, middle and last frame.
+    """
+
+    summary: StreamSummary
+    quality: Quality
+    shown: tuple[View, ...]
+
+
+def open_same_capture(summary: StreamSummary, folder: Path) -> Capture:
+    """Open the capture of a stream at the stream's size, with its cameras held out.
+
+    Raises:
+        MismatchError: The capture is not the one that the stream was made from.
+        CaptureError: The capture cannot be read.
+    """
+    held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
+    if not held_out:
+        message = "the stream holds no camera out: there is nothing to measure on"
+        raise MismatchError(message)
+    full = open_capture(folder, CaptureOptions(held_out=held_out))
+    downscale = max(1, round(full.cameras[0].width / summary.cameras[0].width))
+    capture = open_capture(folder, CaptureOptions(downscale=downscale, held_out=held_out))
+    sizes = [
+        [(camera.name, camera.width, camera.height) for camera in cameras]
+        for cameras in (summary.cameras, capture.cameras)
+    ]
+    if sizes[0] != sizes[1] or capture.frame_count <= summary.frames[-1].frame:
+        message = f"{folder} has other cameras, sizes or fewer frames than the stream was made from"
+        raise MismatchError(message)
+    return capture
+
+
+def evaluate_stream(data: bytes, folder: Path, note: Callable[[str, int, int], None]) -> Evaluation:
+    """Measure a stream against the capture that it was made from.
+
+    Args:
+        data: A stream.
+        folder: The capture.
+        note: Is told of every frame: stage, done, total.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes.
+        MismatchError: The capture is not the one that the stream was made from.
+        CaptureError: The capture cannot be read.
+    """
+    summary = inspect_stream(data)
+    capture = open_same_capture(summary, folder)
+    count = len(summary.frames)
+    shown, psnr, ssim = [], [], []
+    for index, scene in enumerate(decode(data)):
+        views = _measure(scene, capture)
+        psnr.append(float(np.mean([view.psnr for view in views])))
+        ssim.append(float(np.mean([view.ssim for view in views])))
+        if index in {0, count // 2, count - 1}:
+            shown.append(views[0])
+        note("evaluate", index + 1, count)
+    return Evaluation(summary, Quality(tuple(psnr), tuple(ssim)), tuple(shown))
+
+
+def _measure(scene: Scene, capture: Capture) -> list[View]:
+    splats = dequantize(scene)
+    return [_view(splats, capture, index, scene.frame) for index in capture.held_out]
+
+
+def _view(splats: Splats, capture: Capture, index: int, frame: int) -> View:
+    camera = capture.cameras[index]
+    decoded = np.clip(render_picture(splats, camera), 0, 1)
+    truth = capture.image(index, frame).astype(np.float32) / np.float32(255)
+    psnr, ssim = measure_psnr(decoded, truth), measure_ssim(decoded, truth)
+    return View(frame, camera.name, truth, decoded, psnr, ssim)

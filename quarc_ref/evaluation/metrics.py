@@ -1,0 +1,40 @@
+"""How near a picture is to the truth: each metric with the name of its variant.
+
+A number without its variant means nothing: the same pair of pictures scores
+0.84 to 0.90 in five SSIMs that are all in use.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.rendering import ssim_kernels
+from quarc_ref.rendering.pipeline import KERNEL_LOCK
+
+Picture = NDArray[np.float32]
+
+PSNR_VARIANT = (
+    "psnr: floats clamped to [0, 1], MSE over pixels and channels, mean of the frames' dB"
+)
+SSIM_VARIANT = (
+    "ssim_inria: 11x11 Gaussian of sigma 1.5, zero padding, mean over pixels and channels"
+)
+
+
+def measure_psnr(picture: Picture, truth: Picture) -> float:
+    """Return dB of two pictures `[H, W, 3]` from 0 to 1; infinite for equal ones."""
+    error = float(np.square(picture.astype(np.float64) - truth).mean())
+    return -10 * math.log10(error) if error else math.inf
+
+
+def measure_ssim(picture: Picture, truth: Picture) -> float:
+    """Return the `ssim_inria` of two pictures `[H, W, 3]` from 0 to 1."""
+    shape = (picture.shape[0], -1)
+    first = np.ascontiguousarray(picture, dtype=np.float32).reshape(shape)
+    second = np.ascontiguousarray(truth, dtype=np.float32).reshape(shape)
+    ssim = np.empty_like(first)
+    slopes = np.empty((3, *first.shape), dtype=np.float32)
+    with KERNEL_LOCK:
+        ssim_kernels.ssim_forward(first, second, ssim, slopes)
+    return float(ssim.mean(dtype=np.float64))

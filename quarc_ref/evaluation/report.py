@@ -1,0 +1,125 @@
+"""One page that shows what a stream is worth: pictures, curves, bytes.
+
+The page carries its pictures within itself; beside it they are also written as
+files of their own.
+"""
+
+import base64
+import html
+from importlib import resources
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from quarc_ref.evaluation.evaluate import Evaluation, View
+from quarc_ref.evaluation.inspect_stream import KINDS, StreamSummary
+from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
+from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
+
+DIFFERENCE_GAIN = 4
+
+
+def write_report(evaluation: Evaluation, folder: Path) -> Path:
+    """Write the page and its pictures; return the page's path.
+
+    Args:
+        evaluation: What to show.
+        folder: Is made if it is not there; files of the same names are replaced.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures = {
+        "frames.png": plot_frames(evaluation.summary, evaluation.quality.psnr),
+        "bytes.png": plot_kinds(evaluation.summary),
+    }
+    for view in evaluation.shown:
+        for name, picture in _strip(view).items():
+            file = f"{view.camera}_{view.frame:04}_{name}.png"
+            pictures[file] = encode_picture(picture)
+    for name, data in pictures.items():
+        _replace(folder / name, data)
+    page = folder / "index.html"
+    _replace(page, _compose(evaluation, pictures).encode())
+    return page
+
+
+def _strip(view: View) -> dict[str, Picture]:
+    difference = np.abs(view.decoded - view.truth) * np.float32(DIFFERENCE_GAIN)
+    return {"truth": view.truth, "decoded": view.decoded, "difference": difference}
+
+
+def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
+    template = Template(resources.files(__package__).joinpath("report.html").read_text("utf-8"))
+    summary = evaluation.summary
+    name = summary.metadata.get("capture", "stream")
+    held_out = ", ".join(dict.fromkeys(view.camera for view in evaluation.shown))
+    return template.substitute(
+        title=html.escape(f"{name}: {len(summary.frames)} frames"),
+        subtitle=html.escape(
+            f"Measured on {held_out}, which training never saw, drawn from the decoded file. "
+            f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
+        ),
+        figures=_compose_figures(evaluation),
+        views="".join(_compose_view(view, pictures) for view in evaluation.shown),
+        frames_plot=_embed(pictures["frames.png"]),
+        kinds_plot=_embed(pictures["bytes.png"]),
+        bytes_table=_compose_bytes(summary),
+        settings=_compose_settings(summary.metadata),
+    )
+
+
+def _compose_figures(evaluation: Evaluation) -> str:
+    summary, quality = evaluation.summary, evaluation.quality
+    rates = summary.kilobytes_per_frame()
+    figures = {
+        "PSNR, mean": f"{np.mean(quality.psnr):.2f} dB",
+        "PSNR, first frame": f"{quality.psnr[0]:.2f} dB",
+        "PSNR, worst frame": f"{min(quality.psnr):.2f} dB",
+        "SSIM, mean": f"{np.mean(quality.ssim):.4f}",
+        "KB per frame, without canonical": f"{rates['without_canonical']:.2f}",
+        "KB per frame, with canonical": f"{rates['with_canonical']:.2f}",
+        "Gaussians": f"{summary.frames[-1].gaussians:,}",
+        "whole stream": f"{summary.total_bytes:,} bytes",
+    }
+    return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
+
+
+def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
+    images = "".join(
+        f'<img alt="{name} of frame {view.frame}" '
+        f'src="{_embed(pictures[f"{view.camera}_{view.frame:04}_{name}.png"])}">'
+        for name in ("truth", "decoded", "difference")
+    )
+    caption = (
+        f"frame {view.frame}, {html.escape(view.camera)}: {view.psnr:.2f} dB, "
+        f"SSIM {view.ssim:.4f}; truth, decoded, difference times {DIFFERENCE_GAIN}"
+    )
+    return f'<figure><div class="views">{images}</div><figcaption>{caption}</figcaption></figure>'
+
+
+def _compose_bytes(summary: StreamSummary) -> str:
+    coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
+    rows = []
+    for kind in (*KINDS, "overhead", "total"):
+        price = estimate.get(kind)
+        beside = "" if price is None else f"{price:,}"
+        ratio = f"{coded[kind] / price:.3f}" if price else ""
+        row = (kind, f"{coded[kind]:,}", beside, ratio)
+        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>")
+    head = "<tr><th>kind</th><th>bytes</th><th>zero-order estimate</th><th>ratio</th></tr>"
+    return f"<table>{head}{''.join(rows)}</table>"
+
+
+def _compose_settings(metadata: dict[str, str]) -> str:
+    lines = [f"{key}: {value}" for key, value in metadata.items()]
+    return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
+
+
+def _embed(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode()
+
+
+def _replace(path: Path, data: bytes) -> None:
+    beside = path.with_name(path.name + ".part")
+    beside.write_bytes(data)
+    beside.replace(path)

@@ -1,0 +1,1 @@
+"""Decoded frames as files that other programs read."""

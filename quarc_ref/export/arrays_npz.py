@@ -1,0 +1,31 @@
+"""A frame as a NumPy archive: the integer state, and the floats that it stands for."""
+
+import io
+
+import numpy as np
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.scene import Scene
+
+
+def build_npz(scene: Scene, splats: Splats) -> bytes:
+    """Return the bytes of an uncompressed archive.
+
+    It holds `ids`, `state_positions`, `state_rotations`, `state_codes` as in
+    `Scene`, and `positions`, `rotations`, `log_scales`, `opacities`, `sh` as in
+    `Splats`.
+    """
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        ids=scene.ids,
+        state_positions=scene.positions,
+        state_rotations=scene.rotations,
+        state_codes=scene.codes,
+        positions=splats.positions,
+        rotations=splats.rotations,
+        log_scales=splats.log_scales,
+        opacities=splats.opacities,
+        sh=splats.sh,
+    )
+    return buffer.getvalue()

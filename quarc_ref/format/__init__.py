@@ -1,0 +1,1 @@
+"""Bytes to records and symbols, and back: SPEC 5 and 8."""

@@ -1,0 +1,50 @@
+"""The operators of SPEC 4: every rounding and every square root of the format.
+
+All take and give int64. Nothing else in `format` and `decoder` rounds,
+divides values that may be negative, or takes a root.
+"""
+
+import numpy as np
+
+from quarc_ref.format.arrays import Int64
+
+
+def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
+    """Divide to the nearest integer, halves away from zero (SPEC 4.2).
+
+    Args:
+        numerator: Below 2^61 in magnitude.
+        denominator: Above 0, below 2^61; broadcasts against `numerator`.
+
+    Returns:
+        The rounded quotients, in the shape of both broadcast.
+    """
+    divisor = np.asarray(denominator, dtype=np.int64)
+    magnitude: Int64 = (2 * np.abs(numerator) + divisor) // (2 * divisor)
+    return np.sign(numerator) * magnitude
+
+
+def isqrt(values: Int64) -> Int64:
+    """Return the largest integer whose square is at most each value (SPEC 4.3).
+
+    The floating-point root is a guess alone: whatever its last bit, the two
+    comparisons of integers decide.
+
+    Args:
+        values: From 0 to 2^62.
+    """
+    guess: Int64 = np.sqrt(values.astype(np.float64)).astype(np.int64)
+    root: Int64 = guess - (guess * guess > values)
+    return root + ((root + 1) * (root + 1) <= values)
+
+
+def bit_length(values: Int64) -> Int64:
+    """Return the number of bits of each value, 0 for 0 (SPEC 4.4).
+
+    Args:
+        values: From 0 to 2^62 - 1.
+    """
+    return np.searchsorted(_POWERS, values, side="right")
+
+
+_POWERS = np.left_shift(np.int64(1), np.arange(62, dtype=np.int64))

@@ -1,0 +1,11 @@
+"""The array types that records, planes and states are made of."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bits: TypeAlias = NDArray[np.bool_]
+Int32: TypeAlias = NDArray[np.int32]
+Int64: TypeAlias = NDArray[np.int64]
+UInt32: TypeAlias = NDArray[np.uint32]

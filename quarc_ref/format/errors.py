@@ -1,0 +1,232 @@
+"""Everything that can be refused, by name: SPEC 3.3.
+
+    QuarcError
+    ├── BitstreamError          those bytes are wrong
+    │   ├── ContainerError      framing, order, versions, fields
+    │   ├── EntropyError        coded planes
+    │   └── StateError          what the frame would make of the scene
+    ├── EncodeError             your scene or setting cannot be written
+    └── ClosedLoopError         encoder and decoder disagree: our fault
+
+Each leaf of `BitstreamError` carries the stable `reject_id` of its SPEC row.
+Malformed bytes raise a leaf of `BitstreamError` and nothing else.
+"""
+
+from typing import ClassVar
+
+
+class QuarcError(Exception):
+    """Any fault that this package names."""
+
+
+class BitstreamError(QuarcError):
+    """The bytes are no valid stream.
+
+    Attributes:
+        reject_id: The stable name of the fault (SPEC 3.3).
+        offset: Where in the stream it was found, in bytes, if known.
+    """
+
+    reject_id: ClassVar[str] = ""
+
+    def __init__(self, message: str, offset: int | None = None) -> None:
+        super().__init__(message)
+        self.offset = offset
+
+    def __str__(self) -> str:
+        place = "" if self.offset is None else f" at byte {self.offset}"
+        return f"{self.reject_id}{place}: {super().__str__()}"
+
+
+class ContainerError(BitstreamError):
+    """Framing, order, versions and fields."""
+
+
+class BadMagicError(ContainerError):
+    """The file does not begin with the magic."""
+
+    reject_id = "bad-magic"
+
+
+class TruncatedError(ContainerError):
+    """The bytes end inside a chunk, or before a TAIL chunk."""
+
+    reject_id = "truncated"
+
+
+class BadSyncError(ContainerError):
+    """A chunk does not begin with the sync word."""
+
+    reject_id = "bad-sync"
+
+
+class HeaderCrcError(ContainerError):
+    """A chunk's header does not match its CRC."""
+
+    reject_id = "header-crc"
+
+
+class PayloadCrcError(ContainerError):
+    """A chunk's payload does not match its CRC."""
+
+    reject_id = "payload-crc"
+
+
+class SequenceError(ContainerError):
+    """A chunk is missing, repeated or out of turn."""
+
+    reject_id = "sequence"
+
+
+class ChunkOrderError(ContainerError):
+    """A chunk stands where its type may not."""
+
+    reject_id = "chunk-order"
+
+
+class BadChunkTypeError(ContainerError):
+    """A chunk's type is not made of letters in a pattern of the format."""
+
+    reject_id = "bad-chunk-type"
+
+
+class UnknownCriticalError(ContainerError):
+    """A critical chunk of a type that this version does not know."""
+
+    reject_id = "unknown-critical"
+
+
+class TrailingDataError(ContainerError):
+    """Bytes follow the TAIL chunk, or the last field of a payload."""
+
+    reject_id = "trailing-data"
+
+
+class TailMismatchError(ContainerError):
+    """The totals of TAIL are not those of the stream."""
+
+    reject_id = "tail-mismatch"
+
+
+class UnsupportedVersionError(ContainerError):
+    """The stream is of a version that this decoder does not read."""
+
+    reject_id = "unsupported-version"
+
+
+class UnsupportedFeatureError(ContainerError):
+    """The stream uses an incompatible feature that this decoder lacks."""
+
+    reject_id = "unsupported-feature"
+
+
+class FieldError(ContainerError):
+    """A field of a payload is outside its range, or the payload too short."""
+
+    reject_id = "field"
+
+
+class ChunkSizeError(ContainerError):
+    """A payload is longer than the stream's level allows."""
+
+    reject_id = "chunk-exceeds-level"
+
+
+class EntropyError(BitstreamError):
+    """Coded planes."""
+
+
+class BadProbabilityError(EntropyError):
+    """A probability code that the format leaves undefined."""
+
+    reject_id = "bad-probability"
+
+
+class TableLengthError(EntropyError):
+    """A section's table is shorter or longer than its planes use."""
+
+    reject_id = "table-length"
+
+
+class InvalidWordsError(EntropyError):
+    """Words that no encoder writes."""
+
+    reject_id = "invalid-words"
+
+
+class UnconsumedWordsError(EntropyError):
+    """The coder is not empty after the last symbol."""
+
+    reject_id = "unconsumed-words"
+
+
+class SymbolRangeError(EntropyError):
+    """A coded value is larger than the format allows."""
+
+    reject_id = "symbol-range"
+
+
+class StateError(BitstreamError):
+    """What the frame would make of the scene."""
+
+
+class CountLevelError(StateError):
+    """More Gaussians or births than the stream's level allows."""
+
+    reject_id = "count-exceeds-level"
+
+
+class CountError(StateError):
+    """A count that the scene at hand cannot bear: no Gaussian, or more deaths than Gaussians."""
+
+    reject_id = "count"
+
+
+class FrameOrderError(StateError):
+    """A frame whose ordinal is not the next."""
+
+    reject_id = "frame-order"
+
+
+class PositionRangeError(StateError):
+    """A Gaussian leaves the lattice."""
+
+    reject_id = "position-range"
+
+
+class CodeRangeError(StateError):
+    """An attribute code leaves its range."""
+
+    reject_id = "code-range"
+
+
+class RotationRangeError(StateError):
+    """A sum of rotation residuals, or a rotation code, leaves its range."""
+
+    reject_id = "rotation-range"
+
+
+class DegenerateRotationError(StateError):
+    """A rotation of norm zero."""
+
+    reject_id = "degenerate-rotation"
+
+
+class ParentRangeError(StateError):
+    """A newborn names a parent that the scene does not have."""
+
+    reject_id = "parent-range"
+
+
+class StateCrcError(StateError):
+    """The decoded state is not the one that the encoder had."""
+
+    reject_id = "state-crc"
+
+
+class EncodeError(QuarcError):
+    """The scene, or a setting, cannot be written into a stream."""
+
+
+class ClosedLoopError(QuarcError):
+    """The encoder's state is not the decoder's: a fault of this package."""

@@ -1,0 +1,44 @@
+"""Morton keys: the order of canonical Gaussians (SPEC 8.5), and the cells of the sampler (6.3).
+
+Bit b of x, y and z becomes bit 3b + 2, 3b + 1 and 3b of the key, so that the
+points of a cell of side 2^s are neighbors in the order of their keys.
+"""
+
+import numpy as np
+
+from quarc_ref.format.arrays import Int64
+
+# Between two masks, every group of bits splits in halves that move apart by the shift.
+_SHIFTS = (32, 16, 8, 4, 2)
+_MASKS = (
+    0x1FFFFF,
+    0x1F00000000FFFF,
+    0x1F0000FF0000FF,
+    0x100F00F00F00F00F,
+    0x10C30C30C30C30C3,
+    0x1249249249249249,
+)
+
+
+def interleave(points: Int64) -> Int64:
+    """Return the Morton key of each point.
+
+    Args:
+        points: `[3, n]` xyz, each from 0 to 2^21 - 1.
+
+    Returns:
+        `[n]` keys below 2^63.
+    """
+    spread = points
+    for shift, mask in zip(_SHIFTS, _MASKS[1:], strict=True):
+        spread = (spread | (spread << shift)) & mask
+    keys: Int64 = (spread[0] << 2) | (spread[1] << 1) | spread[2]
+    return keys
+
+
+def deinterleave(keys: Int64) -> Int64:
+    """Return the points `[3, n]` of Morton keys `[n]`."""
+    gathered = np.stack([keys >> 2, keys >> 1, keys]) & _MASKS[-1]
+    for shift, mask in zip(_SHIFTS[::-1], _MASKS[-2::-1], strict=True):
+        gathered = (gathered | (gathered >> shift)) & mask
+    return gathered

@@ -1,0 +1,300 @@
+"""What chunks hold, parsed and checked: SPEC 5.
+
+Frozen records; each proves its own fields when it is made, so that inner code
+trusts them. A field out of range is a ValueError here; `wire` makes it a
+`FieldError` where the field came from a stream.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.format import constants
+from quarc_ref.format.arrays import Int64, UInt32
+from quarc_ref.format.constants import LEVELS, Level
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """The planes of one subject, coded (SPEC 8.1).
+
+    Attributes:
+        table: A probability code for every context that holds a bit.
+        words: `[n]` the coder's words.
+    """
+
+    table: bytes
+    words: UInt32
+
+    def byte_count(self) -> int:
+        """Return the size of the section in a stream, its two lengths included."""
+        return constants.SECTION_HEADER_BYTES + len(self.table) + self.words.nbytes
+
+    def is_empty(self) -> bool:
+        """Tell whether nothing was coded at all."""
+        return not self.table and not self.words.size
+
+
+@dataclass(frozen=True, slots=True)
+class StreamHeader:
+    """What a stream chooses for itself: the HEAD chunk (SPEC 5.3).
+
+    Attributes:
+        level: Which of `constants.LEVELS` the stream keeps to.
+        timescale: Ticks of the clock per second.
+        frame_ticks: Ticks from a frame to the next.
+        lattice_exponent: A lattice unit is 2^-lattice_exponent world units.
+        position_step: Step of canonical and newborn positions, lattice units.
+        translation_step: Step of translation residuals, lattice units.
+        rotation_unity: The w of an identity residual, in rotation steps.
+        rotation_components: 3 where residuals have no w, else 4.
+        rotation_bits: Fraction bits of canonical and newborn rotations.
+        log_scale_step: Step of the log-scale codes.
+        opacity_step: Step of the opacity logit codes.
+        sh_dc_step: Step of the codes of SH degree 0.
+        sh_rest_step: Step of the codes of SH degree 1.
+        sh_degree: 0 or 1.
+        level_count: Levels of anchors, 1 to 3.
+        gaussians_per_anchor: Gaussians to an anchor of level 1.
+        anchor_ratio: Anchors of a level to one of the next coarser.
+        resample_interval: Frames from one sampling of anchors to the next.
+        full_crc_interval: Frames from one state CRC over all fields to the next.
+        seed: Seed of the sampler, 64 bits.
+        right_handed: Whether the world frame is.
+        up_axis: 0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.
+        meters_per_unit: Size of a world unit, 0 where unknown.
+        color_space: 1: sRGB-encoded, blended as encoded.
+    """
+
+    level: int = 10
+    timescale: int = 30
+    frame_ticks: int = 1
+    lattice_exponent: int = 12
+    position_step: int = 4
+    translation_step: int = 7
+    rotation_unity: int = 100
+    rotation_components: int = 3
+    rotation_bits: int = 8
+    log_scale_step: float = 1 / 16
+    opacity_step: float = 1 / 8
+    sh_dc_step: float = 1 / 32
+    sh_rest_step: float = 1 / 32
+    sh_degree: int = 1
+    level_count: int = 3
+    gaussians_per_anchor: int = 4
+    anchor_ratio: int = 3
+    resample_interval: int = 2
+    full_crc_interval: int = 32
+    seed: int = 0
+    right_handed: bool = True
+    up_axis: int = 0
+    meters_per_unit: float = 0.0
+    color_space: int = 1
+
+    def __post_init__(self) -> None:
+        if self.level not in LEVELS:
+            message = f"level {self.level} is not one of {sorted(LEVELS)}"
+            raise ValueError(message)
+        for name, (least, most) in _HEADER_RANGES.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                message = f"{name} is {value}, not within {least} to {most}"
+                raise ValueError(message)
+        for name in _HEADER_STEPS:
+            value = getattr(self, name)
+            if (
+                not 0 < value <= constants.STEP_LIMIT
+                or float(np.array(value, dtype="<f4")) != value
+            ):
+                message = f"{name} is {value}, not a binary32 within 0 to {constants.STEP_LIMIT}"
+                raise ValueError(message)
+
+    @property
+    def limits(self) -> Level:
+        """What the stream's level allows."""
+        return LEVELS[self.level]
+
+    @property
+    def code_planes(self) -> int:
+        """Attribute codes of a Gaussian: 7 at SH degree 0, 16 at 1."""
+        base = constants.LOG_SCALE_PLANES + constants.OPACITY_PLANES + constants.SH_DC_PLANES
+        return base + (constants.SH_REST_PLANES if self.sh_degree else 0)
+
+    @property
+    def symbol_planes(self) -> int:
+        """Symbols of an anchor: three of translation, three or four of rotation."""
+        return 3 + self.rotation_components
+
+    @property
+    def frames_per_second(self) -> float:
+        """The stream's pace."""
+        return self.timescale / self.frame_ticks
+
+
+_U16 = (1 << 16) - 1
+_U32 = (1 << 32) - 1
+_HEADER_RANGES = {
+    "timescale": (1, _U32),
+    "frame_ticks": (1, _U32),
+    "lattice_exponent": (0, constants.LATTICE_EXPONENT_LIMIT),
+    "position_step": (1, _U16),
+    "translation_step": (1, _U16),
+    "rotation_unity": (1, constants.ROTATION_UNITY_LIMIT),
+    "rotation_components": (3, 4),
+    "rotation_bits": (1, constants.ROTATION_BITS_LIMIT),
+    "sh_degree": (0, 1),
+    "level_count": (1, constants.LEVEL_COUNT_LIMIT),
+    "gaussians_per_anchor": (1, _U16),
+    "anchor_ratio": (2, _U16),
+    "resample_interval": (1, _U16),
+    "full_crc_interval": (1, _U16),
+    "seed": (0, (1 << 64) - 1),
+    "up_axis": (0, 6),
+    "meters_per_unit": (0.0, 1e6),
+    "color_space": (1, 1),
+}
+_HEADER_STEPS = ("log_scale_step", "opacity_step", "sh_dc_step", "sh_rest_step")
+
+
+LOG_SCALES = slice(0, constants.LOG_SCALE_PLANES)
+OPACITY = slice(LOG_SCALES.stop, LOG_SCALES.stop + constants.OPACITY_PLANES)
+SH_DC = slice(OPACITY.stop, OPACITY.stop + constants.SH_DC_PLANES)
+SH_REST = slice(SH_DC.stop, SH_DC.stop + constants.SH_REST_PLANES)
+
+
+@dataclass(frozen=True, slots=True)
+class Gaussians:
+    """Gaussians as they are coded, in steps (SPEC 5.4).
+
+    Attributes:
+        positions: `[3, n]` xyz, in position steps.
+        rotations: `[4, n]` index of the largest component, then the other
+            three in order, in units of 2^-rotation_bits of it being positive.
+        codes: `[code_planes, n]` log-scale 3, opacity 1, SH DC 3, SH rest 9.
+    """
+
+    positions: Int64
+    rotations: Int64
+    codes: Int64
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return int(self.positions.shape[1])
+
+
+@dataclass(frozen=True, slots=True)
+class Births:
+    """The newborn of a frame (SPEC 7.6).
+
+    Attributes:
+        parents: `[n]` index in the scene of each newborn's parent, ascending.
+        residuals: Positions and codes less the parent's; rotations as they are.
+    """
+
+    parents: Int64
+    residuals: Gaussians
+
+
+@dataclass(frozen=True, slots=True)
+class CanonicalChunk:
+    """A canonical frame as coded: the CANO chunk (SPEC 5.4).
+
+    Attributes:
+        frame: Ordinal of the frame in the stream.
+        gaussian_count: Gaussians in the frame.
+        origin: Least xyz of the positions, in position steps.
+        axis_bits: Width of a position less the origin.
+        sections: Positions, SH DC, opacity, log-scales, rotations, SH rest.
+        state_crc: CRC-32 of the decoded state.
+    """
+
+    frame: int
+    gaussian_count: int
+    origin: tuple[int, int, int]
+    axis_bits: int
+    sections: tuple[Section, ...]
+    state_crc: int
+
+    def __post_init__(self) -> None:
+        if self.axis_bits > constants.AXIS_BITS_LIMIT:
+            message = f"axis_bits is {self.axis_bits}, beyond {constants.AXIS_BITS_LIMIT}"
+            raise ValueError(message)
+
+
+@dataclass(frozen=True, slots=True)
+class FrameChunk:
+    """A frame that moves the one before it, as coded: the FRAM chunk (SPEC 5.5).
+
+    Attributes:
+        phase: Frames since the canonical one.
+        previous_contexts: Whether the last frame's motion gives contexts.
+        death_count: Gaussians that leave before the motion.
+        birth_count: Gaussians that join after it.
+        motion: The anchors' residuals; empty where nothing moves.
+        births: The newborn; empty where there are none.
+        state_crc: CRC-32 of the decoded state.
+    """
+
+    phase: int
+    previous_contexts: bool
+    death_count: int
+    birth_count: int
+    motion: Section
+    births: Section
+    state_crc: int
+
+
+@dataclass(frozen=True, slots=True)
+class Tail:
+    """The totals of a finished stream: the TAIL chunk (SPEC 5.8)."""
+
+    frame_count: int
+    canonical_count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera: one of the `came` chunk, and of a capture (SPEC 5.6).
+
+    Pixel (0, 0) has its center at (0.5, 0.5). The camera looks along its +z,
+    with x to the right and y down.
+
+    Attributes:
+        name: As the capture names it.
+        width: Pixels.
+        height: Pixels.
+        fx: Focal length, pixels.
+        fy: Focal length, pixels.
+        cx: Principal point, pixels.
+        cy: Principal point, pixels.
+        rotation: World to camera, nine numbers row by row.
+        translation: World to camera, world units.
+        near: Least depth of the scene, world units (SPEC 10.3).
+        held_out: Whether the encoder left it out of training.
+    """
+
+    name: str
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    rotation: tuple[float, ...]
+    translation: tuple[float, ...]
+    near: float
+    held_out: bool
+
+    def __post_init__(self) -> None:
+        numbers = (self.fx, self.fy, self.cx, self.cy, *self.rotation, *self.translation, self.near)
+        if not all(math.isfinite(number) for number in numbers):
+            message = f"camera {self.name} has a number that is not finite"
+            raise ValueError(message)
+        if len(self.rotation) != 9 or len(self.translation) != 3:
+            message = f"camera {self.name} needs 9 numbers of rotation and 3 of translation"
+            raise ValueError(message)
+        if min(self.width, self.height, self.fx, self.fy, self.near) <= 0:
+            message = f"camera {self.name} needs positive sizes, focal lengths and near bound"
+            raise ValueError(message)

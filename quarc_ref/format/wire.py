@@ -1,0 +1,319 @@
+"""The byte layout of every chunk: SPEC 5, one construct Struct a table.
+
+The only importer of construct. Each layout serves both ways (`parse_x` beside
+`build_x`); what construct or a record refuses becomes a `FieldError`.
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, fields
+from typing import Any, TypeVar
+
+import numpy as np
+from construct import (
+    Array,
+    Bytes,
+    Const,
+    Construct,
+    ConstructError,
+    Float32l,
+    Int8ul,
+    Int16ul,
+    Int32sl,
+    Int32ul,
+    Int64ul,
+    OneOf,
+    PascalString,
+    PrefixedArray,
+    Rebuild,
+    Struct,
+    Tell,
+    len_,
+    this,
+)
+
+from quarc_ref.format import constants
+from quarc_ref.format.errors import (
+    EncodeError,
+    FieldError,
+    TrailingDataError,
+    UnsupportedFeatureError,
+    UnsupportedVersionError,
+)
+from quarc_ref.format.records import Camera, CanonicalChunk, FrameChunk, Section, StreamHeader, Tail
+
+# SPEC 5.2
+CHUNK_HEADER = Struct(
+    "sync" / Const(constants.SYNC),
+    "type" / Bytes(4),
+    "sequence" / Int32ul,
+    "length" / Int32ul,
+    "header_crc" / Int32ul,
+)
+
+# SPEC 5.3
+VERSION = Struct(
+    "version_major" / Int8ul,
+    "version_minor" / Int8ul,
+    "incompatible_features" / Int32ul,
+    "compatible_features" / Int32ul,
+)
+STREAM_HEADER = Struct(
+    "version" / VERSION,
+    "level" / Int8ul,
+    "timescale" / Int32ul,
+    "frame_ticks" / Int32ul,
+    "lattice_exponent" / Int8ul,
+    "position_step" / Int16ul,
+    "translation_step" / Int16ul,
+    "rotation_unity" / Int16ul,
+    "rotation_components" / Int8ul,
+    "rotation_bits" / Int8ul,
+    "log_scale_step" / Float32l,
+    "opacity_step" / Float32l,
+    "sh_dc_step" / Float32l,
+    "sh_rest_step" / Float32l,
+    "sh_degree" / Int8ul,
+    "level_count" / Int8ul,
+    "gaussians_per_anchor" / Int16ul,
+    "anchor_ratio" / Int16ul,
+    "resample_interval" / Int16ul,
+    "full_crc_interval" / Int16ul,
+    "seed" / Int64ul,
+    "right_handed" / OneOf(Int8ul, (0, 1)),
+    "up_axis" / Int8ul,
+    "meters_per_unit" / Float32l,
+    "color_space" / Int8ul,
+)
+
+# SPEC 5.4, 5.5, 8.1
+SECTION = Struct(
+    "table_bytes" / Rebuild(Int16ul, len_(this.table)),
+    "word_count" / Int32ul,
+    "table" / Bytes(this.table_bytes),
+    "words" / Bytes(this.word_count * (constants.WORD_BITS // 8)),
+)
+CANONICAL = Struct(
+    "frame" / Int32ul,
+    "gaussian_count" / Int32ul,
+    "origin" / Array(3, Int32sl),
+    "axis_bits" / Int8ul,
+    "sections" / Array(constants.CANONICAL_SECTIONS, SECTION),
+    "state_crc" / Int32ul,
+)
+FRAME = Struct(
+    "phase" / Int32ul,
+    "previous_contexts" / OneOf(Int8ul, (0, 1)),
+    "death_count" / Int32ul,
+    "birth_count" / Int32ul,
+    "motion" / SECTION,
+    "births" / SECTION,
+    "state_crc" / Int32ul,
+)
+
+# SPEC 5.6
+CAMERA = Struct(
+    "name" / PascalString(Int8ul, "utf8"),
+    "held_out" / OneOf(Int8ul, (0, 1)),
+    "width" / Int32ul,
+    "height" / Int32ul,
+    "fx" / Float32l,
+    "fy" / Float32l,
+    "cx" / Float32l,
+    "cy" / Float32l,
+    "rotation" / Array(9, Float32l),
+    "translation" / Array(3, Float32l),
+    "near" / Float32l,
+)
+CAMERAS = Struct("cameras" / PrefixedArray(Int16ul, CAMERA))
+
+# SPEC 5.7
+ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8"))
+METADATA = Struct("entries" / PrefixedArray(Int16ul, ENTRY))
+
+# SPEC 5.8
+TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul)
+
+
+def parse_chunk_header(data: bytes) -> tuple[bytes, int, int, int]:
+    """Return type, sequence number, length and header CRC of a chunk.
+
+    Raises:
+        FieldError: The bytes do not begin with a sync word.
+    """
+    parsed = _parse(CHUNK_HEADER, data)
+    return parsed.type, parsed.sequence, parsed.length, parsed.header_crc
+
+
+def build_chunk_header(kind: bytes, sequence: int, length: int, header_crc: int) -> bytes:
+    """Return the 20 bytes ahead of a payload."""
+    values = {"type": kind, "sequence": sequence, "length": length, "header_crc": header_crc}
+    return _build(CHUNK_HEADER, values)
+
+
+def parse_stream_header(payload: bytes) -> StreamHeader:
+    """Parse HEAD (SPEC 5.3).
+
+    Raises:
+        UnsupportedVersionError: Another version wrote the stream.
+        UnsupportedFeatureError: The stream needs what this version lacks.
+        FieldError: A field is out of range, or missing.
+        TrailingDataError: Bytes follow the last field.
+    """
+    version = _parse(VERSION, payload[: VERSION.sizeof()])
+    if (version.version_major, version.version_minor) != _VERSION:
+        message = (
+            f"version {version.version_major}.{version.version_minor}; "
+            f"this decoder reads {constants.VERSION_MAJOR}.{constants.VERSION_MINOR}"
+        )
+        raise UnsupportedVersionError(message)
+    if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:
+        message = f"incompatible features {version.incompatible_features:#x}"
+        raise UnsupportedFeatureError(message)
+    return _record(StreamHeader, _parse(STREAM_HEADER, payload))
+
+
+def build_stream_header(header: StreamHeader) -> bytes:
+    """Return the payload of HEAD."""
+    version = {
+        "version_major": constants.VERSION_MAJOR,
+        "version_minor": constants.VERSION_MINOR,
+        "incompatible_features": constants.KNOWN_INCOMPATIBLE_FEATURES,
+        "compatible_features": 0,
+    }
+    return _build(STREAM_HEADER, {"version": version, **asdict(header)})
+
+
+def parse_canonical(payload: bytes) -> CanonicalChunk:
+    """Parse CANO (SPEC 5.4).
+
+    Raises:
+        FieldError: A field is out of range, or missing.
+        TrailingDataError: Bytes follow the last field.
+    """
+    parsed = _parse(CANONICAL, payload)
+    parsed.origin = tuple(parsed.origin)
+    parsed.sections = tuple(_section(section) for section in parsed.sections)
+    return _record(CanonicalChunk, parsed)
+
+
+def build_canonical(chunk: CanonicalChunk) -> bytes:
+    """Return the payload of CANO."""
+    values = {field.name: getattr(chunk, field.name) for field in fields(chunk)}
+    values["sections"] = [_section_values(section) for section in chunk.sections]
+    return _build(CANONICAL, values)
+
+
+def parse_frame(payload: bytes) -> FrameChunk:
+    """Parse FRAM (SPEC 5.5).
+
+    Raises:
+        FieldError: A field is out of range, or missing.
+        TrailingDataError: Bytes follow the last field.
+    """
+    parsed = _parse(FRAME, payload)
+    parsed.previous_contexts = bool(parsed.previous_contexts)
+    parsed.motion = _section(parsed.motion)
+    parsed.births = _section(parsed.births)
+    return _record(FrameChunk, parsed)
+
+
+def build_frame(chunk: FrameChunk) -> bytes:
+    """Return the payload of FRAM."""
+    values = {field.name: getattr(chunk, field.name) for field in fields(chunk)}
+    values["motion"] = _section_values(chunk.motion)
+    values["births"] = _section_values(chunk.births)
+    return _build(FRAME, values)
+
+
+def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
+    """Parse `came` (SPEC 5.6).
+
+    Raises:
+        FieldError: A field is out of range, or missing.
+        TrailingDataError: Bytes follow the last field.
+    """
+    cameras = []
+    for parsed in _parse(CAMERAS, payload).cameras:
+        parsed.held_out = bool(parsed.held_out)
+        parsed.rotation = tuple(parsed.rotation)
+        parsed.translation = tuple(parsed.translation)
+        cameras.append(_record(Camera, parsed))
+    return tuple(cameras)
+
+
+def build_cameras(cameras: tuple[Camera, ...]) -> bytes:
+    """Return the payload of `came`."""
+    return _build(CAMERAS, {"cameras": [asdict(camera) for camera in cameras]})
+
+
+def parse_metadata(payload: bytes) -> dict[str, str]:
+    """Parse `meta` (SPEC 5.7).
+
+    Raises:
+        FieldError: A text is cut short or no UTF-8.
+        TrailingDataError: Bytes follow the last entry.
+    """
+    return {entry.key: entry.value for entry in _parse(METADATA, payload).entries}
+
+
+def build_metadata(metadata: dict[str, str]) -> bytes:
+    """Return the payload of `meta`."""
+    entries = [{"key": key, "value": value} for key, value in metadata.items()]
+    return _build(METADATA, {"entries": entries})
+
+
+def parse_tail(payload: bytes) -> Tail:
+    """Parse TAIL (SPEC 5.8).
+
+    Raises:
+        FieldError: A field is missing.
+        TrailingDataError: Bytes follow the last field.
+    """
+    return _record(Tail, _parse(TAIL, payload))
+
+
+def build_tail(tail: Tail) -> bytes:
+    """Return the payload of TAIL."""
+    return _build(TAIL, asdict(tail))
+
+
+_VERSION = (constants.VERSION_MAJOR, constants.VERSION_MINOR)
+_Record = TypeVar("_Record")
+
+
+def _parse(layout: Construct, payload: bytes) -> Any:  # noqa: ANN401, construct has no types
+    try:
+        parsed = Struct("body" / layout, "end" / Tell).parse(payload)
+    except (ConstructError, ValueError) as error:
+        message = " ".join(str(error).split())
+        raise FieldError(message) from error
+    if parsed.end != len(payload):
+        message = f"{len(payload) - parsed.end} bytes follow the last field"
+        raise TrailingDataError(message)
+    return parsed.body
+
+
+def _build(layout: Construct, values: dict[str, Any]) -> bytes:
+    try:
+        built: bytes = layout.build(values)
+    except (ConstructError, ValueError) as error:
+        message = " ".join(str(error).split())
+        raise EncodeError(message) from error
+    return built
+
+
+def _record(kind: Callable[..., _Record], parsed: Any) -> _Record:  # noqa: ANN401
+    values = {name: parsed[name] for name in kind.__dataclass_fields__}  # type: ignore[attr-defined]
+    try:
+        return kind(**values)
+    except ValueError as error:
+        raise FieldError(str(error)) from error
+
+
+def _section(parsed: Any) -> Section:  # noqa: ANN401
+    return Section(parsed.table, np.frombuffer(parsed.words, dtype="<u4").astype(np.uint32))
+
+
+def _section_values(section: Section) -> dict[str, Any]:
+    words = section.words.astype("<u4").tobytes()
+    return {"table": section.table, "word_count": section.words.size, "words": words}

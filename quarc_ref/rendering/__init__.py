@@ -1,0 +1,1 @@
+"""Gaussians to pictures, with gradients and without."""

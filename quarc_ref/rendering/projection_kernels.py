@@ -1,0 +1,258 @@
+"""Gaussians onto the picture plane, forward and backward (EWA, SH degree 1).
+
+A Gaussian is taken by one thread and shares nothing, so that the number of
+threads does not reach the result. The backward pass computes what it needs of
+the forward pass anew. The conventions are SPEC 10.3's: pixel centers at +0.5,
+0.3 added to the covariance's diagonal, and x/z and y/z held within the picture
+and a margin in the Jacobian alone.
+
+A camera is a flat array: rotation 9, translation 3, fx, fy, cx, cy, width,
+height, nearest depth, and its center 3.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from quarc_ref.rendering.compiled import parallel_entrance, plain
+from quarc_ref.rendering.matrix_kernels import product, times, turned_product, turned_times
+
+LOW_PASS = np.float32(0.3)
+ALPHA_LEAST = np.float32(1 / 255)
+MARGIN = np.float32(0.15)  # of the picture's size: 0.3 times half of it
+SH_C0 = np.float32(0.28209479177387814)
+SH_C1 = np.float32(0.4886025119029199)
+_0 = np.float32(0)
+_1 = np.float32(1)
+_2 = np.float32(2)
+_3 = np.float32(3)
+_HALF = np.float32(0.5)
+
+
+@parallel_entrance
+def project_forward(
+    camera, means, quaternions, scales, opacities, sh,
+    means2d, conics, colors, depths, reaches, radii,
+):  # fmt: skip
+    """Fill means2d [N,2], conics [N,3], colors [N,3], depths, reaches and radii [N].
+
+    A reach is the exponent at which a Gaussian's alpha falls to 1/255, and 0
+    for one that is not drawn; a radius is three standard deviations, in pixels.
+    """
+    for i in numba.prange(means.shape[0]):
+        reaches[i] = _0
+        x, y, z = _to_camera(camera, means, i)
+        if z <= camera[18] or opacities[i] <= ALPHA_LEAST:
+            continue
+        turn = _rotation(quaternions, i)
+        a, b, c = _covariance(camera, turn, scales, i, x, y, z)
+        det = a * c - b * b
+        if det <= _0:
+            continue
+        reach = math.log(opacities[i] / ALPHA_LEAST)
+        u, v = camera[12] * x / z + camera[14], camera[13] * y / z + camera[15]
+        if _misses(u, math.sqrt(_2 * reach * a), camera[16]):
+            continue
+        if _misses(v, math.sqrt(_2 * reach * c), camera[17]):
+            continue
+        reaches[i], depths[i] = reach, z
+        middle = _HALF * (a + c)
+        radii[i] = _3 * math.sqrt(middle + math.sqrt(max(_0, middle * middle - det)))
+        means2d[i, 0], means2d[i, 1] = u, v
+        conics[i, 0], conics[i, 1], conics[i, 2] = c / det, -b / det, a / det
+        _shade(camera, means, sh, colors, i)
+
+
+@parallel_entrance
+def project_backward(
+    camera, means, quaternions, scales, sh, reaches, colors,
+    g_means2d, g_conics, g_colors, g_means, g_quaternions, g_scales, g_sh,
+):  # fmt: skip
+    """Fill the gradients of means, quaternions, scales and sh from those of the outputs."""
+    for i in numba.prange(means.shape[0]):
+        if reaches[i] <= _0:
+            g_means[i] = _0
+            g_quaternions[i] = _0
+            g_scales[i] = _0
+            g_sh[i] = _0
+            continue
+        x, y, z = _to_camera(camera, means, i)
+        gx, gy, gz = _mean2d_backward(camera, x, y, z, g_means2d[i, 0], g_means2d[i, 1])
+        hx, hy, hz = _covariance_backward(
+            camera, quaternions, scales, i, x, y, z, g_conics, g_quaternions, g_scales
+        )
+        wx, wy, wz = turned_times(camera, gx + hx, gy + hy, gz + hz)
+        dx, dy, dz = _shade_backward(camera, means, sh, colors, g_colors, g_sh, i)
+        g_means[i, 0], g_means[i, 1], g_means[i, 2] = wx + dx, wy + dy, wz + dz
+
+
+@plain
+def _to_camera(camera, means, i):
+    x, y, z = times(camera, means[i, 0], means[i, 1], means[i, 2])
+    return x + camera[9], y + camera[10], z + camera[11]
+
+
+@plain
+def _misses(center, extent, size):
+    return center + extent < _0 or center - extent > size
+
+
+@plain
+def _rotation(quaternions, i):
+    """Return the matrix of a quaternion, normalized first."""
+    w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
+    inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w * inverse, x * inverse, y * inverse, z * inverse
+    return (
+        _1 - _2 * (y * y + z * z), _2 * (x * y - w * z), _2 * (x * z + w * y),
+        _2 * (x * y + w * z), _1 - _2 * (x * x + z * z), _2 * (y * z - w * x),
+        _2 * (x * z - w * y), _2 * (y * z + w * x), _1 - _2 * (x * x + y * y),
+    )  # fmt: skip
+
+
+@plain
+def _slopes(camera, x, y, z):
+    """Return x/z and y/z as the Jacobian sees them, and whether each is as it was."""
+    low = -(camera[14] + MARGIN * camera[16]) / camera[12]
+    high = (camera[16] - camera[14] + MARGIN * camera[16]) / camera[12]
+    slope_x = min(max(x / z, low), high)
+    low = -(camera[15] + MARGIN * camera[17]) / camera[13]
+    high = (camera[17] - camera[15] + MARGIN * camera[17]) / camera[13]
+    slope_y = min(max(y / z, low), high)
+    return slope_x, slope_y, slope_x == x / z, slope_y == y / z
+
+
+@plain
+def _spread(camera, turn, scales, i, x, y, z):
+    """Return the camera-space axes, times their scales, and the two rows of their projection."""
+    m = product(camera, turn)
+    sx, sy, sz = scales[i, 0], scales[i, 1], scales[i, 2]
+    m = (
+        m[0] * sx, m[1] * sy, m[2] * sz,
+        m[3] * sx, m[4] * sy, m[5] * sz,
+        m[6] * sx, m[7] * sy, m[8] * sz,
+    )  # fmt: skip
+    slope_x, slope_y, _, _ = _slopes(camera, x, y, z)
+    jx, jy = camera[12] / z, camera[13] / z
+    u = (jx * (m[0] - slope_x * m[6]), jx * (m[1] - slope_x * m[7]), jx * (m[2] - slope_x * m[8]))
+    v = (jy * (m[3] - slope_y * m[6]), jy * (m[4] - slope_y * m[7]), jy * (m[5] - slope_y * m[8]))
+    return m, u, v
+
+
+@plain
+def _covariance(camera, turn, scales, i, x, y, z):
+    _, u, v = _spread(camera, turn, scales, i, x, y, z)
+    return (
+        u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS,
+        u[0] * v[0] + u[1] * v[1] + u[2] * v[2],
+        v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + LOW_PASS,
+    )
+
+
+@plain
+def _mean2d_backward(camera, x, y, z, gu, gv):
+    gx, gy = gu * camera[12] / z, gv * camera[13] / z
+    return gx, gy, -(gx * x + gy * y) / z
+
+
+@plain
+def _covariance_backward(
+    camera, quaternions, scales, i, x, y, z, g_conics, g_quaternions, g_scales
+):
+    """Write the gradients of quaternion and scale; return that of the camera-space mean."""
+    turn = _rotation(quaternions, i)
+    m, u, v = _spread(camera, turn, scales, i, x, y, z)
+    a = u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS
+    b = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+    c = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + LOW_PASS
+    inverse = _1 / (a * c - b * b)
+    ca, cb, cc = c * inverse, -b * inverse, a * inverse
+    ga, gb, gc = g_conics[i, 0], g_conics[i, 1], g_conics[i, 2]
+    # covariance = inverse of conic: its gradient is -conic G conic, G symmetric with gb / 2.
+    pa, pb = ga * ca + _HALF * gb * cb, ga * cb + _HALF * gb * cc
+    qa, qb = _HALF * gb * ca + gc * cb, _HALF * gb * cb + gc * cc
+    ha, hb, hc = -(ca * pa + cb * qa), -(ca * pb + cb * qb), -(cb * pb + cc * qb)
+    gu = (
+        _2 * (ha * u[0] + hb * v[0]), _2 * (ha * u[1] + hb * v[1]), _2 * (ha * u[2] + hb * v[2]),
+    )  # fmt: skip
+    gv = (
+        _2 * (hb * u[0] + hc * v[0]), _2 * (hb * u[1] + hc * v[1]), _2 * (hb * u[2] + hc * v[2]),
+    )  # fmt: skip
+    slope_x, slope_y, free_x, free_y = _slopes(camera, x, y, z)
+    jx, jy = camera[12] / z, camera[13] / z
+    g_m = (
+        jx * gu[0], jx * gu[1], jx * gu[2],
+        jy * gv[0], jy * gv[1], jy * gv[2],
+        -jx * slope_x * gu[0] - jy * slope_y * gv[0],
+        -jx * slope_x * gu[1] - jy * slope_y * gv[1],
+        -jx * slope_x * gu[2] - jy * slope_y * gv[2],
+    )  # fmt: skip
+    _spread_backward(camera, turn, quaternions, scales, i, g_m, g_quaternions, g_scales)
+    g_slope_x = -jx * (gu[0] * m[6] + gu[1] * m[7] + gu[2] * m[8])
+    g_slope_y = -jy * (gv[0] * m[6] + gv[1] * m[7] + gv[2] * m[8])
+    g_jx = (gu[0] * u[0] + gu[1] * u[1] + gu[2] * u[2]) / jx
+    g_jy = (gv[0] * v[0] + gv[1] * v[1] + gv[2] * v[2]) / jy
+    gx = g_slope_x / z if free_x else _0
+    gy = g_slope_y / z if free_y else _0
+    gz = -(gx * x + gy * y + g_jx * jx + g_jy * jy) / z
+    return gx, gy, gz
+
+
+@plain
+def _spread_backward(camera, turn, quaternions, scales, i, g_m, g_quaternions, g_scales):
+    world = turned_product(camera, g_m)
+    for k in range(3):
+        g_scales[i, k] = (
+            world[k] * turn[k] + world[3 + k] * turn[3 + k] + world[6 + k] * turn[6 + k]
+        )
+    sx, sy, sz = scales[i, 0], scales[i, 1], scales[i, 2]
+    g = (
+        world[0] * sx, world[1] * sy, world[2] * sz,
+        world[3] * sx, world[4] * sy, world[5] * sz,
+        world[6] * sx, world[7] * sy, world[8] * sz,
+    )  # fmt: skip
+    w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
+    inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w * inverse, x * inverse, y * inverse, z * inverse
+    gw = _2 * (x * (g[7] - g[5]) + y * (g[2] - g[6]) + z * (g[3] - g[1]))
+    gx = _2 * (y * (g[1] + g[3]) + z * (g[2] + g[6]) + w * (g[7] - g[5]) - _2 * x * (g[4] + g[8]))
+    gy = _2 * (x * (g[1] + g[3]) + z * (g[5] + g[7]) + w * (g[2] - g[6]) - _2 * y * (g[0] + g[8]))
+    gz = _2 * (x * (g[2] + g[6]) + y * (g[5] + g[7]) + w * (g[3] - g[1]) - _2 * z * (g[0] + g[4]))
+    along = gw * w + gx * x + gy * y + gz * z
+    g_quaternions[i, 0] = (gw - along * w) * inverse
+    g_quaternions[i, 1] = (gx - along * x) * inverse
+    g_quaternions[i, 2] = (gy - along * y) * inverse
+    g_quaternions[i, 3] = (gz - along * z) * inverse
+
+
+@plain
+def _direction(camera, means, i):
+    x, y, z = means[i, 0] - camera[19], means[i, 1] - camera[20], means[i, 2] - camera[21]
+    inverse = _1 / math.sqrt(x * x + y * y + z * z)
+    return x * inverse, y * inverse, z * inverse, inverse
+
+
+@plain
+def _shade(camera, means, sh, colors, i):
+    x, y, z, _ = _direction(camera, means, i)
+    for k in range(3):
+        first = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
+        colors[i, k] = max(_0, SH_C0 * sh[i, 0, k] + SH_C1 * first + _HALF)
+
+
+@plain
+def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
+    """Write the gradient of sh; return that of the mean, through the viewing direction."""
+    x, y, z, inverse = _direction(camera, means, i)
+    gx, gy, gz = _0, _0, _0
+    for k in range(3):
+        g = g_colors[i, k] if colors[i, k] > _0 else _0
+        g_sh[i, 0, k] = SH_C0 * g
+        g = SH_C1 * g
+        g_sh[i, 1, k], g_sh[i, 2, k], g_sh[i, 3, k] = -y * g, z * g, -x * g
+        gx -= g * sh[i, 3, k]
+        gy -= g * sh[i, 1, k]
+        gz += g * sh[i, 2, k]
+    along = gx * x + gy * y + gz * z
+    return (gx - along * x) * inverse, (gy - along * y) * inverse, (gz - along * z) * inverse

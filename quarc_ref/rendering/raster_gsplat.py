@@ -1,0 +1,58 @@
+"""The CUDA backend: gsplat's rasterization behind our Protocol.
+
+gsplat (Apache-2.0) compiles its kernels at the first call, with the nvcc of a
+CUDA toolkit. Its conventions are ours (SPEC 10.3); its own alpha clamp, which
+differs between its versions, is never reached.
+"""
+
+import torch
+from torch import Tensor
+
+from quarc_ref.format.constants import NEAR_FRACTION
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+
+
+class GsplatRasterizer:
+    """Draws float32 Gaussians on a CUDA device.
+
+    Raises:
+        RuntimeError: gsplat is not installed.
+    """
+
+    name = "gsplat"
+
+    def __init__(self) -> None:
+        try:
+            from gsplat import rasterization
+        except ImportError as error:
+            message = "training on CUDA needs gsplat: pip install 'quarc-ref[encode,gpu]'"
+            raise RuntimeError(message) from error
+        self._rasterization = rasterization
+
+    def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
+        """See `Rasterizer.render`; `means2d` is `[1, N, 2]`."""
+        device = gaussians.means.device
+        pose = torch.eye(4, device=device)
+        pose[:3, :3] = torch.tensor(camera.rotation, device=device).reshape(3, 3)
+        pose[:3, 3] = torch.tensor(camera.translation, device=device)
+        lens = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
+        colors, alphas, info = self._rasterization(
+            gaussians.means,
+            gaussians.quaternions,
+            gaussians.scales,
+            gaussians.opacities,
+            gaussians.sh,
+            pose[None],
+            torch.tensor(lens, device=device)[None],
+            camera.width,
+            camera.height,
+            near_plane=NEAR_FRACTION * camera.near,
+            eps2d=0.3,
+            sh_degree=1,
+            packed=False,
+            backgrounds=background[None],
+            rasterize_mode="classic",
+        )
+        radii = info["radii"][0].amax(dim=-1).to(gaussians.means.dtype)
+        return Rendering(colors[0], alphas[0, ..., 0], info["means2d"], radii)

@@ -1,0 +1,128 @@
+"""The CPU backend: numba kernels as two differentiable steps, project and composite.
+
+Between the two stands `means2d`, a tensor of the graph like any other, so that
+its gradient is there for the asking.
+"""
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.autograd import Function
+from torch.autograd.function import once_differentiable
+
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering import projection_kernels, raster_kernels
+from quarc_ref.rendering.pipeline import (
+    KERNEL_LOCK,
+    Drawn,
+    Float32,
+    Projection,
+    bin_tiles,
+    composite,
+    flatten_camera,
+    project,
+)
+from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+
+
+class NumbaRasterizer:
+    """Draws float32 Gaussians on the CPU."""
+
+    name = "numba"
+
+    def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
+        """See `Rasterizer.render`."""
+        opacities = gaussians.opacities
+        means2d, conics, colors, depths, reaches, radii = _Project.apply(
+            camera,
+            gaussians.means,
+            gaussians.quaternions,
+            gaussians.scales,
+            opacities,
+            gaussians.sh,
+        )
+        image, alpha = _Composite.apply(
+            camera, background, (depths, reaches), means2d, conics, colors, opacities
+        )
+        return Rendering(image, alpha, means2d, radii)
+
+
+class _Project(Function):
+    """Gaussians to the picture plane; opacities only decide what is drawn."""
+
+    @staticmethod
+    def forward(
+        ctx: Any,  # noqa: ANN401
+        camera: Camera,
+        *inputs: Tensor,
+    ) -> tuple[Tensor, ...]:
+        drawn = Drawn(*(_array(tensor) for tensor in inputs))
+        projection = project(camera, drawn)
+        ctx.camera, ctx.drawn, ctx.projection = camera, drawn, projection
+        outputs = (
+            projection.means2d,
+            projection.conics,
+            projection.colors,
+            projection.depths,
+            projection.reaches,
+            projection.radii,
+        )
+        tensors = tuple(torch.from_numpy(array) for array in outputs)
+        ctx.mark_non_differentiable(*tensors[3:])
+        return tensors
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
+        drawn, projection = ctx.drawn, ctx.projection
+        g_means2d, g_conics, g_colors = (_array(gradient) for gradient in gradients[:3])
+        inputs = (drawn.means, drawn.quaternions, drawn.scales, drawn.sh)
+        outputs = [np.empty_like(array) for array in inputs]
+        with KERNEL_LOCK:
+            projection_kernels.project_backward(
+                flatten_camera(ctx.camera), *inputs, projection.reaches, projection.colors,
+                g_means2d, g_conics, g_colors, *outputs,
+            )  # fmt: skip
+        g_means, g_quaternions, g_scales, g_sh = (torch.from_numpy(array) for array in outputs)
+        return None, g_means, g_quaternions, g_scales, None, g_sh
+
+
+class _Composite(Function):
+    """The picture plane to pixels."""
+
+    @staticmethod
+    def forward(
+        ctx: Any,  # noqa: ANN401
+        camera: Camera,
+        background: Tensor,
+        order: tuple[Tensor, Tensor],
+        *inputs: Tensor,
+    ) -> tuple[Tensor, Tensor]:
+        means2d, conics, colors, opacities = (_array(tensor) for tensor in inputs)
+        depths, reaches = (_array(tensor) for tensor in order)
+        projection = Projection(means2d, conics, colors, depths, reaches, reaches)
+        tiles = bin_tiles(camera, projection)
+        image, transmittance = composite(camera, projection, opacities, tiles, _array(background))
+        ctx.saved = (projection, opacities, tiles, image, transmittance)
+        return torch.from_numpy(image), torch.from_numpy(1 - np.abs(transmittance))
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, g_image: Tensor, g_alpha: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
+        projection, opacities, tiles, image, transmittance = ctx.saved
+        planes = (projection.means2d, projection.conics, projection.colors, opacities)
+        outputs = [np.empty_like(array) for array in planes]
+        with KERNEL_LOCK:
+            pairs = raster_kernels.raster_backward(
+                *planes, projection.reaches, tiles.borders, tiles.lists,
+                image, transmittance, _array(g_image), _array(g_alpha),
+            )  # fmt: skip
+            raster_kernels.gather_pairs(pairs, tiles.starts, tiles.places, *outputs)
+        return None, None, None, *(torch.from_numpy(array) for array in outputs)
+
+
+def _array(tensor: Tensor) -> Float32:
+    array: Float32 = tensor.detach().contiguous().numpy()
+    return array

@@ -1,0 +1,144 @@
+"""The reference backend: plain torch, in any float type, differentiated by torch itself.
+
+Slow and short; the other backends are held against it in float64. A tile's
+pixels see all Gaussians whose boxes reach it, as one matrix.
+"""
+
+import torch
+from torch import Tensor
+
+from quarc_ref.format.constants import NEAR_FRACTION
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+
+_TILE = 16
+_LOW_PASS = 0.3
+_MARGIN = 0.15
+_ALPHA_LEAST = 1 / 255
+_TRANSMITTANCE_LEAST = 1e-4
+_SH_C0 = 0.28209479177387814
+_SH_C1 = 0.4886025119029199
+
+
+class TorchRasterizer:
+    """Draws by plain torch."""
+
+    name = "torch"
+
+    def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
+        """See `Rasterizer.render`."""
+        rotation = gaussians.means.new_tensor(camera.rotation).reshape(3, 3)
+        points = gaussians.means @ rotation.T + gaussians.means.new_tensor(camera.translation)
+        with torch.no_grad():
+            drawn = points[:, 2] > NEAR_FRACTION * camera.near
+            drawn &= gaussians.opacities > _ALPHA_LEAST
+        safe = torch.where(drawn[:, None], points, points.new_tensor([0.0, 0.0, 1.0]))
+        means2d = _project_means(safe, camera)
+        covariances = _project_covariances(gaussians, rotation, safe, camera)
+        colors = _shade(gaussians, rotation, camera)
+        splats = (means2d, covariances, gaussians.opacities, colors)
+        with torch.no_grad():
+            depths = safe[:, 2].to(torch.float32)
+            order = torch.argsort(depths, stable=True)
+            order = order[drawn[order]]
+            radii = torch.where(drawn, _radii(covariances), 0)
+        image, alpha = _composite(splats, order, camera, background)
+        return Rendering(image, alpha, means2d, radii)
+
+
+def _project_means(points: Tensor, camera: Camera) -> Tensor:
+    u = camera.fx * points[:, 0] / points[:, 2] + camera.cx
+    v = camera.fy * points[:, 1] / points[:, 2] + camera.cy
+    return torch.stack([u, v], dim=1)
+
+
+def _project_covariances(
+    gaussians: Gaussians, rotation: Tensor, points: Tensor, camera: Camera
+) -> Tensor:
+    """Return `[N, 2, 2]` covariances in pixels (EWA)."""
+    axes = rotation @ _matrices(gaussians.quaternions) * gaussians.scales[:, None, :]
+    x, y, z = points.unbind(dim=1)
+    slope_x = _within(x / z, camera.cx, camera.fx, camera.width)
+    slope_y = _within(y / z, camera.cy, camera.fy, camera.height)
+    rows = [
+        camera.fx / z[:, None] * (axes[:, 0] - slope_x[:, None] * axes[:, 2]),
+        camera.fy / z[:, None] * (axes[:, 1] - slope_y[:, None] * axes[:, 2]),
+    ]
+    spread = torch.stack(rows, dim=1)
+    low_pass = _LOW_PASS * torch.eye(2, dtype=z.dtype, device=z.device)
+    return spread @ spread.transpose(1, 2) + low_pass
+
+
+def _within(slope: Tensor, center: float, focal: float, size: int) -> Tensor:
+    low = -(center + _MARGIN * size) / focal
+    return slope.clamp(low, (size - center + _MARGIN * size) / focal)
+
+
+def _matrices(quaternions: Tensor) -> Tensor:
+    w, x, y, z = torch.nn.functional.normalize(quaternions, dim=1).unbind(dim=1)
+    rows = [
+        torch.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], dim=1),
+        torch.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], dim=1),
+        torch.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], dim=1),
+    ]
+    return torch.stack(rows, dim=1)
+
+
+def _shade(gaussians: Gaussians, rotation: Tensor, camera: Camera) -> Tensor:
+    center = -rotation.T @ gaussians.means.new_tensor(camera.translation)
+    direction = torch.nn.functional.normalize(gaussians.means - center, dim=1)
+    x, y, z = direction.unbind(dim=1)
+    basis = torch.stack([torch.full_like(x, _SH_C0), -_SH_C1 * y, _SH_C1 * z, -_SH_C1 * x], dim=1)
+    return torch.clamp((basis[:, :, None] * gaussians.sh).sum(dim=1) + 0.5, min=0)
+
+
+def _radii(covariances: Tensor) -> Tensor:
+    middle = (covariances[:, 0, 0] + covariances[:, 1, 1]) / 2
+    gap = (middle * middle - torch.linalg.det(covariances)).clamp(min=0)
+    return 3 * torch.sqrt(middle + torch.sqrt(gap))
+
+
+def _composite(
+    splats: tuple[Tensor, ...], order: Tensor, camera: Camera, background: Tensor
+) -> tuple[Tensor, Tensor]:
+    means2d, covariances, opacities, _ = splats
+    with torch.no_grad():
+        reach = 2 * torch.log(opacities.clamp(min=_ALPHA_LEAST) / _ALPHA_LEAST)
+        extent = torch.sqrt(reach[:, None] * torch.diagonal(covariances, dim1=1, dim2=2))
+        low, high = means2d - extent, means2d + extent
+    strips = []
+    for top in range(0, camera.height, _TILE):
+        bottom = min(top + _TILE, camera.height)
+        row = order[(high[order, 1] >= top) & (low[order, 1] <= bottom)]
+        tiles = []
+        for left in range(0, camera.width, _TILE):
+            right = min(left + _TILE, camera.width)
+            some = row[(high[row, 0] >= left) & (low[row, 0] <= right)]
+            box = (left, right, top, bottom)
+            tiles.append(_composite_tile([part[some] for part in splats], box, background))
+        strips.append(torch.cat(tiles, dim=1))
+    picture = torch.cat(strips, dim=0)
+    return picture[..., :3], picture[..., 3]
+
+
+def _composite_tile(
+    splats: list[Tensor], box: tuple[int, int, int, int], background: Tensor
+) -> Tensor:
+    """Return `[h, w, 4]` color and alpha of a tile, Gaussians nearest first."""
+    means2d, covariances, opacities, colors = splats
+    left, right, top, bottom = box
+    y = torch.arange(top, bottom, dtype=means2d.dtype, device=means2d.device) + 0.5
+    x = torch.arange(left, right, dtype=means2d.dtype, device=means2d.device) + 0.5
+    pixels = torch.stack(torch.meshgrid(x, y, indexing="xy"), dim=-1).reshape(-1, 1, 2)
+    offsets = (pixels - means2d)[..., None]
+    exponents = (offsets.mT @ torch.linalg.inv(covariances) @ offsets)[..., 0, 0] / 2
+    alphas = (opacities * torch.exp(-exponents)).clamp(max=0.99)
+    alphas = torch.where((alphas >= _ALPHA_LEAST) & (exponents >= 0), alphas, 0)
+    after = torch.cumprod(1 - alphas, dim=1)
+    alphas = torch.where(after > _TRANSMITTANCE_LEAST, alphas, 0)
+    ones = alphas.new_ones(alphas.shape[0], 1)
+    before = torch.cumprod(torch.cat([ones, 1 - alphas], dim=1), dim=1)
+    weights = alphas * before[:, :-1]
+    color = weights @ colors + before[:, -1:] * background
+    picture = torch.cat([color, 1 - before[:, -1:]], dim=1)
+    return picture.reshape(bottom - top, right - left, 4)

@@ -1,0 +1,94 @@
+"""What training asks of a renderer, whatever draws: the Protocol and its data.
+
+Activations live here, above every backend, so that no backend's own clamp is
+ever reached: alpha is held at 0.99 by the opacity. Backends are `numba` (CPU),
+`gsplat` (CUDA) and `torch` (the float64 reference).
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import torch
+from torch import Tensor
+
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering.pictures import OPACITY_MOST
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gaussians:
+    """Gaussians as they are drawn, a row to each.
+
+    Attributes:
+        means: `[N, 3]` world units.
+        quaternions: `[N, 4]` wxyz; normalized by the backend.
+        scales: `[N, 3]` standard deviations, world units.
+        opacities: `[N]` 0 to 0.99.
+        sh: `[N, 4, 3]` coefficient, then red, green, blue.
+    """
+
+    means: Tensor
+    quaternions: Tensor
+    scales: Tensor
+    opacities: Tensor
+    sh: Tensor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendering:
+    """A picture and what densification wants to know of it.
+
+    Attributes:
+        image: `[H, W, 3]` not clamped.
+        alpha: `[H, W]` 1 less the transmittance left.
+        means2d: `[N, 2]` (or `[1, N, 2]`) pixels; in the graph of image and
+            alpha, so that its gradient can be asked for.
+        radii: `[N]` three standard deviations in pixels; 0 where not drawn.
+    """
+
+    image: Tensor
+    alpha: Tensor
+    means2d: Tensor
+    radii: Tensor
+
+
+class Rasterizer(Protocol):
+    """Draws Gaussians differentiably."""
+
+    name: str
+
+    def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
+        """Draw what a camera sees.
+
+        Args:
+            gaussians: On the rasterizer's device.
+            camera: Its near bound culls (SPEC 10.3).
+            background: `[3]` color behind everything.
+        """
+        ...
+
+
+def activate_opacities(logits: Tensor) -> Tensor:
+    """Return opacities of logits, at most 0.99."""
+    return torch.sigmoid(logits).clamp(max=OPACITY_MOST)
+
+
+def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
+    """Return `[N, 2]` a gradient with respect to `means2d` in NDC, the unit of thresholds."""
+    half = gradient.new_tensor([camera.width / 2, camera.height / 2])
+    return gradient.reshape(-1, 2) * half
+
+
+def choose_rasterizer(device: torch.device) -> Rasterizer:
+    """Return the backend for a device: gsplat on CUDA, numba on a CPU.
+
+    Raises:
+        RuntimeError: gsplat is not installed, on CUDA.
+    """
+    if device.type == "cuda":
+        from quarc_ref.rendering.raster_gsplat import GsplatRasterizer
+
+        return GsplatRasterizer()
+    from quarc_ref.rendering.raster_numba import NumbaRasterizer
+
+    return NumbaRasterizer()

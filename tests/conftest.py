@@ -1,0 +1,30 @@
+"""Profiles of hypothesis, and what many tests share."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile("dev", max_examples=50, deadline=None)
+settings.register_profile(
+    "ci",
+    max_examples=200,
+    deadline=None,
+    derandomize=True,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile("thorough", max_examples=5000, deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))
+
+_BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
+
+
+@pytest.fixture(scope="session")
+def real_capture() -> Path:
+    """The folder of a real capture, which is not ours to publish."""
+    folder = Path(os.environ.get("QUARC_CAPTURE", _BESIDE))
+    if not folder.is_dir():
+        pytest.skip("no real capture: set QUARC_CAPTURE to a folder in N3DV's layout")
+    return folder

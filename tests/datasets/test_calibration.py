@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quarc_ref.datasets.calibration import (
+    CalibratedCamera,
+    Lens,
+    choose_near,
+    make_pose,
+    measure_depths,
+)
+from tests.datasets import scenes
+
+coordinates = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
+
+
+@settings(deadline=None, max_examples=50)
+@given(eye=coordinates, target=coordinates, points=st.lists(coordinates, min_size=1, max_size=5))
+def test_a_pose_projects_as_dot_products_with_the_axes_do(eye, target, points):
+    reach = np.subtract(target, eye)
+    if np.linalg.norm(np.cross(reach, (0, 0, 1))) < 1e-3:
+        return
+    shot = scenes.Shot("a", 48, 32, 40.0, 41.0, 20.0, 17.0, scenes.look_at(eye, target), eye)
+    positions = np.array(points)
+    positions = positions[np.abs((positions - eye) @ shot.axes[:, 2]) > 1e-3]
+    lens = Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy)
+    camera = CalibratedCamera("a", lens, make_pose(shot.axes, shot.center))
+
+    expected = shot.project(positions).reshape(-1, 3)
+    assert np.allclose(scenes.project(camera, positions), expected, rtol=1e-6, atol=1e-6)
+
+
+def test_axes_with_four_digits_become_a_rotation():
+    rough = np.round(scenes.look_at((1, -3, 2), (0, 0, 0)), 4)
+    rotation = make_pose(rough, (1, -3, 2)).rotation
+
+    assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-15)
+    assert np.allclose(rotation, rough.T, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("axes", "fault"),
+    [
+        (np.diag([1.0, 1.0, -1.0]), "left-handed"),
+        (np.diag([1.0, 1.0, 1.1]), "not orthonormal"),
+        (np.zeros((3, 3)), "not orthonormal"),
+        (np.full((3, 3), np.nan), "not finite"),
+    ],
+)
+def test_axes_that_are_no_rotation_are_refused(axes, fault):
+    with pytest.raises(ValueError, match=fault):
+        make_pose(axes, np.zeros(3))
+
+
+def test_a_center_that_is_not_finite_is_refused():
+    with pytest.raises(ValueError, match="not finite"):
+        make_pose(np.eye(3), [0, np.inf, 0])
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [(0, 32, 40, 40, 24, 16), (48, 32, -40, 40, 24, 16), (48, 32, 40, 40, float("nan"), 16)],
+)
+def test_a_lens_that_cannot_be_is_refused(lens):
+    with pytest.raises(ValueError, match=r"positive|finite"):
+        Lens(*lens)
+
+
+def test_only_a_perspective_without_distortion_is_a_pinhole():
+    assert Lens(48, 32, 40, 40, 24, 16, (0.0, 0.0)).is_pinhole
+    assert not Lens(48, 32, 40, 40, 24, 16, (0.0, 1e-3)).is_pinhole
+    assert not Lens(48, 32, 40, 40, 24, 16, (), fisheye=True).is_pinhole
+
+
+def test_depths_are_those_in_front_and_inside():
+    camera = CalibratedCamera("a", Lens(40, 20, 10, 10, 20, 10), make_pose(np.eye(3), np.zeros(3)))
+    positions = np.array(
+        [
+            [0, 0, 2],  # in the middle
+            [-3.9, 1.9, 2],  # in a corner
+            [4.1, 0, 2],  # off to the right
+            [0, -2.1, 2],  # off above
+            [0, 0, -2],  # behind
+            [0, 0, 0],  # in the camera
+        ]
+    )
+
+    assert measure_depths(camera, positions).tolist() == [2, 2]
+
+
+def test_a_near_bound_leaves_one_in_a_hundred_beneath():
+    depths = np.random.default_rng(0).permutation(np.linspace(1, 2, 1001))
+
+    assert choose_near(depths) == pytest.approx(1.01)
+    assert choose_near(np.array([3.0])) == 3.0

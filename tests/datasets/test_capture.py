@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.format.records import Camera
+from tests.datasets import scenes
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+SIZE = (32, 48, 3)
+
+
+class CountingPictures:
+    """Gray pictures, whose level tells camera and frame."""
+
+    def __init__(self):
+        self.reads = []
+
+    def read(self, camera, frame):
+        self.reads.append((camera, frame))
+        return np.full(SIZE, 10 * camera + frame, dtype=np.uint8)
+
+
+def make_capture(source, cache_bytes=1 << 20):
+    cameras = [
+        Camera(name, 48, 32, 40, 40, 24, 16, IDENTITY, (0.0, 0.0, 0.0), 1.0, name == "b")
+        for name in "abc"
+    ]
+    return Capture("gray", cameras, 9, 30.0, scenes.plane_points(), source, "00", cache_bytes)
+
+
+def test_cameras_are_either_trained_with_or_held_out():
+    capture = make_capture(CountingPictures())
+
+    assert (capture.training, capture.held_out) == ((0, 2), (1,))
+
+
+def test_a_picture_is_read_once_and_cannot_be_written():
+    source = CountingPictures()
+    capture = make_capture(source)
+
+    assert (capture.image(2, 3) == 23).all()
+    assert capture.image(2, 3) is capture.image(2, 3)
+    assert source.reads == [(2, 3)]
+    assert not capture.image(2, 3).flags.writeable
+
+
+def test_the_pictures_used_last_are_kept_within_the_bound():
+    source = CountingPictures()
+    capture = make_capture(source, cache_bytes=2 * np.prod(SIZE))
+    for frame in (0, 1, 0, 2):
+        capture.image(0, frame)
+    source.reads.clear()
+    for frame in (0, 2, 1):
+        capture.image(0, frame)
+
+    assert source.reads == [(0, 1)]
+
+
+def test_a_picture_beyond_the_bound_is_given_all_the_same():
+    source = CountingPictures()
+    capture = make_capture(source, cache_bytes=1)
+
+    assert (capture.image(0, 4) == 4).all()
+    assert (capture.image(0, 5) == 5).all()
+
+
+@pytest.mark.parametrize("frame", [-1, 9])
+def test_a_frame_that_is_not_there_is_refused(frame):
+    with pytest.raises(ValueError, match="capture of 9"):
+        make_capture(CountingPictures()).image(0, frame)

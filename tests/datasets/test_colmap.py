@@ -1,0 +1,220 @@
+import shutil
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.colmap import find_model, read_colmap
+from quarc_ref.datasets.errors import (
+    CountMismatchError,
+    MissingCameraError,
+    MissingFileError,
+    UnreadablePoseError,
+    UnsupportedCameraError,
+)
+from tests.datasets import scenes
+
+
+@pytest.fixture(scope="module")
+def source_folder(tmp_path_factory, shots, points, pictures):
+    folder = tmp_path_factory.mktemp("colmap") / "plane"
+    scenes.write_model(folder / "sparse" / "0", shots, points)
+    return scenes.write_frames(folder, shots, pictures)
+
+
+@pytest.fixture
+def folder(source_folder, tmp_path):
+    """A copy that a test may break."""
+    return shutil.copytree(source_folder, tmp_path / "copy")
+
+
+def read(folder):
+    return read_colmap(folder, find_model(folder))
+
+
+def rewrite_model(folder, shots, points, **choices):
+    shutil.rmtree(folder / "sparse")
+    scenes.write_model(folder / "sparse" / "0", shots, points, **choices)
+
+
+@pytest.mark.parametrize("text", [False, True])
+def test_cameras_project_as_the_shots_do(folder, shots, points, text):
+    rewrite_model(folder, shots, points, text=text)
+    footage = read(folder)
+
+    assert [camera.name for camera in footage.cameras] == [shot.name for shot in shots]
+    for camera, shot in zip(footage.cameras, shots, strict=True):
+        expected = shot.project(points.positions)
+        assert np.allclose(scenes.project(camera, points.positions), expected, atol=1e-6)
+
+
+def test_frames_and_points_are_those_of_the_files(source_folder, pictures, points):
+    footage = read(source_folder)
+
+    assert (footage.frame_count, footage.frames_per_second) == (6, 30.0)
+    assert np.array_equal(footage.source.read(2, 4), pictures[2][4])
+    assert np.array_equal(footage.points.positions, points.positions)
+    assert np.array_equal(footage.points.colors, points.colors)
+
+
+def test_a_near_bound_comes_from_the_points_that_the_camera_sees(source_folder, shots, points):
+    footage = read(source_folder)
+
+    for camera, shot in zip(footage.cameras, shots, strict=True):
+        depths = shot.project(points.positions[::2])[:, 2]
+        assert camera.near == pytest.approx(np.quantile(depths, 0.01))
+
+
+def test_a_model_without_points_leaves_them_and_near_bounds_open(folder, shots):
+    rewrite_model(folder, shots, None)
+    footage = read(folder)
+
+    assert footage.points is None
+    assert [camera.near for camera in footage.cameras] == [None] * 4
+
+
+@pytest.mark.parametrize("place", ["sparse/0", "sparse", "sparse_/0", "."])
+def test_a_model_is_found_in_its_usual_places(tmp_path, shots, place):
+    scenes.write_model(tmp_path / place, shots)
+
+    assert find_model(tmp_path) == tmp_path / place
+
+
+def test_no_model_is_found_where_there_is_none(tmp_path):
+    (tmp_path / "sparse" / "0").mkdir(parents=True)
+
+    assert find_model(tmp_path) is None
+
+
+def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
+    renamed = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
+    rewrite_model(folder, renamed, None)
+    scenes.write_frames(folder, renamed, pictures)
+    footage = read(folder)
+
+    assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_2", "cam_10"]
+    assert np.array_equal(footage.source.read(3, 1), pictures[0][1])
+
+
+def test_images_in_folders_are_named_after_these(folder, shots):
+    rewrite_model(folder, scenes.rename(shots, [f"{shot.name}/0000" for shot in shots]), None)
+
+    assert [camera.name for camera in read(folder).cameras] == [shot.name for shot in shots]
+
+
+def test_a_model_of_several_images_to_a_camera_is_refused(folder, shots):
+    rewrite_model(folder, scenes.rename(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
+
+    with pytest.raises(UnreadablePoseError, match="one image to a camera"):
+        read(folder)
+
+
+@pytest.mark.parametrize(
+    ("model", "extra", "coefficients"),
+    [
+        ("PINHOLE", (), ()),
+        ("OPENCV", (0.1, 0.02, 0.003, 0.004), (0.1, 0.02, 0.003, 0.004)),
+        ("FULL_OPENCV", tuple(np.arange(8) / 100), tuple(np.arange(8) / 100)),
+        ("OPENCV_FISHEYE", (0.1, 0.02, 0.003, 0.004), (0.1, 0.02, 0.003, 0.004)),
+    ],
+)
+def test_lenses_of_two_focal_lengths_are_read(folder, shots, model, extra, coefficients):
+    rewrite_model(folder, shots, None, model=model, extra=extra)
+    lens = read(folder).cameras[0].lens
+
+    assert (lens.width, lens.height) == (48, 32)
+    assert (lens.fx, lens.fy, lens.cx, lens.cy) == (40, 40, 24, 16)
+    assert lens.coefficients == coefficients
+    assert lens.fisheye == (model == "OPENCV_FISHEYE")
+
+
+@pytest.mark.parametrize(
+    ("model", "coefficients"),
+    [("SIMPLE_PINHOLE", ()), ("SIMPLE_RADIAL", (0.1,)), ("RADIAL", (0.1, 0.02))],
+)
+def test_lenses_of_one_focal_length_are_read(folder, shots, model, coefficients):
+    rewrite_model(folder, shots, None, text=True)
+    cameras = folder / "sparse" / "0" / "cameras.txt"
+    numbers = " ".join(map(str, (40, 23, 17, *coefficients)))
+    lines = [f"{i} {model} 48 32 {numbers}" for i in range(1, 5)]
+    cameras.write_text("\n".join(lines))
+    lens = read(folder).cameras[0].lens
+
+    assert (lens.fx, lens.fy, lens.cx, lens.cy) == (40, 40, 23, 17)
+    assert lens.coefficients == coefficients
+
+
+def test_an_unsupported_lens_is_named_with_its_camera(folder, shots):
+    rewrite_model(folder, shots, None, model="FOV", extra=(0.5,))
+
+    with pytest.raises(UnsupportedCameraError, match=r"cam00 is a FOV.*OPENCV_FISHEYE"):
+        read(folder)
+
+
+def test_a_missing_picture_is_named_by_frame_and_camera(folder):
+    (folder / "frames" / "0003" / "cam01.png").unlink()
+
+    with pytest.raises(MissingCameraError, match=r"frames/0003 has no picture of camera cam01"):
+        read(folder)
+
+
+def test_a_jpeg_stands_in_for_a_png(folder, pictures):
+    path = folder / "frames" / "0003" / "cam01.png"
+    path.unlink()
+    scenes.write_picture(path.with_suffix(".jpg"), pictures[1][3])
+    difference = read(folder).source.read(1, 3).astype(int) - pictures[1][3]
+
+    assert np.abs(difference).mean() < 8
+
+
+def test_frames_are_counted_from_any_number_in_numeric_order(tmp_path, shots, pictures):
+    scenes.write_model(tmp_path / "sparse", shots)
+    for shot, row in zip(shots, pictures, strict=True):
+        for frame, number in enumerate((8, 9, 10)):
+            path = tmp_path / "frames" / f"{number}" / f"{shot.name}.png"
+            scenes.write_picture(path, row[frame])
+    footage = read(tmp_path)
+
+    assert footage.frame_count == 3
+    assert np.array_equal(footage.source.read(0, 2), pictures[0][2])
+
+
+def test_a_gap_between_frames_is_refused(folder):
+    shutil.rmtree(folder / "frames" / "0002")
+
+    with pytest.raises(CountMismatchError, match="from 0001 to 0003"):
+        read(folder)
+
+
+def test_missing_frames_are_named(folder):
+    shutil.rmtree(folder / "frames")
+
+    with pytest.raises(MissingFileError, match=r"frames has no folder of a frame"):
+        read(folder)
+
+
+@pytest.mark.parametrize("text", [False, True])
+@pytest.mark.parametrize("name", ["cameras", "images", "points3D"])
+def test_a_truncated_model_is_refused_by_name(folder, shots, points, name, text):
+    rewrite_model(folder, shots, points, text=text)
+    path = folder / "sparse" / "0" / f"{name}.{'txt' if text else 'bin'}"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+    with pytest.raises(UnreadablePoseError, match=r"sparse/0 is no COLMAP model"):
+        read(folder)
+
+
+def test_a_model_without_images_is_refused(folder):
+    (folder / "sparse" / "0" / "images.bin").unlink()
+
+    with pytest.raises(UnreadablePoseError, match=r"sparse/0 is no COLMAP model"):
+        read(folder)
+
+
+def test_a_point_that_is_not_finite_is_refused(folder, shots, points):
+    positions = points.positions.copy()
+    positions[3, 1] = np.inf
+    rewrite_model(folder, shots, Points(positions, points.colors))
+
+    with pytest.raises(UnreadablePoseError, match="a point of it is not finite"):
+        read(folder)

@@ -1,0 +1,95 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.datasets.errors import MissingFileError
+from quarc_ref.datasets.footage import CaptureFiles, compute_fingerprint, natural_order
+
+MIB = 1 << 20
+
+
+@pytest.fixture
+def files(tmp_path):
+    return write_files(tmp_path / "capture")
+
+
+def write_files(folder):
+    folder.mkdir()
+    (folder / "poses").write_bytes(b"poses")
+    (folder / "a.mp4").write_bytes(bytes(3 * MIB))
+    (folder / "b.mp4").write_bytes(b"short")
+    (folder / "c.png").write_bytes(b"later")
+    names = [[folder / "poses"], [folder / n for n in ("b.mp4", "a.mp4", "c.png")]]
+    return folder, CaptureFiles(tuple(names[0]), tuple(names[1]), tuple(names[1][:2]))
+
+
+def change(path, position):
+    data = bytearray(path.read_bytes())
+    data[position] ^= 1
+    path.write_bytes(data)
+
+
+def test_numbers_in_names_count_as_numbers():
+    names = ["cam_10", "cam_2", "cam", "cam_2b", "10", "9", "b1"]
+
+    assert sorted(names, key=natural_order) == ["9", "10", "b1", "cam", "cam_2", "cam_2b", "cam_10"]
+
+
+@given(st.lists(st.text()))
+def test_any_names_can_be_sorted(names):
+    assert len(sorted(names, key=natural_order)) == len(names)
+
+
+def test_a_fingerprint_is_that_of_the_files_wherever_they_are(files, tmp_path):
+    other = tmp_path / "elsewhere"
+    other.mkdir()
+
+    assert compute_fingerprint(*files) == compute_fingerprint(*write_files(other / "renamed"))
+    assert len(compute_fingerprint(*files)) == 64
+
+
+@pytest.mark.parametrize(
+    ("name", "position"), [("poses", 2), ("a.mp4", 0), ("a.mp4", 3 * MIB - 1), ("b.mp4", 4)]
+)
+def test_a_fingerprint_changes_with_a_byte(files, name, position):
+    folder, listed = files
+    before = compute_fingerprint(folder, listed)
+    change(folder / name, position)
+
+    assert compute_fingerprint(folder, listed) != before
+
+
+def test_a_fingerprint_changes_with_a_size(files):
+    folder, listed = files
+    before = compute_fingerprint(folder, listed)
+    (folder / "c.png").write_bytes(b"later still")
+
+    assert compute_fingerprint(folder, listed) != before
+
+
+def test_a_fingerprint_changes_with_a_name(files):
+    folder, listed = files
+    before = compute_fingerprint(folder, listed)
+    (folder / "c.png").rename(folder / "d.png")
+    pictures = (*listed.pictures[:2], folder / "d.png")
+
+    assert (
+        compute_fingerprint(folder, CaptureFiles(listed.descriptions, pictures, listed.sampled))
+        != before
+    )
+
+
+def test_a_fingerprint_skips_the_middle_of_a_large_file(files):
+    folder, listed = files
+    before = compute_fingerprint(folder, listed)
+    change(folder / "a.mp4", 3 * MIB // 2)
+
+    assert compute_fingerprint(folder, listed) == before
+
+
+def test_a_file_that_has_gone_is_named(files):
+    folder, listed = files
+    (folder / "c.png").unlink()
+
+    with pytest.raises(MissingFileError, match=r"c.png"):
+        compute_fingerprint(folder, listed)

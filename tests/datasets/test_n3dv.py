@@ -1,0 +1,244 @@
+import pickle
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quarc_ref.datasets.errors import (
+    CountMismatchError,
+    MissingCameraError,
+    MissingFileError,
+    TruncatedVideoError,
+    UnreadablePointsError,
+    UnreadablePoseError,
+)
+from quarc_ref.datasets.n3dv import read_n3dv
+from quarc_ref.datasets.points_ply import write_points_ply
+from tests.datasets import scenes
+
+
+@pytest.fixture
+def folder(n3dv_folder, tmp_path):
+    """A copy that a test may break."""
+    return shutil.copytree(n3dv_folder, tmp_path / "copy")
+
+
+@pytest.fixture
+def rows(shots):
+    return np.array([scenes.poses_row(shot) for shot in shots])
+
+
+def test_cameras_project_as_the_shots_do(n3dv_folder, shots, points):
+    footage = read_n3dv(n3dv_folder)
+
+    assert [camera.name for camera in footage.cameras] == ["cam00", "cam01", "cam03", "cam04"]
+    for camera, shot in zip(footage.cameras, shots, strict=True):
+        expected = shot.project(points.positions)
+        assert np.allclose(scenes.project(camera, points.positions), expected, atol=1e-6)
+        assert camera.near == 1.5
+
+
+def test_frames_and_points_are_those_of_the_files(n3dv_folder, pictures, points):
+    footage = read_n3dv(n3dv_folder)
+
+    assert (footage.frame_count, footage.frames_per_second) == (6, 30.0)
+    assert np.array_equal(footage.source.read(2, 4), pictures[2][4])
+    assert np.array_equal(footage.points.positions, points.positions)
+
+
+angles = st.floats(-3.1, 3.1)
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    turns=st.tuples(angles, angles, angles),
+    center=st.tuples(*[st.floats(-100, 100)] * 3),
+    focal=st.floats(10, 5000),
+)
+def test_any_pose_comes_back_from_its_row(tmp_path_factory, n3dv_folder, turns, center, focal):
+    folder = tmp_path_factory.mktemp("pose")
+    shutil.copy(n3dv_folder / "cam00.mp4", folder)
+    axes = np.eye(3)
+    for axis, turn in enumerate(turns):
+        step = np.eye(3)
+        low, high = (axis + 1) % 3, (axis + 2) % 3
+        step[[low, high], [low, high]] = np.cos(turn)
+        step[low, high], step[high, low] = -np.sin(turn), np.sin(turn)
+        axes = axes @ step
+    shot = scenes.Shot("cam00", 48, 32, focal, focal, 24, 16, axes, np.array(center))
+    np.save(folder / "poses_bounds.npy", [scenes.poses_row(shot)])
+    (camera,) = read_n3dv(folder).cameras
+
+    assert np.allclose(camera.pose.rotation, axes.T, atol=1e-12)
+    assert np.allclose(-camera.pose.rotation.T @ camera.pose.translation, center, atol=1e-9)
+    assert camera.lens.fx == camera.lens.fy == pytest.approx(focal)
+    assert (camera.lens.cx, camera.lens.cy) == (24, 16)
+
+
+@pytest.mark.parametrize("size", [(96, 64), (24, 16), (480, 320)])
+def test_a_video_resized_by_a_whole_number_scales_the_focal_length(folder, shots, size):
+    np.save(folder / "poses_bounds.npy", [scenes.poses_row(shot, size=size) for shot in shots])
+
+    assert read_n3dv(folder).cameras[0].lens.fx == pytest.approx(shots[0].fx)
+
+
+@pytest.mark.parametrize("size", [(72, 48), (96, 63), (48, 33), (50, 32), (0, 0), (-48, -32)])
+def test_a_video_of_another_size_is_refused(folder, shots, size):
+    rows = np.array([scenes.poses_row(shot) for shot in shots])
+    rows[:, 4:15:5][:, :2] = size[::-1]
+    np.save(folder / "poses_bounds.npy", rows)
+
+    with pytest.raises(
+        UnreadablePoseError, match=r"cam00.*pose is for pictures of .*video is 48x32"
+    ):
+        read_n3dv(folder)
+
+
+def test_missing_poses_are_named(folder):
+    (folder / "poses_bounds.npy").unlink()
+
+    with pytest.raises(MissingFileError, match=r"poses_bounds.npy is missing"):
+        read_n3dv(folder)
+
+
+def test_missing_videos_are_named(folder):
+    for path in folder.glob("*.mp4"):
+        path.unlink()
+
+    with pytest.raises(MissingFileError, match=r"no cam\*.mp4"):
+        read_n3dv(folder)
+
+
+def test_another_number_of_poses_than_videos_is_refused(folder):
+    (folder / "cam03.mp4").unlink()
+
+    with pytest.raises(CountMismatchError, match=r"4 poses, but there are 3"):
+        read_n3dv(folder)
+
+
+def test_names_that_sort_in_two_ways_are_refused(folder):
+    for name in ("cam00", "cam01", "cam03", "cam04"):
+        (folder / f"{name}.mp4").rename(folder / f"cam_{int(name[3:]) + 7}.mp4")
+
+    with pytest.raises(MissingCameraError, match=r"cam_11.mp4 sorts before cam_7.mp4.*zeros"):
+        read_n3dv(folder)
+
+
+def test_videos_of_other_lengths_are_refused(folder, pictures):
+    scenes.write_video(folder / "cam03.mp4", pictures[2][:5])
+
+    with pytest.raises(CountMismatchError, match=r"cam01 6 at 30/s, cam03 5 at 30/s"):
+        read_n3dv(folder)
+
+
+def test_a_truncated_video_is_named(folder):
+    path = folder / "cam03.mp4"
+    path.write_bytes(path.read_bytes()[:-200])
+
+    with pytest.raises(TruncatedVideoError, match=r"cam03.mp4"):
+        read_n3dv(folder)
+
+
+def test_poses_with_pickled_objects_are_refused_unopened(folder):
+    class Bomb:
+        def __reduce__(self):
+            return (pytest.fail, ("the pickle was opened",))
+
+    path = folder / "poses_bounds.npy"
+    path.write_bytes(pickle.dumps(Bomb()))
+    with pytest.raises(UnreadablePoseError, match=r"poses_bounds.npy is no array of numbers"):
+        read_n3dv(folder)
+
+    np.save(path, np.array([[Bomb()]], dtype=object), allow_pickle=True)
+    with pytest.raises(UnreadablePoseError, match=r"poses_bounds.npy is no array of numbers"):
+        read_n3dv(folder)
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.zeros((4, 16)),
+        np.zeros((4, 3, 5)),
+        np.zeros(17),
+        np.zeros((0, 17)),
+        np.zeros((4, 17), dtype=complex),
+        np.zeros((4, 17), dtype="U3"),
+    ],
+)
+def test_an_array_of_another_shape_or_type_is_refused(folder, array):
+    np.save(folder / "poses_bounds.npy", array)
+
+    with pytest.raises(UnreadablePoseError, match=r"poses_bounds.npy is (no|an) array"):
+        read_n3dv(folder)
+
+
+def test_an_archive_of_arrays_is_refused(folder, rows):
+    with (folder / "poses_bounds.npy").open("wb") as file:
+        np.savez(file, rows=rows)
+
+    with pytest.raises(UnreadablePoseError, match="no array of numbers"):
+        read_n3dv(folder)
+
+
+def test_a_header_that_promises_too_much_is_refused_unallocated(folder):
+    with (folder / "poses_bounds.npy").open("wb") as file:
+        header = {"descr": "<f8", "fortran_order": False, "shape": (1 << 40, 17)}
+        np.lib.format.write_array_header_1_0(file, header)
+
+    with pytest.raises(UnreadablePoseError, match="no array of numbers"):
+        read_n3dv(folder)
+
+
+@settings(deadline=None, max_examples=100)
+@given(data=st.data())
+def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
+    tmp_path_factory, n3dv_folder, data
+):
+    folder = tmp_path_factory.getbasetemp() / "wrong_byte"
+    if not folder.exists():
+        shutil.copytree(n3dv_folder, folder)
+    whole = bytearray((n3dv_folder / "poses_bounds.npy").read_bytes())
+    whole[data.draw(st.integers(0, 150))] = data.draw(st.integers(0, 255))
+    (folder / "poses_bounds.npy").write_bytes(whole[: data.draw(st.integers(100, len(whole)))])
+
+    try:
+        footage = read_n3dv(folder)
+    except (UnreadablePoseError, CountMismatchError):
+        return
+    assert len(footage.cameras) == 4
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (lambda row: row.__setitem__(3, np.nan), r"row 1 .*not finite"),
+        (lambda row: row.__setitem__(0, row[0] + 0.1), "cam01: .*not orthonormal"),
+        (lambda row: row.__setitem__([0, 5, 10], -row[[0, 5, 10]]), "cam01: .*left-handed"),
+        (lambda row: row.__setitem__(14, -40.0), "cam01: .*focal lengths must be positive"),
+        (lambda row: row.__setitem__(15, 0.0), "cam01: .*not a near and a far"),
+        (lambda row: row.__setitem__(16, 1.0), "cam01: .*not a near and a far"),
+    ],
+)
+def test_numbers_that_are_no_pose_are_refused_with_the_camera(folder, rows, change, fault):
+    change(rows[1])
+    np.save(folder / "poses_bounds.npy", rows)
+
+    with pytest.raises(UnreadablePoseError, match=fault):
+        read_n3dv(folder)
+
+
+def test_other_points_are_found_where_the_initial_ones_are_missing(folder, points):
+    (folder / "points3D_init.ply").unlink()
+    assert read_n3dv(folder).points is None
+
+    write_points_ply(folder / "points3D_downsample2.ply", points)
+    assert np.array_equal(read_n3dv(folder).points.colors, points.colors)
+
+
+def test_malformed_points_are_named(folder):
+    (folder / "points3D_init.ply").write_bytes(b"ply\n")
+
+    with pytest.raises(UnreadablePointsError, match=r"points3D_init.ply"):
+        read_n3dv(folder)

@@ -1,0 +1,228 @@
+import os
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.errors import (
+    MissingCameraError,
+    UnknownLayoutError,
+    UnreadablePointsError,
+    UnsupportedCameraError,
+)
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from tests.datasets import scenes
+from tests.datasets.lenses import BARREL, bend
+
+REPOSITORY = Path(__file__).parents[2]
+REAL_CAPTURE = Path(
+    os.environ.get("QUARC_CAPTURE", REPOSITORY.parent / "shared" / "data" / "panoptic_basketball")
+)
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory, n3dv_folder, shots, points, pictures):
+    """One capture in every layout."""
+    parent = tmp_path_factory.mktemp("layouts")
+    videos = shutil.copytree(n3dv_folder, parent / "videos")
+    (videos / "poses_bounds.npy").unlink()
+    scenes.write_transforms(videos, scenes.video_document(shots), points)
+    scenes.write_frames(parent / "pictures", shots, pictures)
+    scenes.write_transforms(parent / "pictures", scenes.picture_document(shots), points)
+    scenes.write_frames(parent / "colmap", shots, pictures)
+    scenes.write_model(parent / "colmap" / "sparse" / "0", shots, points)
+    return {"n3dv": n3dv_folder} | {
+        name: parent / name for name in ("videos", "pictures", "colmap")
+    }
+
+
+def numbers(camera):
+    lens = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
+    return np.array([*lens, *camera.rotation, *camera.translation])
+
+
+@pytest.mark.parametrize("layout", ["videos", "pictures", "colmap"])
+@pytest.mark.parametrize("downscale", [1, 3])
+def test_every_layout_gives_the_same_capture(folders, layout, downscale):
+    options = CaptureOptions(downscale=downscale, held_out=("cam01",))
+    first, other = (open_capture(folders[name], options) for name in ("n3dv", layout))
+
+    assert other.held_out == first.held_out == (1,)
+    assert other.frame_count == first.frame_count
+    assert other.frames_per_second == first.frames_per_second
+    assert np.array_equal(other.points.positions, first.points.positions)
+    for index, (camera, same) in enumerate(zip(other.cameras, first.cameras, strict=True)):
+        assert camera.name == same.name
+        assert np.allclose(numbers(camera), numbers(same), rtol=0, atol=1e-6)
+        assert np.array_equal(other.image(index, 4), first.image(index, 4))
+
+
+@pytest.mark.parametrize("layout", ["n3dv", "videos", "pictures", "colmap"])
+def test_a_fingerprint_tells_captures_apart_and_not_options(folders, layout):
+    fingerprint = open_capture(folders[layout]).fingerprint
+    others = {open_capture(path).fingerprint for name, path in folders.items() if name != layout}
+
+    assert open_capture(folders[layout], CaptureOptions(downscale=2)).fingerprint == fingerprint
+    assert fingerprint not in others
+
+
+def test_a_capture_is_named_after_its_folder(n3dv_folder, monkeypatch):
+    monkeypatch.chdir(n3dv_folder)
+
+    assert open_capture(Path()).name == "plane"
+
+
+def test_the_first_camera_is_held_out_unless_others_are_named(n3dv_folder):
+    default = open_capture(n3dv_folder)
+    chosen = open_capture(n3dv_folder, CaptureOptions(held_out=("cam04", "cam01")))
+
+    assert (default.held_out, default.training) == ((0,), (1, 2, 3))
+    assert (chosen.held_out, chosen.training) == ((1, 3), (0, 2))
+
+
+def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder):
+    with pytest.raises(MissingCameraError, match=r"cam02 to hold out, but cam00, cam01, cam03"):
+        open_capture(n3dv_folder, CaptureOptions(held_out=("cam00", "cam02")))
+
+
+def test_holding_out_every_camera_is_refused(n3dv_folder):
+    names = ("cam00", "cam01", "cam03", "cam04")
+
+    with pytest.raises(MissingCameraError, match="no camera is left"):
+        open_capture(n3dv_folder, CaptureOptions(held_out=names))
+
+
+@pytest.mark.parametrize(("most", "count"), [(1, 1), (5, 5), (100, 6)])
+def test_frames_are_taken_up_to_a_bound(n3dv_folder, most, count):
+    assert open_capture(n3dv_folder, CaptureOptions(max_frames=most)).frame_count == count
+
+
+@pytest.mark.parametrize("options", [{"downscale": 0}, {"max_frames": 0}])
+def test_options_that_make_no_sense_are_refused(options):
+    with pytest.raises(ValueError, match="at least 1"):
+        CaptureOptions(**options)
+
+
+def test_a_downscale_beyond_the_picture_is_refused(n3dv_folder):
+    with pytest.raises(ValueError, match="48x32 cannot be made 40 times smaller"):
+        open_capture(n3dv_folder, CaptureOptions(downscale=40))
+
+
+def test_a_folder_of_no_known_layout_is_refused(tmp_path):
+    with pytest.raises(UnknownLayoutError, match=r"poses_bounds.npy .*transforms.json .*sparse/0"):
+        open_capture(tmp_path)
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(UnknownLayoutError, match="nowhere"):
+        open_capture(tmp_path / "nowhere")
+
+
+def test_a_near_bound_that_no_file_tells_comes_from_the_points_in_sight(folders, shots, points):
+    capture = open_capture(folders["videos"])
+
+    for camera, shot in zip(capture.cameras, shots, strict=True):
+        x, y, depths = shot.project(points.positions).T
+        inside = (x >= 0) & (x <= shot.width) & (y >= 0) & (y <= shot.height)
+        assert inside.sum() > 0
+        assert camera.near == pytest.approx(np.quantile(depths[inside], 0.01), rel=1e-5)
+
+
+def test_points_that_a_camera_cannot_see_are_refused(folders, tmp_path, shots, points):
+    folder = shutil.copytree(folders["videos"], tmp_path / "copy")
+    behind = Points(points.positions - np.float32(50.0), points.colors)
+    scenes.write_transforms(folder, scenes.video_document(shots), behind)
+
+    with pytest.raises(UnreadablePointsError, match=r"cam00 sees none of the 200 initial points"):
+        open_capture(folder)
+
+
+def test_points_that_no_file_has_are_triangulated_from_the_training_cameras(tmp_path):
+    shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
+    pictures = [[scenes.render(shot, painting=scenes.paint_grains, samples=4)] for shot in shots]
+    pictures[0][0] = np.random.default_rng(1).integers(0, 256, pictures[0][0].shape, np.uint8)
+    scenes.write_frames(tmp_path, shots, pictures)
+    scenes.write_transforms(tmp_path, scenes.picture_document(shots, frames=1))
+    capture = open_capture(tmp_path)
+    away = np.abs(capture.points.positions[:, 1])
+
+    assert np.median(away) < 0.01
+    assert all(3.0 < camera.near < 4.5 for camera in capture.cameras)
+
+
+def test_bent_pictures_are_seen_by_the_pinhole_that_the_camera_is(tmp_path, shots, points):
+    bent = replace(shots[0], width=96, height=64, fx=70.0, fy=72.0, cx=50.0, cy=30.0)
+    dots = bent.project(points.positions)[:, :2]
+    u, v = bend(BARREL, (dots[:, 0] - bent.cx) / bent.fx, (dots[:, 1] - bent.cy) / bent.fy)
+    spot = int(np.hypot(u - 30, v - 20).argmin())
+    picture = draw_spot(u[spot], v[spot], bent)
+    second = replace(bent, name="cam01")
+    scenes.write_frames(tmp_path, [bent, second], [[picture], [picture]])
+    extra = BARREL.coefficients
+    scenes.write_model(tmp_path / "sparse", [bent, second], points, model="OPENCV", extra=extra)
+    capture = open_capture(tmp_path)
+    seen = capture.image(0, 0)[..., 0].astype(float)
+    camera = capture.cameras[0]
+    position = np.reshape(camera.rotation, (3, 3)) @ points.positions[spot] + camera.translation
+    expected = [
+        camera.fx * position[0] / position[2] + camera.cx,
+        camera.fy * position[1] / position[2] + camera.cy,
+    ]
+    rows, columns = np.indices(seen.shape) + 0.5
+
+    center = [(seen * columns).sum() / seen.sum(), (seen * rows).sum() / seen.sum()]
+    assert center == pytest.approx(expected, abs=0.1)
+
+
+def draw_spot(u, v, shot):
+    """Return a black picture with a soft bright spot around a pixel position."""
+    rows, columns = np.indices((shot.height, shot.width)) + 0.5
+    spot = 255 * np.exp(-((columns - u) ** 2 + (rows - v) ** 2) / 8)
+    return np.repeat(spot[..., None], 3, axis=2).astype(np.uint8)
+
+
+def test_a_lens_that_cannot_be_straightened_is_named_with_its_camera(folders, tmp_path, shots):
+    folder = shutil.copytree(folders["videos"], tmp_path / "copy")
+    document = scenes.video_document(shots, camera_model="OPENCV_FISHEYE")
+    document["frames"][2] |= {"fl_x": 5.0, "fl_y": 5.0}
+    scenes.write_transforms(folder, document)
+
+    with pytest.raises(UnsupportedCameraError, match="camera cam03: the lens sees too wide"):
+        open_capture(folder)
+
+
+@pytest.fixture(scope="module")
+def real_capture():
+    if not (REAL_CAPTURE / "poses_bounds.npy").is_file():
+        pytest.skip(f"no capture at {REAL_CAPTURE}; set QUARC_CAPTURE to panoptic_basketball")
+    return open_capture(REAL_CAPTURE)
+
+
+@pytest.mark.capture
+def test_the_real_capture_has_its_cameras_frames_and_bounds(real_capture):
+    assert [camera.name for camera in real_capture.cameras] == [f"cam{i:02d}" for i in range(30)]
+    assert (real_capture.frame_count, real_capture.frames_per_second) == (60, 30.0)
+    assert {(camera.width, camera.height) for camera in real_capture.cameras} == {(400, 224)}
+    assert real_capture.cameras[0].near == pytest.approx(1.01, abs=0.01)
+    assert real_capture.held_out == (0,)
+    assert real_capture.image(29, 59).shape == (224, 400, 3)
+
+
+@pytest.mark.capture
+def test_the_real_captures_points_lie_in_its_pictures_and_match_their_colors(real_capture):
+    points = real_capture.points
+    differences = []
+    for index, camera in enumerate(real_capture.cameras):
+        rotation = np.reshape(camera.rotation, (3, 3))
+        x, y, z = (points.positions @ rotation.T + camera.translation).T
+        columns, rows = (camera.fx * x / z + camera.cx), (camera.fy * y / z + camera.cy)
+        inside = (z > 0) & (columns >= 0) & (columns < 400) & (rows >= 0) & (rows < 224)
+        assert inside.mean() > 0.2
+        pixels = real_capture.image(index, 0)[rows[inside].astype(int), columns[inside].astype(int)]
+        differences.append(np.abs(pixels.astype(int) - points.colors[inside]).mean())
+
+    # Points behind others differ, so only most of the pictures' colors are the points'.
+    assert np.median(differences) < 30

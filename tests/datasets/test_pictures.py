@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.calibration import Lens
+from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
+from quarc_ref.datasets.pictures import FilePictures, RectifiedPictures, VideoPictures
+from quarc_ref.datasets.undistortion import Rectifier
+from quarc_ref.datasets.video import VideoReader
+from tests.datasets import scenes
+
+
+def test_videos_and_files_give_the_same_pictures(n3dv_folder, shots, pictures, tmp_path):
+    videos = VideoPictures([VideoReader(n3dv_folder / f"{shot.name}.mp4") for shot in shots])
+    scenes.write_frames(tmp_path, shots, pictures)
+    files = FilePictures(
+        [[tmp_path / f"frames/{f:04d}/{shot.name}.png" for f in range(6)] for shot in shots]
+    )
+
+    assert videos.frame_count == 6
+    for camera, frame in [(0, 0), (3, 5), (1, 2)]:
+        assert np.array_equal(videos.read(camera, frame), pictures[camera][frame])
+        assert np.array_equal(files.read(camera, frame), pictures[camera][frame])
+
+
+def test_videos_of_other_lengths_are_named_with_their_frames(n3dv_folder, tmp_path, pictures):
+    scenes.write_video(tmp_path / "cam01.mp4", pictures[1][:4])
+    readers = [VideoReader(n3dv_folder / "cam00.mp4"), VideoReader(tmp_path / "cam01.mp4")]
+
+    with pytest.raises(CountMismatchError, match=r"cam00 6 at 30/s, cam01 4 at 30/s"):
+        VideoPictures(readers)
+
+
+def test_a_picture_of_another_size_than_its_calibration_is_refused(n3dv_folder):
+    videos = VideoPictures([VideoReader(n3dv_folder / "cam00.mp4")])
+    rectified = RectifiedPictures(videos, ["cam00"], [Rectifier(Lens(96, 64, 80, 80, 48, 32))])
+
+    with pytest.raises(UnreadableVideoError, match=r"cam00 is 48x32.* calibration is for 96x64"):
+        rectified.read(0, 0)
+
+
+def test_rectified_pictures_are_made_smaller(n3dv_folder, pictures):
+    videos = VideoPictures([VideoReader(n3dv_folder / "cam00.mp4")])
+    rectifier = Rectifier(Lens(48, 32, 80, 80, 48, 32), 4)
+    small = RectifiedPictures(videos, ["cam00"], [rectifier]).read(0, 3)
+
+    assert np.array_equal(small, rectifier.rectify(pictures[0][3]))
+    assert small.shape == (8, 12, 3)

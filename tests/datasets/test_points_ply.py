@@ -1,0 +1,142 @@
+import os
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.errors import MissingFileError, UnreadablePointsError
+from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
+
+FIELDS = ("float x", "float y", "float z", "uchar red", "uchar green", "uchar blue")
+ROW = bytes(4 * 3) + b"\x01\x02\x03"
+
+positions_of = hnp.arrays(
+    np.float32,
+    st.tuples(st.integers(1, 20), st.just(3)),
+    elements=st.floats(allow_nan=False, allow_infinity=False, width=32),
+)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("ply") / "points.ply"
+
+
+def ply(body, fields=FIELDS, count="1", form="binary_little_endian 1.0", newline="\n"):
+    lines = ["ply", f"format {form}", "comment end_header is not here", f"element vertex {count}"]
+    lines += [f"property {field}" for field in fields]
+    return newline.join([*lines, "end_header", ""]).encode() + body
+
+
+@settings(deadline=None, max_examples=50)
+@given(positions=positions_of, seed=st.integers(0, 99))
+def test_points_come_back_as_they_were_written(path, positions, seed):
+    colors = np.random.default_rng(seed).integers(0, 256, positions.shape, dtype=np.uint8)
+    write_points_ply(path, Points(positions, colors))
+    points = read_points_ply(path)
+
+    assert np.array_equal(points.positions.view(np.uint32), positions.view(np.uint32))
+    assert np.array_equal(points.colors, colors)
+    assert (points.positions.dtype, points.colors.dtype) == (np.float32, np.uint8)
+
+
+def test_nothing_is_left_beside_the_file_that_is_written(tmp_path):
+    write_points_ply(
+        tmp_path / "a.ply", Points(np.zeros((1, 3), np.float32), np.zeros((1, 3), "u1"))
+    )
+
+    assert os.listdir(tmp_path) == ["a.ply"]
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_ascii_points_are_read(path, newline):
+    body = newline.join(["1.5 -2 3e1 0 128 255", "0 0 0 1 2 3", ""]).encode()
+    path.write_bytes(ply(body, count="2", form="ascii 1.0", newline=newline))
+    points = read_points_ply(path)
+
+    assert points.positions.tolist() == [[1.5, -2, 30], [0, 0, 0]]
+    assert points.colors.tolist() == [[0, 128, 255], [1, 2, 3]]
+
+
+def test_other_properties_and_elements_are_skipped(path):
+    fields = [
+        "double x",
+        "float nx",
+        "double y",
+        "double z",
+        "int label",
+        *FIELDS[3:],
+        "uchar alpha",
+    ]
+    layout = "<f8,<f4,<f8,<f8,<i4,u1,u1,u1,u1"
+    body = np.array([(1, 9, 2, 3, -7, 10, 20, 30, 255)] * 2, dtype=layout).tobytes()
+    head = ply(b"", [*fields, "uchar mask"][:-1], count="2")
+    faces = b"element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    path.write_bytes(head.replace(b"end_header\n", faces) + body + b"\x03" + bytes(12))
+    points = read_points_ply(path)
+
+    assert points.positions.tolist() == [[1, 2, 3]] * 2
+    assert points.colors.tolist() == [[10, 20, 30]] * 2
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (b"", "header of a PLY"),
+        (b"plx\nend_header\n", "header of a PLY"),
+        (b"ply\nformat ascii 1.0\n" + b"comment\n" * 10000, "header of a PLY"),
+        (b"ply\nend_header\n", "neither ascii nor"),
+        (ply(ROW, form="binary_big_endian 1.0"), "neither ascii nor"),
+        (b"ply\nformat ascii 1.0\nend_header\n", "first element is not the vertex"),
+        (ply(ROW, count="0"), "no points"),
+        (ply(ROW, count="-1"), "no points"),
+        (ply(ROW, count="many"), "no points"),
+        (ply(ROW, count="1 2"), "no points"),
+        (ply(ROW, count="2"), "ends before the last of its 2 points"),
+        (ply(ROW[:-1]), "ends before"),
+        (ply(ROW, count="9" * 30), "ends before"),
+        (ply(b"1 2 3 4 5 6", count="9" * 30, form="ascii 1.0"), "lines of 6 numbers"),
+        (ply(b"1 2 3 4 5 6\n1 2", count="2", form="ascii 1.0"), "lines of 6 numbers"),
+        (ply(b"1 2 3 4 5 x\n", form="ascii 1.0"), "could not convert"),
+        (ply(b"1 2 3 4 5 256\n", form="ascii 1.0"), "color is not within"),
+        (ply(b"1 2 3 4 5 nan\n", form="ascii 1.0"), "color is not within"),
+        (ply(b"1 2 inf 4 5 6\n", form="ascii 1.0"), "not finite"),
+        (ply(b"1 2 1e300 4 5 6\n", form="ascii 1.0"), "not finite"),
+        (ply(b"\xff" * 15), "not finite"),
+        (ply(ROW, [*FIELDS, "list uchar int other"]), "cannot have the property"),
+        (ply(ROW, [*FIELDS, "half w"]), "cannot have the property"),
+        (ply(ROW * 2, [*FIELDS, "float x"]), "x"),
+        (ply(ROW, FIELDS[1:]), "no float or double x, y and z"),
+        (ply(ROW, ["int x", *FIELDS[1:]]), "no float or double x, y and z"),
+        (ply(ROW, FIELDS[:3]), "no uchar red, green and blue"),
+        (ply(ROW * 2, [*FIELDS[:5], "float blue"]), "no uchar red, green and blue"),
+    ],
+)
+def test_a_malformed_file_is_refused_by_name(path, data, fault):
+    path.write_bytes(data)
+
+    with pytest.raises(UnreadablePointsError, match=fault) as caught:
+        read_points_ply(path)
+    assert str(path) in str(caught.value)
+
+
+@settings(deadline=None, max_examples=100)
+@given(data=st.data())
+def test_a_wrong_byte_gives_points_or_a_named_error(path, data):
+    whole = bytearray(ply(ROW * 3, count="3"))
+    whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(whole[: data.draw(st.integers(0, len(whole)))])
+
+    try:
+        points = read_points_ply(path)
+    except UnreadablePointsError:
+        return
+    assert points.positions.shape == points.colors.shape
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(MissingFileError, match=r"none.ply"):
+        read_points_ply(tmp_path / "none.ply")

@@ -1,0 +1,129 @@
+import json
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.errors import (
+    MissingFileError,
+    UnreadablePoseError,
+    UnsupportedCameraError,
+)
+from quarc_ref.datasets.transforms_entries import read_transforms
+from tests.datasets import scenes
+
+SHARED = {"w": 48, "h": 32, "fl_x": 40, "fl_y": 41.5, "cx": 24, "cy": 16}
+FRAME = {"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "transforms.json"
+
+
+def read(path, document):
+    path.write_text(json.dumps(document))
+    return read_transforms(path)
+
+
+def test_shared_intrinsics_hold_for_every_entry_and_its_own_come_first(path):
+    own = {**FRAME, "file_path": "b.png", "fl_x": 50, "k1": 0.1}
+    first, second = read(path, {**SHARED, "k2": 0.2, "frames": [FRAME, own]}).entries
+
+    assert (first.lens.fx, first.lens.fy, first.lens.cx, first.lens.cy) == (40, 41.5, 24, 16)
+    assert first.lens.coefficients[:2] == (0, 0.2)
+    assert second.lens.fx == 50
+    assert second.lens.coefficients[:2] == (0.1, 0.2)
+
+
+def test_coefficients_come_in_the_order_of_opencv(path):
+    named = {"k1": 1, "k2": 2, "k3": 3, "k4": 4, "k5": 5, "k6": 6, "p1": 7, "p2": 8}
+    document = {**SHARED, **named, "frames": [FRAME]}
+    perspective = read(path, {**document, "camera_model": "OPENCV"}).entries[0].lens
+    fisheye = read(path, {**document, "camera_model": "OPENCV_FISHEYE"}).entries[0].lens
+
+    assert perspective.coefficients == (1, 2, 7, 8, 3, 4, 5, 6)
+    assert fisheye.coefficients == (1, 2, 3, 4)
+    assert fisheye.fisheye
+
+
+def test_a_pose_is_turned_from_the_axes_of_opengl(path):
+    shot = scenes.make_shots()[1]
+    frame = {**FRAME, "transform_matrix": scenes.opengl_matrix(shot)}
+    (entry,) = read(path, {**SHARED, "frames": [frame]}).entries
+    pose = entry.pose()
+
+    assert np.allclose(pose.rotation, shot.axes.T, atol=1e-12)
+    assert np.allclose(pose.translation, -shot.axes.T @ shot.center, atol=1e-12)
+
+
+def test_a_matrix_of_three_rows_is_enough(path):
+    frame = {**FRAME, "transform_matrix": np.eye(4)[:3].tolist()}
+
+    assert len(read(path, {**SHARED, "frames": [frame]}).entries[0].matrix) == 12
+
+
+def test_rate_points_and_times_are_read_where_they_are_told(path):
+    told = read(
+        path,
+        {**SHARED, "fps": 25, "ply_file_path": "p.ply", "frames": [{**FRAME, "time": 0.5}]},
+    )
+    untold = read(path, {**SHARED, "frames": [FRAME]})
+
+    assert (told.frames_per_second, told.points, told.entries[0].time) == (25, "p.ply", 0.5)
+    assert (untold.frames_per_second, untold.points, untold.entries[0].time) == (None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("document", "fault"),
+    [
+        ([], "no list of 'frames'"),
+        ({}, "no list of 'frames'"),
+        ({"frames": {}}, "no list of 'frames'"),
+        ({"frames": []}, "'frames' is empty"),
+        ({"frames": [1]}, "frame 0 is no object"),
+        ({**SHARED, "frames": [{"transform_matrix": []}]}, "'file_path' is missing"),
+        ({**SHARED, "frames": [{"file_path": "a.png"}]}, "frame a.png: .*not 4x4"),
+        ({**SHARED, "frames": [{**FRAME, "transform_matrix": [[1], [1, 2]]}]}, "frame a.png"),
+        ({**SHARED, "frames": [{**FRAME, "transform_matrix": "abc"}]}, "frame a.png"),
+        ({**SHARED, "frames": [{**FRAME, "fl_x": "40"}]}, "frame a.png: 'fl_x' is missing, or no"),
+        ({**SHARED, "frames": [{**FRAME, "fl_x": True}]}, "'fl_x' is missing, or no"),
+        ({**SHARED, "frames": [{**FRAME, "fl_x": -1}]}, "must be positive"),
+        ({**SHARED, "frames": [{**FRAME, "fl_x": 10**400}]}, "too large"),
+        ({**SHARED, "frames": [{**FRAME, "cx": float("nan")}]}, "not finite"),
+        ({**SHARED, "frames": [{**FRAME, "w": 48.5}]}, "no whole number"),
+        ({**SHARED, "frames": [{**FRAME, "time": None}]}, "'time' is missing, or no"),
+        ({**SHARED, "fps": 0, "frames": [FRAME]}, "'fps' is 0"),
+        ({**SHARED, "ply_file_path": 1, "frames": [FRAME]}, "'ply_file_path' is missing, or no"),
+    ],
+)
+def test_a_malformed_document_is_refused_by_name(path, document, fault):
+    with pytest.raises(UnreadablePoseError, match=fault) as caught:
+        read(path, document)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("key", sorted(SHARED))
+def test_a_missing_intrinsic_is_named(path, key):
+    document = {name: value for name, value in SHARED.items() if name != key}
+
+    with pytest.raises(UnreadablePoseError, match=f"'{key}' is missing"):
+        read(path, {**document, "frames": [FRAME]})
+
+
+@pytest.mark.parametrize("data", [b"", b"{", b"\xff\xfe", b"[" * 100_000])
+def test_a_file_that_is_no_json_is_refused(path, data):
+    path.write_bytes(data)
+
+    with pytest.raises(UnreadablePoseError, match=r"transforms.json is no"):
+        read_transforms(path)
+
+
+@pytest.mark.parametrize("model", ["EQUIRECTANGULAR", None])
+def test_an_unsupported_camera_model_is_named(path, model):
+    with pytest.raises(UnsupportedCameraError, match=f"camera model {model} is not supported"):
+        read(path, {**SHARED, "camera_model": model, "frames": [FRAME]})
+
+
+def test_a_missing_file_is_named(path):
+    with pytest.raises(MissingFileError, match=r"transforms.json cannot be read"):
+        read_transforms(path)

@@ -1,0 +1,159 @@
+import shutil
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.errors import (
+    CountMismatchError,
+    MissingFileError,
+    UnknownLayoutError,
+    UnreadablePoseError,
+)
+from quarc_ref.datasets.transforms_json import read_nerfstudio
+from tests.datasets import scenes
+
+
+@pytest.fixture
+def folder(n3dv_folder, tmp_path):
+    """Videos, to be described by a test."""
+    return shutil.copytree(n3dv_folder, tmp_path / "copy")
+
+
+@pytest.fixture
+def frames_folder(tmp_path, shots, pictures):
+    """Pictures, to be described by a test."""
+    return scenes.write_frames(tmp_path / "frames_only", shots, pictures)
+
+
+def test_videos_become_cameras_that_project_as_the_shots_do(folder, shots, points, pictures):
+    scenes.write_transforms(folder, scenes.video_document(shots), points)
+    footage = read_nerfstudio(folder)
+
+    assert [camera.name for camera in footage.cameras] == [shot.name for shot in shots]
+    for camera, shot in zip(footage.cameras, shots, strict=True):
+        expected = shot.project(points.positions)
+        assert np.allclose(scenes.project(camera, points.positions), expected, atol=1e-6)
+        assert camera.near is None
+    assert (footage.frame_count, footage.frames_per_second) == (6, 30.0)
+    assert np.array_equal(footage.source.read(1, 5), pictures[1][5])
+    assert np.array_equal(footage.points.positions, points.positions)
+
+
+def test_pictures_are_gathered_by_camera_and_sorted_by_time(frames_folder, shots, pictures):
+    scenes.write_transforms(frames_folder, scenes.picture_document(shots))
+    footage = read_nerfstudio(frames_folder)
+
+    assert [camera.name for camera in footage.cameras] == [shot.name for shot in shots]
+    assert (footage.frame_count, footage.frames_per_second) == (6, 30.0)
+    assert footage.points is None
+    for camera, frame in [(0, 0), (3, 5), (1, 2)]:
+        assert np.array_equal(footage.source.read(camera, frame), pictures[camera][frame])
+
+
+def test_the_rate_that_is_told_counts(folder, frames_folder, shots):
+    scenes.write_transforms(folder, scenes.video_document(shots, fps=24))
+    scenes.write_transforms(frames_folder, {**scenes.picture_document(shots), "fps": 12.5})
+
+    assert read_nerfstudio(folder).frames_per_second == 24
+    assert read_nerfstudio(frames_folder).frames_per_second == 12.5
+
+
+@pytest.mark.parametrize(
+    ("pattern", "names"),
+    [
+        ("{frame:04d}/{name}.png", ["cam00", "cam01", "cam03", "cam04"]),
+        ("{name}/{frame:04d}.png", ["cam00", "cam01", "cam03", "cam04"]),
+        ("all/{name}_{frame:04d}.png", ["cam00", "cam01", "cam02", "cam03"]),
+    ],
+)
+def test_cameras_are_named_after_what_their_paths_share(tmp_path, shots, pictures, pattern, names):
+    for shot, row in zip(shots, pictures, strict=True):
+        for frame, picture in enumerate(row):
+            scenes.write_picture(tmp_path / pattern.format(frame=frame, name=shot.name), picture)
+    scenes.write_transforms(tmp_path, scenes.picture_document(shots, pattern))
+
+    assert [camera.name for camera in read_nerfstudio(tmp_path).cameras] == names
+
+
+def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
+    renamed = scenes.rename(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
+    for shot, new in zip(shots, renamed, strict=True):
+        (folder / f"{shot.name}.mp4").rename(folder / f"{new.name}.mp4")
+    scenes.write_transforms(folder, scenes.video_document(renamed))
+    footage = read_nerfstudio(folder)
+
+    assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_2", "cam_10"]
+    assert np.array_equal(footage.source.read(3, 1), pictures[0][1])
+
+
+def test_a_missing_picture_is_named(frames_folder, shots):
+    (frames_folder / "frames" / "0003" / "cam01.png").unlink()
+    scenes.write_transforms(frames_folder, scenes.picture_document(shots))
+
+    with pytest.raises(MissingFileError, match=r"0003/cam01.png is missing, which .*json names"):
+        read_nerfstudio(frames_folder)
+
+
+@pytest.mark.parametrize("name", ["cam01.mp4", "points.ply"])
+def test_a_missing_video_or_points_file_is_named(folder, shots, points, name):
+    scenes.write_transforms(folder, scenes.video_document(shots), points)
+    (folder / name).unlink()
+
+    with pytest.raises(MissingFileError, match=name):
+        read_nerfstudio(folder)
+
+
+def test_a_camera_without_a_picture_of_some_time_is_named(frames_folder, shots):
+    document = scenes.picture_document(shots)
+    del document["frames"][1]
+    scenes.write_transforms(frames_folder, document)
+
+    with pytest.raises(CountMismatchError, match=r"camera cam01 has 5 pictures, not one of .* 6"):
+        read_nerfstudio(frames_folder)
+
+
+def test_two_pictures_of_one_time_are_refused(frames_folder, shots):
+    document = scenes.picture_document(shots)
+    for index, frame in enumerate(document["frames"]):
+        frame["time"] = min(index // 4, 4)
+    scenes.write_transforms(frames_folder, document)
+
+    with pytest.raises(CountMismatchError, match="camera cam00"):
+        read_nerfstudio(frames_folder)
+
+
+def test_a_camera_that_moves_is_refused(frames_folder, shots):
+    document = scenes.picture_document(shots[:1])
+    for index, frame in enumerate(document["frames"]):
+        frame["transform_matrix"][0][3] += index
+    scenes.write_transforms(frames_folder, document)
+
+    with pytest.raises(CountMismatchError, match="every camera must stand still"):
+        read_nerfstudio(frames_folder)
+
+
+def test_two_videos_of_one_camera_are_refused(folder, shots):
+    document = scenes.video_document(shots)
+    document["frames"].append(scenes.entry(shots[0], "cam01.mp4"))
+    scenes.write_transforms(folder, document)
+
+    with pytest.raises(CountMismatchError, match="2 videos like"):
+        read_nerfstudio(folder)
+
+
+def test_pictures_without_a_time_are_no_capture(frames_folder, shots):
+    document = scenes.picture_document(shots)
+    del document["frames"][7]["time"]
+    scenes.write_transforms(frames_folder, document)
+
+    with pytest.raises(UnknownLayoutError, match="a video, or a picture with a 'time'"):
+        read_nerfstudio(frames_folder)
+
+
+def test_a_matrix_that_is_no_pose_is_refused_with_the_camera(folder, shots):
+    document = scenes.video_document(shots)
+    document["frames"][1]["transform_matrix"][0][0] += 0.2
+    scenes.write_transforms(folder, document)
+
+    with pytest.raises(UnreadablePoseError, match=r"transforms.json: camera cam01: .*orthonormal"):
+        read_nerfstudio(folder)

@@ -1,0 +1,90 @@
+from dataclasses import replace
+
+import numpy as np
+import pycolmap
+import pytest
+
+from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
+from quarc_ref.datasets.errors import UnreadablePointsError
+from quarc_ref.datasets.triangulation import triangulate
+from tests.datasets import scenes
+
+
+@pytest.fixture(scope="module")
+def stage():
+    """Cameras before the plane y = 0, and what they see."""
+    shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
+    cameras = [
+        CalibratedCamera(
+            shot.name,
+            Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy),
+            make_pose(shot.axes, shot.center),
+        )
+        for shot in shots
+    ]
+    return cameras, [scenes.render(shot, painting=scenes.paint_grains, samples=4) for shot in shots]
+
+
+@pytest.fixture(scope="module")
+def triangulated(stage):
+    return triangulate(*stage)
+
+
+def test_points_lie_on_the_plane_that_the_pictures_show(triangulated):
+    away = np.abs(triangulated.positions[:, 1])
+
+    # A pixel is 0.027 units wide at the plane, 4 units away.
+    assert len(away) >= 200
+    assert np.median(away) < 0.01
+    assert np.mean(away < 0.1) > 0.9
+
+
+def test_points_have_the_colors_of_the_plane(triangulated):
+    on_plane = np.abs(triangulated.positions[:, 1]) < 0.02
+    x, _, z = triangulated.positions[on_plane].T
+    difference = triangulated.colors[on_plane] - scenes.paint_grains(x, z, 0.0)
+    strangers = triangulated.colors[on_plane][::-1] - scenes.paint_grains(x, z, 0.0)
+
+    assert np.abs(difference).mean() < 0.7 * np.abs(strangers).mean()
+
+
+def test_the_same_pictures_give_the_same_points(stage, triangulated):
+    again = triangulate(*stage)
+
+    assert np.array_equal(again.positions, triangulated.positions)
+    assert np.array_equal(again.colors, triangulated.colors)
+
+
+def test_wrong_poses_give_too_few_points(stage):
+    cameras, pictures = stage
+    rolled = []
+    for index, camera in enumerate(cameras):
+        turn = np.array(
+            [[np.cos(index), -np.sin(index), 0], [np.sin(index), np.cos(index), 0], [0, 0, 1]]
+        )
+        axes = camera.pose.rotation.T
+        rolled.append(replace(camera, pose=make_pose(axes @ turn, -axes @ camera.pose.translation)))
+
+    with pytest.raises(
+        UnreadablePointsError, match=r"only \d+ initial points .* bring points3D_init.ply"
+    ):
+        triangulate(rolled, pictures)
+
+
+def test_pictures_of_nothing_give_no_points_and_leave_the_log_alone(stage, capfd):
+    cameras, pictures = stage
+    before = pycolmap.logging.minloglevel
+
+    with pytest.raises(UnreadablePointsError, match="only 0 initial points"):
+        triangulate(cameras, [np.full_like(picture, 128) for picture in pictures])
+    assert pycolmap.logging.minloglevel == before
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_single_camera_is_refused(stage):
+    cameras, pictures = stage
+
+    with pytest.raises(
+        UnreadablePointsError, match=r"cannot be triangulated: .* bring points3D_init.ply"
+    ):
+        triangulate(cameras[:1], pictures[:1])

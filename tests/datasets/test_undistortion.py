@@ -1,0 +1,127 @@
+"""Undistortion, held against pictures that are drawn bent by formula."""
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.calibration import Lens
+from quarc_ref.datasets.errors import UnsupportedCameraError
+from quarc_ref.datasets.undistortion import Rectifier
+from tests.datasets.lenses import BARREL, BENT, bend
+
+
+def unbend(lens, u, v):
+    """Return the direction at depth 1 of pixels, by a plain fixed-point search."""
+    x, y = (u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy
+    for _ in range(300):
+        bent_u, bent_v = bend(lens, x, y)
+        x, y = x - 0.5 * (bent_u - u) / lens.fx, y - 0.5 * (bent_v - v) / lens.fy
+    return x, y
+
+
+def paint(x, y):
+    """Return sRGB of a direction: smooth, and different everywhere."""
+    waves = [np.sin(3 * x + y), np.cos(2 * y - x), np.sin(2 * x * y + 1)]
+    return 128 + 90 * np.stack(waves, axis=-1)
+
+
+def pixel_centers(lens):
+    return np.meshgrid(np.arange(lens.width) + 0.5, np.arange(lens.height) + 0.5)
+
+
+def draw(lens):
+    """Return the picture that a lens takes."""
+    return (paint(*unbend(lens, *pixel_centers(lens))) + 0.5).astype(np.uint8)
+
+
+def draw_straight(lens):
+    """Return `[H, W, 3]` float of the picture that a pinhole takes."""
+    u, v = pixel_centers(lens)
+    return paint((u - lens.cx) / lens.fx, (v - lens.cy) / lens.fy)
+
+
+@pytest.mark.parametrize("lens", BENT)
+def test_a_bent_picture_becomes_the_pinholes_up_to_its_border(lens):
+    rectifier = Rectifier(lens)
+    straight = rectifier.rectify(draw(lens))
+
+    assert straight.shape == (64, 96, 3)
+    # Rounding alone errs by 0.3 on average, and half a pixel would by 0.6 or, of a fisheye, 2.4,
+    # whose stretched corners show the filter.
+    error = np.abs(straight - draw_straight(rectifier.lens))
+    assert error.mean() < (0.6 if lens.fisheye else 0.4)
+    assert error.max() < 6.0
+
+
+@pytest.mark.parametrize("lens", BENT)
+def test_the_pinhole_sees_nothing_beyond_the_picture_and_touches_its_border(lens):
+    pinhole = Rectifier(lens).lens
+    u, v = pixel_centers(pinhole)
+    across, down = bend(lens, (u - pinhole.cx) / pinhole.fx, (v - pinhole.cy) / pinhole.fy)
+
+    for values, size in ((across, lens.width), (down, lens.height)):
+        assert values.min() == pytest.approx(0.5, abs=0.03)
+        assert values.max() == pytest.approx(size - 0.5, abs=0.03)
+
+
+def test_one_picture_after_another_is_made_straight():
+    rectifier = Rectifier(BARREL)
+    picture = draw(BARREL)
+    first = rectifier.rectify(picture)
+    negative = rectifier.rectify(255 - picture)
+
+    assert np.abs(255.0 - negative - first).max() <= 1
+    assert np.array_equal(rectifier.rectify(picture), first)
+
+
+def test_a_pinholes_picture_is_left_as_it_is():
+    lens = Lens(96, 64, 70.0, 72.0, 50.0, 30.0, (0.0, 0.0))
+    picture = draw(lens)
+    rectifier = Rectifier(lens)
+
+    assert rectifier.lens == lens
+    assert rectifier.rectify(picture) is picture
+
+
+def test_a_smaller_picture_is_the_mean_of_its_pixels_less_the_remainder():
+    picture = np.random.default_rng(0).integers(0, 256, (64, 96, 3), dtype=np.uint8)
+    rectifier = Rectifier(Lens(96, 64, 70.0, 72.0, 50.0, 30.0), 5)
+    small = rectifier.rectify(picture)
+    blocks = picture[:60, :95].reshape(12, 5, 19, 5, 3).mean(axis=(1, 3))
+
+    assert small.shape == (12, 19, 3)
+    assert np.abs(small - blocks).max() <= 0.5
+
+
+def test_a_smaller_pictures_lens_sees_the_same_directions():
+    lens = Lens(96, 64, 70.0, 72.0, 50.0, 30.0)
+    rectifier = Rectifier(lens, 2)
+    small = rectifier.rectify(draw(lens))
+
+    assert rectifier.lens == Lens(48, 32, 35.0, 36.0, 25.0, 15.0)
+    assert np.abs(small - draw_straight(rectifier.lens)).max() < 2.0
+
+
+def test_a_bent_picture_is_made_straight_before_it_is_made_smaller():
+    rectifier = Rectifier(BARREL, 2)
+    small = rectifier.rectify(draw(BARREL))
+
+    assert small.shape == (32, 48, 3)
+    assert np.abs(small - draw_straight(rectifier.lens)).max() < 3.0
+
+
+@pytest.mark.parametrize("downscale", [0, -1, 65])
+def test_a_downscale_that_leaves_nothing_is_refused(downscale):
+    with pytest.raises(ValueError, match="cannot be made"):
+        Rectifier(Lens(96, 64, 70.0, 72.0, 50.0, 30.0), downscale)
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        Lens(96, 64, 10.0, 10.0, 48.0, 32.0, fisheye=True),  # beyond 180 degrees
+        Lens(96, 64, 20.0, 20.0, 48.0, 32.0, (-0.9, 0.0)),  # folds back on itself
+    ],
+)
+def test_a_lens_that_no_pinhole_can_follow_is_refused(lens):
+    with pytest.raises(UnsupportedCameraError, match=r"too wide|cannot be undone"):
+        Rectifier(lens)

@@ -1,0 +1,262 @@
+import av
+import cv2
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
+from quarc_ref.datasets.video import VideoReader, read_still
+from tests.datasets import scenes
+
+FRAMES = 11
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    shot = scenes.make_shots()[0]
+    path = tmp_path_factory.mktemp("video") / "cam00.mp4"
+    pictures = [scenes.render(shot, moment) for moment in range(FRAMES)]
+    scenes.write_video(path, pictures, faststart=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def decoded(video):
+    return scenes.read_video(video)
+
+
+def test_size_rate_and_count_are_those_of_the_video(video):
+    reader = VideoReader(video)
+
+    assert (reader.width, reader.height, reader.frame_count) == (48, 32, FRAMES)
+    assert reader.frames_per_second == scenes.FRAMES_PER_SECOND
+
+
+@pytest.mark.parametrize(
+    "order",
+    [range(FRAMES), reversed(range(FRAMES)), [6, 0, 10, 3, 3, 9, 5, 4, 1, 8]],
+    ids=["onward", "backward", "any"],
+)
+def test_a_frame_is_the_same_in_whatever_order_frames_are_read(video, decoded, order):
+    reader = VideoReader(video)
+
+    for frame in order:
+        assert np.array_equal(reader.read(frame), decoded[frame])
+
+
+def test_a_picture_outlives_the_next_read(video, decoded):
+    reader = VideoReader(video)
+    first = reader.read(0)
+    reader.read(1)
+
+    assert np.array_equal(first, decoded[0])
+
+
+@pytest.mark.parametrize("frame", [-1, FRAMES])
+def test_a_frame_that_is_not_there_is_refused(video, frame):
+    with pytest.raises(TruncatedVideoError, match=f"none of ordinal {frame}"):
+        VideoReader(video).read(frame)
+
+
+def test_a_video_that_lost_its_end_is_truncated(video, tmp_path):
+    data = video.read_bytes()
+    path = tmp_path / "cut.mp4"
+    path.write_bytes(data[: len(data) * 3 // 4])
+
+    with pytest.raises(TruncatedVideoError, match=rf"cut.mp4 breaks off.* of the {FRAMES} frames"):
+        VideoReader(path)
+
+
+@pytest.mark.parametrize("count", [8, 9, 10, 11])
+def test_a_video_that_lost_one_byte_is_truncated(tmp_path, decoded, count):
+    path = tmp_path / "cut.mp4"
+    scenes.write_video(path, decoded[:count], faststart=True)
+    path.write_bytes(path.read_bytes()[:-1])
+
+    with pytest.raises(TruncatedVideoError, match=f"holds {count - 1} of the {count}"):
+        VideoReader(path)
+
+
+def test_a_video_cut_before_its_table_of_frames_is_named(tmp_path, decoded):
+    path = tmp_path / "cut.mp4"
+    scenes.write_video(path, decoded)
+    path.write_bytes(path.read_bytes()[:-100])
+
+    with pytest.raises(TruncatedVideoError, match=r"cut.mp4 breaks off"):
+        VideoReader(path)
+
+
+def test_every_cut_of_a_video_is_refused_by_name(video, tmp_path):
+    data = video.read_bytes()
+    path = tmp_path / "cut.mp4"
+
+    for length in range(0, len(data), 97):
+        path.write_bytes(data[:length])
+        with pytest.raises((TruncatedVideoError, UnreadableVideoError), match=r"cut.mp4"):
+            VideoReader(path)
+
+
+def test_a_file_that_is_no_video_is_unreadable(tmp_path):
+    path = tmp_path / "cam00.mp4"
+    path.write_text("no video")
+
+    with pytest.raises(UnreadableVideoError, match=r"cam00.mp4 cannot be opened"):
+        VideoReader(path)
+
+
+def test_a_missing_video_is_named(tmp_path):
+    with pytest.raises(MissingFileError, match=r"cam00.mp4 is missing"):
+        VideoReader(tmp_path / "cam00.mp4")
+
+
+def test_sound_without_video_is_unreadable(tmp_path):
+    path = tmp_path / "sound.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("aac", rate=8000, layout="mono")
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), "fltp", "mono")
+        frame.sample_rate = 8000
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+    with pytest.raises(UnreadableVideoError, match="no video in it"):
+        VideoReader(path)
+
+
+def zero_packet(video, path, ordinal, kept):
+    """Copy a video and put zeros for all but the first bytes of the packet of a frame."""
+    data = bytearray(video.read_bytes())
+    with av.open(str(video)) as container:
+        packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)
+    _, position, size = packets[ordinal]
+    data[position + kept : position + size] = bytes(size - kept)
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("kept", [0, 5])
+def test_a_damaged_frame_is_refused_and_the_others_are_read(video, tmp_path, decoded, kept):
+    reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 5, kept))
+
+    with pytest.raises(UnreadableVideoError, match=r"frame 5 of .*damaged.mp4"):
+        reader.read(5)
+    assert np.array_equal(reader.read(0), decoded[0])
+    assert np.array_equal(reader.read(1), decoded[1])
+
+
+def test_frames_after_a_lost_one_are_read_from_the_next_key_frame(video, tmp_path, decoded):
+    reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 3, 0))
+    refused = []
+    for frame in range(FRAMES):
+        try:
+            assert np.array_equal(reader.read(frame), decoded[frame])
+        except UnreadableVideoError:
+            refused.append(frame)
+
+    assert 3 in refused
+    assert not {0, 8, 9, 10} & set(refused)
+
+
+def test_a_frame_that_the_decoder_patches_up_is_refused(video, tmp_path, decoded):
+    data = bytearray(video.read_bytes())
+    with av.open(str(video)) as container:
+        packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)
+    _, position, size = packets[8]
+    middle = position + size // 2
+    data[middle : middle + 6] = bytes(byte ^ 0xA5 for byte in data[middle : middle + 6])
+    path = tmp_path / "damaged.mp4"
+    path.write_bytes(data)
+    reader = VideoReader(path)
+
+    with pytest.raises(UnreadableVideoError, match=r"frame 8 of .*damaged.mp4 is damaged"):
+        reader.read(8)
+    assert np.array_equal(reader.read(7), decoded[7])
+
+
+def test_a_video_without_its_first_key_frame_is_refused(video, tmp_path):
+    with pytest.raises(UnreadableVideoError, match=r"damaged.mp4 has .* no key frame"):
+        VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 0, 0))
+
+
+def test_a_stream_without_time_stamps_is_refused(tmp_path, decoded):
+    scenes.write_video(tmp_path / "raw.h264", decoded)
+
+    with pytest.raises(UnreadableVideoError, match=r"raw.h264 has frames without time stamps"):
+        VideoReader(tmp_path / "raw.h264")
+
+
+@pytest.mark.parametrize("suffix", ["mkv", "mov"])
+def test_other_containers_are_read(tmp_path, decoded, suffix):
+    path = tmp_path / f"cam00.{suffix}"
+    scenes.write_video(path, decoded)
+    reader, expected = VideoReader(path), scenes.read_video(path)
+
+    assert reader.frame_count == FRAMES
+    for frame in (9, 2, 3, 10, 0):
+        assert np.array_equal(reader.read(frame), expected[frame])
+
+
+@pytest.mark.parametrize("codec", ["libx264", "mpeg4", "mjpeg"])
+def test_a_video_trimmed_without_recoding_is_whole(tmp_path, decoded, codec):
+    path = tmp_path / "trimmed.mp4"
+    trimmed = 3
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=scenes.FRAMES_PER_SECOND)
+        stream.height, stream.width = decoded[0].shape[:2]
+        stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+        frames = [av.VideoFrame.from_ndarray(picture, format="rgb24") for picture in decoded]
+        for packet in [packet for frame in [*frames, None] for packet in stream.encode(frame)]:
+            step = int(1 / (scenes.FRAMES_PER_SECOND * packet.time_base))
+            packet.pts -= trimmed * step
+            packet.dts -= trimmed * step
+            container.mux(packet)
+    reader = VideoReader(path)
+    shown = scenes.read_video(path)
+
+    assert reader.frame_count == len(shown) == FRAMES - trimmed
+    for frame in (4, 0, 7):
+        assert np.array_equal(reader.read(frame), shown[frame])
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [("a.png", 0), ("100%d.png", 0), ("a.jpg", 6)])
+def test_a_picture_file_is_read(tmp_path, name, tolerance):
+    ramp = np.linspace(40, 200, 64)
+    picture = np.stack([*np.meshgrid(ramp, ramp), np.full((64, 64), 90.0)], axis=-1).astype(
+        np.uint8
+    )
+    scenes.write_picture(tmp_path / name, picture)
+
+    assert np.abs(read_still(tmp_path / name).astype(int) - picture).max() <= tolerance
+
+
+def test_gray_and_transparent_pictures_are_read_as_rgb(tmp_path, decoded):
+    gray = decoded[0][..., 0]
+    cv2.imwrite(str(tmp_path / "gray.png"), gray)
+    cv2.imwrite(str(tmp_path / "clear.png"), np.dstack([decoded[0][..., ::-1], gray]))
+
+    assert np.array_equal(read_still(tmp_path / "gray.png"), np.dstack([gray] * 3))
+    assert np.array_equal(read_still(tmp_path / "clear.png"), decoded[0])
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+def test_a_picture_file_cut_in_half_is_refused(tmp_path, decoded, suffix):
+    path = tmp_path / f"half{suffix}"
+    scenes.write_picture(path, decoded[0])
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+    with pytest.raises(UnreadableVideoError, match=f"half{suffix} cannot be decoded"):
+        read_still(path)
+
+
+def test_a_picture_file_with_a_wrong_byte_is_refused(tmp_path, decoded):
+    path = tmp_path / "wrong.png"
+    scenes.write_picture(path, decoded[0])
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+    with pytest.raises(UnreadableVideoError, match=r"wrong.png"):
+        read_still(path)
+
+
+def test_a_missing_picture_file_is_named(tmp_path):
+    with pytest.raises(MissingFileError, match=r"none.png"):
+        read_still(tmp_path / "none.png")

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder.anchors import count_anchors, sample_anchors
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.constants import POSITION_LIMIT
+from quarc_ref.format.records import StreamHeader
+from tests import oracle
+
+_LIMIT = POSITION_LIMIT
+
+
+def make_scene(header: StreamHeader, positions: list[tuple[int, int, int]], phase: int) -> Scene:
+    count = len(positions)
+    return Scene(
+        header,
+        phase,
+        phase,
+        np.arange(count) * 3 + 1,
+        np.array(positions, dtype=np.int32).T,
+        np.zeros((4, count), dtype=np.int32),
+        np.zeros((header.code_planes, count), dtype=np.int32),
+    )
+
+
+def clouds(least: int = 1) -> st.SearchStrategy:
+    """Points in general places, at the same place, across 0, and at both ends of the lattice."""
+    axes = [
+        st.integers(-3, 3),
+        st.integers(-1000, 1000),
+        st.sampled_from([-_LIMIT, -1, 0, 1, _LIMIT]),
+        st.integers(-_LIMIT, _LIMIT),
+    ]
+    return st.sampled_from(axes).flatmap(
+        lambda axis: st.lists(st.tuples(axis, axis, axis), min_size=least, max_size=40)
+    )
+
+
+@given(
+    clouds(),
+    st.integers(0, 1 << 32 - 1),
+    st.integers(0, (1 << 64) - 1),
+    st.integers(1, 9),
+    st.integers(2, 5),
+)
+def test_anchors_and_binding_are_those_of_the_text(positions, phase, seed, m, ratio):
+    header = StreamHeader(seed=seed, gaussians_per_anchor=m, anchor_ratio=ratio)
+    scene = make_scene(header, positions, phase)
+    counts = count_anchors(scene.count, header)
+
+    anchors = sample_anchors(scene)
+
+    for level, (count, got, bound) in enumerate(
+        zip(counts, anchors.levels, anchors.binding, strict=True), start=1
+    ):
+        ids = scene.ids.tolist()
+        chosen = oracle.sample(ids, positions, phase, seed, level, count)
+        assert got.owners.tolist() == [ids[index] for index in chosen]
+        assert got.positions.T.tolist() == [list(positions[index]) for index in chosen]
+        places = [positions[index] for index in chosen]
+        assert bound.tolist() == oracle.bind(positions, places)
+
+
+@given(clouds(least=9))
+def test_the_parent_of_an_anchor_is_what_its_gaussian_follows_one_level_up(positions):
+    scene = make_scene(StreamHeader(gaussians_per_anchor=2, anchor_ratio=2), positions, 1)
+
+    anchors = sample_anchors(scene)
+
+    places = [np.searchsorted(scene.ids, level.owners) for level in anchors.levels]
+    assert anchors.levels[0].parents.tolist() == anchors.binding[1][places[0]].tolist()
+    assert anchors.levels[1].parents.tolist() == anchors.binding[2][places[1]].tolist()
+    assert not anchors.levels[2].parents.any()
+
+
+@pytest.mark.parametrize(
+    ("gaussians", "counts"), [(244_000, (61_000, 20_333, 6_777)), (1, (1, 1, 1)), (9, (3, 1, 1))]
+)
+def test_the_numbers_of_anchors_are_those_of_the_text(gaussians, counts):
+    header = StreamHeader(gaussians_per_anchor=4, anchor_ratio=3)
+
+    assert count_anchors(gaussians, header) == counts

@@ -1,0 +1,93 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder.canonical import start_from_points, train_canonical
+from quarc_ref.encoder.config import CanonicalSettings
+from quarc_ref.encoder.quantize import quantize_gaussians
+from quarc_ref.format.records import StreamHeader
+from tests.encoder.toys import SMALL, make_capture, make_studio
+
+_CPU = torch.device("cpu")
+
+
+def _start(points, **settings):
+    generator = torch.Generator().manual_seed(0)
+    return start_from_points(points, CanonicalSettings(**settings), generator, _CPU)
+
+
+def test_a_gaussian_is_as_large_as_its_point_is_far_from_the_nearest_three():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=np.float32)
+
+    attributes = _start(Points(corners, np.zeros((4, 3), dtype=np.uint8)))
+
+    sizes = {tuple(mean): math.exp(float(scale)) for mean, scale in
+             zip(attributes.means.tolist(), attributes.log_scales[:, 0], strict=True)}  # fmt: skip
+    assert sizes[(0, 0, 0)] == pytest.approx(math.sqrt((1 + 4 + 9) / 3), rel=1e-5)
+
+
+def test_a_gaussian_has_the_color_of_its_point():
+    colors = np.array([[255, 0, 128]], dtype=np.uint8)
+
+    attributes = _start(Points(np.zeros((1, 3), dtype=np.float32), colors))
+
+    shown = 0.5 + 0.28209479177387814 * attributes.sh_dc[0, 0]
+    assert torch.allclose(shown, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
+
+
+def test_too_many_points_are_drawn_from():
+    points = make_capture().points
+
+    attributes = _start(points, initial_gaussians=20)
+
+    assert attributes.means.shape == (20, 3)
+    rows = {tuple(row) for row in points.positions.tolist()}
+    assert {tuple(row) for row in attributes.means.tolist()} <= rows
+
+
+def _errors(studio, attributes):
+    with torch.no_grad():
+        return [
+            float(
+                (studio.render(attributes.activated(), view).image - studio.truth(view, 0))
+                .square()
+                .mean()
+            )
+            for view in range(len(studio.views.cameras))
+        ]
+
+
+def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
+    studio, header = make_studio(), StreamHeader()
+    points = make_capture().points
+    before = start_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
+
+    after = train_canonical(studio, points, SMALL.canonical, header)
+
+    assert np.mean(_errors(studio, after)) < 0.25 * np.mean(_errors(studio, before))
+    again = after.quantized(header)
+    for trained, rounded in zip(after.tensors(), again.tensors(), strict=True):
+        assert torch.allclose(trained, rounded, atol=1e-6)
+    assert quantize_gaussians(after, header).count == after.means.shape[0]
+
+
+def test_the_same_seed_gives_the_same_scene_to_the_bit():
+    points, header = make_capture().points, StreamHeader()
+
+    first, second, other = (
+        train_canonical(make_studio(seed), points, SMALL.canonical, header) for seed in (0, 0, 1)
+    )
+
+    assert all(torch.equal(a, b) for a, b in zip(first.tensors(), second.tensors(), strict=True))
+    assert first.means.shape != other.means.shape or not torch.equal(first.means, other.means)
+
+
+def test_without_spherical_harmonics_none_are_trained():
+    header = StreamHeader(sh_degree=0)
+
+    after = train_canonical(make_studio(), make_capture().points, SMALL.canonical, header)
+
+    assert not after.sh_rest.any()

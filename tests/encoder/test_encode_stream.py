@@ -1,0 +1,146 @@
+import contextlib
+import io
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import decode, dequantize
+from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder.reconstruct import State
+from quarc_ref.encoder import EncodeOptions, encode, encode_stream
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.format.errors import TruncatedError
+from quarc_ref.rendering.pictures import render_picture
+from tests.encoder.toys import SMALL, make_capture
+
+
+def _encode(config=SMALL, frames=None) -> bytes:
+    sink = io.BytesIO()
+    encode(make_capture(), sink, EncodeOptions(config, frames, device="cpu"))
+    return sink.getvalue()
+
+
+def _whole_frames(data: bytes) -> list[State]:
+    """The states of the frames that an unfinished stream holds."""
+    states = []
+    with contextlib.suppress(TruncatedError):
+        states.extend(decode_states(data))
+    return states
+
+
+@pytest.fixture(scope="module")
+def stream() -> bytes:
+    return _encode()
+
+
+def _error(scene, capture) -> float:
+    splats = dequantize(scene)
+    errors = []
+    for index in capture.training:
+        truth = capture.image(index, scene.frame) / 255
+        picture = np.clip(render_picture(splats, capture.cameras[index]), 0, 1)
+        errors.append(np.square(picture - truth).mean())
+    return float(np.mean(errors))
+
+
+def test_every_frame_is_there_and_near_to_its_own_pictures(stream):
+    capture = make_capture()
+    scenes = list(decode(stream))
+
+    own = [_error(scene, capture) for scene in scenes]
+    stale = _error(replace(scenes[0], frame=3), capture)
+
+    assert [scene.frame for scene in scenes] == [0, 1, 2, 3]
+    assert own[3] < 0.8 * stale
+
+
+def test_the_same_seed_gives_the_same_bytes(stream):
+    assert _encode() == stream
+
+
+def test_another_seed_gives_another_stream(stream):
+    assert _encode(replace(SMALL, seed=1)) != stream
+
+
+def test_births_join_and_as_many_die_in_the_next_frame(stream):
+    frames = inspect_stream(stream).frames
+
+    assert any(frame.births for frame in frames)
+    for earlier, later in itertools.pairwise(frames):
+        assert later.deaths == earlier.births
+    assert {frame.gaussians - frame.births for frame in frames} == {frames[0].gaussians}
+
+
+def test_only_as_many_frames_are_encoded_as_asked_for():
+    assert [scene.frame for scene in decode(_encode(frames=2))] == [0, 1]
+
+
+def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypatch):
+    sink, seeds = io.BytesIO(), []
+    fit = encode_stream.fit_motion
+
+    def spy(studio, before, begun, settings):
+        seeds.append((before, sink.getvalue()))
+        return fit(studio, before, begun, settings)
+
+    monkeypatch.setattr(encode_stream, "fit_motion", spy)
+    encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
+
+    assert len(seeds) == 3
+    for before, written in seeds:
+        decoded = _whole_frames(written)[-1]
+        for field in ("ids", "positions", "rotations", "codes"):
+            assert np.array_equal(getattr(before.scene, field), getattr(decoded.scene, field))
+        assert np.array_equal(before.motion, decoded.motion)
+
+
+@pytest.mark.parametrize("preset_part", ["paper rules", "no births", "degree 0"])
+def test_other_rules_encode_and_decode_too(preset_part):
+    changes = {
+        "paper rules": replace(
+            SMALL,
+            stream=replace(SMALL.stream, rotation_components=4),
+            motion=replace(
+                SMALL.motion, price="l1", warm_start="anchors", level_rate=1.0, rate_end=1.0
+            ),
+        ),
+        "no births": replace(SMALL, births=replace(SMALL.births, iterations=0)),
+        "degree 0": replace(SMALL, stream=replace(SMALL.stream, sh_degree=0)),
+    }
+
+    summary = inspect_stream(_encode(changes[preset_part], frames=3))
+
+    assert len(summary.frames) == 3
+    assert sum(frame.coded_bytes["motion"] for frame in summary.frames) > 0
+
+
+def test_progress_is_told_of_every_stage():
+    told = []
+
+    class Notes:
+        def advance(self, stage, done, total):
+            told.append((stage, done, total))
+
+    encode(make_capture(), io.BytesIO(), EncodeOptions(SMALL, 2, "cpu", Notes()))
+
+    assert {stage for stage, _, _ in told} == {"canonical", "motion", "births", "frames"}
+    assert told[-1] == ("frames", 2, 2)
+
+
+def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):
+    sink = io.BytesIO()
+    begin = ClosedLoop.begin_frame
+
+    def interrupted(self, deaths):
+        if self.state.scene.frame == 2:
+            raise KeyboardInterrupt
+        return begin(self, deaths)
+
+    monkeypatch.setattr(ClosedLoop, "begin_frame", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
+
+    assert [state.scene.frame for state in _whole_frames(sink.getvalue())] == [0, 1, 2]

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.motion_planes import LevelContext, read_motion, write_motion
+from tests import strategies
+
+
+@st.composite
+def _frames(draw):
+    """Contexts and symbols of levels, level 1 first."""
+    channels = draw(st.sampled_from([6, 7]))
+    sizes = draw(st.lists(st.integers(1, 12), min_size=1, max_size=3))
+    contexts, symbols = [], []
+    for index, size in enumerate(sizes):
+        coarser = sizes[index + 1] if index + 1 < len(sizes) else 1
+        parents = draw(st.lists(st.integers(0, coarser - 1), min_size=size, max_size=size))
+        previous = draw(strategies.integers(channels, size, -20, 20))
+        contexts.append(LevelContext(np.array(parents), previous))
+        symbols.append(draw(strategies.integers(channels, size, -4, 4)))
+    return contexts, symbols
+
+
+@given(_frames())
+def test_the_symbols_of_a_frame_come_back(frame):
+    contexts, symbols = frame
+
+    decoded = read_motion(write_motion(contexts, symbols), contexts)
+
+    assert [level.tolist() for level in decoded] == [level.tolist() for level in symbols]
+
+
+def _one_level(symbols):
+    context = LevelContext(np.zeros(symbols.shape[1], dtype=int), np.zeros_like(symbols))
+    return [context], [symbols]
+
+
+@pytest.mark.parametrize("symbol", [65, -65])
+def test_the_largest_symbols_come_back(symbol):
+    contexts, symbols = _one_level(np.array([[symbol], [0], [0], [0], [0], [symbol]]))
+
+    decoded = read_motion(write_motion(contexts, symbols), contexts)
+
+    assert decoded[0].tolist() == symbols[0].tolist()
+
+
+def test_a_larger_symbol_cannot_be_written():
+    with pytest.raises(EncodeError, match="larger step"):
+        write_motion(*_one_level(np.full((6, 1), 66)))
+
+
+def test_a_frame_that_stands_still_costs_nothing():
+    contexts, symbols = _one_level(np.zeros((6, 1000), dtype=int))
+
+    section = write_motion(contexts, symbols)
+
+    assert section.is_empty()
+    assert not read_motion(section, contexts)[0].any()
+
+
+def test_what_the_last_frame_did_makes_the_same_motion_cheaper():
+    rng = np.random.default_rng(0)
+    moving = rng.random(3000) < 0.1
+    symbols = rng.integers(1, 3, (6, 3000)) * moving
+    blank, _ = _one_level(symbols)
+    known = [LevelContext(blank[0].parents, symbols)]
+
+    assert write_motion(known, [symbols]).byte_count() < 0.6 * (
+        write_motion(blank, [symbols]).byte_count()
+    )

@@ -1,0 +1,219 @@
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format import constants, wire
+from quarc_ref.format.errors import (
+    EncodeError,
+    FieldError,
+    TrailingDataError,
+    UnsupportedFeatureError,
+    UnsupportedVersionError,
+)
+from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader, Tail
+from tests import strategies
+from tests.checks import check_reader
+from tests.streams import CAMERA
+
+_TEXTS = st.dictionaries(st.text(max_size=20), st.text(max_size=50), max_size=4)
+
+
+def _section(table: bytes, words: list[int]) -> Section:
+    return Section(table, np.array(words, dtype=np.uint32))
+
+
+def _comparable(record):
+    """A record with its arrays as lists."""
+    if isinstance(record, Section):
+        return record.table, record.words.tolist()
+    fields = {name: getattr(record, name) for name in record.__dataclass_fields__}
+    return {
+        name: [_comparable(item) for item in value]
+        if isinstance(value, tuple) and value and isinstance(value[0], Section)
+        else _comparable(value)
+        if isinstance(value, Section)
+        else value
+        for name, value in fields.items()
+    }
+
+
+@given(strategies.headers())
+def test_a_header_comes_back(header):
+    assert wire.parse_stream_header(wire.build_stream_header(header)) == header
+
+
+def test_a_header_is_refused_in_part_and_with_more():
+    header = StreamHeader()
+    data = wire.build_stream_header(header)
+
+    assert len(data) == wire.STREAM_HEADER.sizeof()
+    check_reader(wire.parse_stream_header, data, header)
+
+
+@pytest.mark.parametrize(("offset", "value"), [(0, 1), (1, constants.VERSION_MINOR + 1)])
+def test_another_version_is_refused_by_that_name(offset, value):
+    data = bytearray(wire.build_stream_header(StreamHeader()))
+    data[offset] = value
+
+    with pytest.raises(UnsupportedVersionError):
+        wire.parse_stream_header(bytes(data) + b"fields that this version does not know")
+
+
+def test_an_incompatible_feature_is_refused_by_that_name():
+    data = bytearray(wire.build_stream_header(StreamHeader()))
+    data[2] = 1
+
+    with pytest.raises(UnsupportedFeatureError):
+        wire.parse_stream_header(bytes(data))
+
+
+def test_a_compatible_feature_is_let_pass():
+    data = bytearray(wire.build_stream_header(StreamHeader()))
+    data[6] = 1
+
+    assert wire.parse_stream_header(bytes(data)) == StreamHeader()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("level", 11),
+        ("timescale", 0),
+        ("frame_ticks", 0),
+        ("lattice_exponent", 25),
+        ("position_step", 0),
+        ("translation_step", 0),
+        ("rotation_unity", 257),
+        ("rotation_components", 5),
+        ("rotation_bits", 15),
+        ("log_scale_step", 0.0),
+        ("opacity_step", float("nan")),
+        ("sh_dc_step", float("inf")),
+        ("sh_rest_step", -1.0),
+        ("sh_degree", 2),
+        ("level_count", 4),
+        ("gaussians_per_anchor", 0),
+        ("anchor_ratio", 1),
+        ("resample_interval", 0),
+        ("full_crc_interval", 0),
+        ("up_axis", 7),
+        ("meters_per_unit", float("nan")),
+        ("color_space", 0),
+        ("right_handed", 2),
+    ],
+)
+def test_a_header_field_out_of_range_is_refused(name, value):
+    version = {
+        "version_major": constants.VERSION_MAJOR,
+        "version_minor": constants.VERSION_MINOR,
+        "incompatible_features": 0,
+        "compatible_features": 0,
+    }
+    values = asdict(StreamHeader()) | {name: value, "version": version}
+    layout = wire.STREAM_HEADER
+    if name == "right_handed":
+        data = bytearray(layout.build(values | {name: 1}))
+        data[-7] = value
+    else:
+        data = bytearray(layout.build(values))
+
+    with pytest.raises(FieldError, match=name if name != "right_handed" else "2"):
+        wire.parse_stream_header(bytes(data))
+
+
+def test_a_step_that_binary32_does_not_hold_cannot_be_in_a_header():
+    with pytest.raises(ValueError, match="binary32"):
+        replace(StreamHeader(), sh_dc_step=0.01)
+
+
+def test_a_canonical_chunk_comes_back():
+    sections = tuple(_section(bytes([i]), [i, 7]) for i in range(constants.CANONICAL_SECTIONS))
+    chunk = CanonicalChunk(3, 5, (-1, 2, -3), 9, sections, 0xDEADBEEF)
+
+    parsed = wire.parse_canonical(wire.build_canonical(chunk))
+
+    assert _comparable(parsed) == _comparable(chunk)
+
+
+def test_a_frame_chunk_comes_back():
+    chunk = FrameChunk(3, True, 4, 5, _section(b"ab", [1]), _section(b"", []), 12)
+
+    parsed = wire.parse_frame(wire.build_frame(chunk))
+
+    assert _comparable(parsed) == _comparable(chunk)
+
+
+def test_axis_bits_beyond_a_key_are_refused():
+    section = _section(b"", [])
+    chunk = CanonicalChunk(0, 1, (0, 0, 0), 20, (section,) * constants.CANONICAL_SECTIONS, 0)
+    data = bytearray(wire.build_canonical(chunk))
+    data[20] = 21
+
+    with pytest.raises(FieldError, match="axis_bits"):
+        wire.parse_canonical(bytes(data))
+
+
+def test_a_section_of_four_billion_words_is_refused_at_once():
+    data = bytearray(wire.build_frame(FrameChunk(1, False, 0, 0, *[_section(b"", [])] * 2, 0)))
+    data[15:19] = b"\xff" * 4
+
+    with pytest.raises(FieldError):
+        wire.parse_frame(bytes(data))
+
+
+def test_cameras_come_back_to_binary32():
+    exact = wire.build_cameras((CAMERA, replace(CAMERA, name="zweite Kamera ö", held_out=False)))
+
+    cameras = wire.parse_cameras(exact)
+
+    assert cameras[0] == CAMERA
+    assert [camera.name for camera in cameras] == ["cam00", "zweite Kamera ö"]
+    assert [camera.held_out for camera in cameras] == [True, False]
+
+
+def test_cameras_are_refused_in_part_and_with_more():
+    check_reader(wire.parse_cameras, wire.build_cameras((CAMERA,)), (CAMERA,))
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 0.0, -1.0])
+def test_a_camera_with_an_impossible_near_bound_is_refused(value):
+    data = bytearray(wire.build_cameras((CAMERA,)))
+    data[-4:] = np.array([value], dtype="<f4").tobytes()
+
+    with pytest.raises(FieldError):
+        wire.parse_cameras(bytes(data))
+
+
+@given(_TEXTS)
+def test_metadata_come_back(metadata):
+    assert wire.parse_metadata(wire.build_metadata(metadata)) == metadata
+
+
+def test_metadata_are_refused_in_part_and_with_more():
+    metadata = {"a": "1", "ß": "two"}
+
+    check_reader(wire.parse_metadata, wire.build_metadata(metadata), metadata)
+
+
+def test_metadata_that_are_no_utf8_are_refused():
+    data = wire.build_metadata({"key": "value"}).replace(b"value", b"va\xffue")
+
+    with pytest.raises(FieldError):
+        wire.parse_metadata(data)
+
+
+def test_a_tail_is_refused_in_part_and_with_more():
+    check_reader(wire.parse_tail, wire.build_tail(Tail(7, 1)), Tail(7, 1))
+
+
+def test_a_count_beyond_its_field_cannot_be_written():
+    with pytest.raises(EncodeError):
+        wire.build_tail(Tail(1 << 32, 0))
+
+
+def test_bytes_after_the_last_field_have_a_name_of_their_own():
+    with pytest.raises(TrailingDataError):
+        wire.parse_tail(wire.build_tail(Tail(1, 1)) + b"\0")

@@ -1,0 +1,90 @@
+"""Slow and obvious twins of the normative functions, in plain Python integers.
+
+Written from the SPEC's sentences and sharing no code with the package but the
+constants; what the package computes must be equal to the last bit.
+"""
+
+from fractions import Fraction
+from math import isqrt
+
+POSITION_OFFSET = 1 << 23
+Q22 = 1 << 22
+
+
+def divide_round(numerator: int, denominator: int) -> int:
+    """Nearest integer, halves away from zero (SPEC 4.2)."""
+    quotient = abs(Fraction(numerator, denominator))
+    magnitude = int(quotient + Fraction(1, 2))
+    return magnitude if numerator >= 0 else -magnitude
+
+
+def normalize(vector: list[int], guard_bits: int) -> list[int]:
+    """The unit quaternion along a vector, Q22 (SPEC 7.3)."""
+    norm = isqrt(sum(v * v for v in vector) << (2 * guard_bits))
+    return [divide_round(v << (22 + guard_bits), norm) for v in vector]
+
+
+def hamilton(a: list[int], b: list[int]) -> list[int]:
+    """The product of two quaternions wxyz."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
+    return [
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    ]
+
+
+def turn(rotation: list[int], sums: list[int]) -> list[int]:
+    """A rotation turned by a sum of residuals (SPEC 7.5)."""
+    residual = normalize(sums, 20)
+    product = [divide_round(v, Q22) for v in hamilton(rotation, residual)]
+    return normalize(product, 8)
+
+
+def expand_rotation(largest: int, others: list[int], bits: int) -> list[int]:
+    """The unit quaternion of a rotation code (SPEC 7.2)."""
+    scaled = [v << (22 - bits) for v in others]
+    first = isqrt((1 << 44) - sum(v * v for v in scaled))
+    vector = [*scaled[:largest], first, *scaled[largest:]]
+    return normalize(vector, 8)
+
+
+def philox(counter: list[int], key: list[int]) -> list[int]:
+    """Philox4x32-10 (SPEC 6.2)."""
+    mask = 0xFFFFFFFF
+    c, k = list(counter), list(key)
+    for _ in range(10):
+        first, second = 0xD2511F53 * c[0], 0xCD9E8D57 * c[2]
+        c = [(second >> 32) ^ c[1] ^ k[0], second & mask, (first >> 32) ^ c[3] ^ k[1], first & mask]
+        k = [(k[0] + 0x9E3779B9) & mask, (k[1] + 0xBB67AE85) & mask]
+    return c
+
+
+def sample(
+    ids: list[int], positions: list[tuple[int, ...]], phase: int, seed: int, level: int, count: int
+) -> list[int]:
+    """Indices of a level's anchors, ascending (SPEC 6.3); level 1 is the finest."""
+    key = [seed & 0xFFFFFFFF, seed >> 32]
+    ranks = [(philox([i, phase, 0, 1], key)[level - 1], i) for i in ids]
+    for shift in range(25):
+        cells: dict[tuple[int, ...], list[int]] = {}
+        for index, position in enumerate(positions):
+            cell = tuple((p + POSITION_OFFSET) // (1 << shift) for p in position)
+            cells.setdefault(cell, []).append(index)
+        if len(cells) <= count:
+            break
+    chosen = {min(members, key=lambda index: ranks[index]) for members in cells.values()}
+    rest = sorted((i for i in range(len(ids)) if i not in chosen), key=lambda index: ranks[index])
+    return sorted(chosen | set(rest[: count - len(chosen)]))
+
+
+def bind(positions: list[tuple[int, ...]], anchors: list[tuple[int, ...]]) -> list[int]:
+    """The nearest anchor of every Gaussian; of equally near ones the first (SPEC 6.4)."""
+    return [
+        min(
+            range(len(anchors)),
+            key=lambda a: (sum((p - q) ** 2 for p, q in zip(position, anchors[a], strict=True)), a),
+        )
+        for position in positions
+    ]

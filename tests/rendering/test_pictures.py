@@ -1,0 +1,24 @@
+import numpy as np
+import torch
+
+from quarc_ref.decoder import dequantize
+from quarc_ref.decoder.reconstruct import begin_canonical
+from quarc_ref.encoder.trainable import from_splats
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.rendering.raster_numba import NumbaRasterizer
+from tests.rendering.scenes import make_camera
+from tests.streams import make_gaussians
+
+
+def test_a_picture_without_torch_is_the_one_with_it():
+    scene = begin_canonical(StreamHeader(), 0, make_gaussians(StreamHeader(), 300)).scene
+    splats, camera = dequantize(scene), make_camera(60, 40, near=0.01)
+
+    picture = render_picture(splats, camera)
+
+    attributes = from_splats(splats, torch.device("cpu"))
+    trained = NumbaRasterizer().render(attributes.activated(), camera, torch.zeros(3)).image
+    assert picture.max() > 0.1
+    # exp and sigmoid of torch and of numpy differ in the last bit.
+    assert np.abs(picture - trained.numpy()).max() < 1e-5

@@ -1,0 +1,149 @@
+import math
+
+import numba
+import pytest
+import torch
+
+from quarc_ref.rendering.raster_numba import NumbaRasterizer
+from quarc_ref.rendering.raster_torch import TorchRasterizer
+from quarc_ref.rendering.rasterizer import choose_rasterizer, to_ndc
+from tests.rendering.scenes import activate, make_camera, make_leaves, render_with_gradients, weigh
+from tests.rendering.slow_renderer import draw_slowly
+
+_SIZES = [(6, 17, 13), (60, 70, 50), (400, 70, 50), (3000, 100, 60)]
+
+
+def test_the_reference_draws_what_the_text_says():
+    leaves, camera = make_leaves(40, torch.float64), make_camera(20, 15)
+    gaussians = activate({name: leaf.detach() for name, leaf in leaves.items()})
+    background = torch.tensor([0.2, 0.5, 0.1], dtype=torch.float64)
+
+    image = TorchRasterizer().render(gaussians, camera, background).image
+
+    slow = torch.tensor(draw_slowly(gaussians, camera, [0.2, 0.5, 0.1]), dtype=torch.float64)
+    assert float((image - slow).abs().max()) < 1e-12
+
+
+def test_the_gradients_of_the_reference_are_finite_differences():
+    leaves, camera = make_leaves(7, torch.float64, seed=2), make_camera(17, 13)
+    background = torch.tensor([0.2, 0.5, 0.1], dtype=torch.float64)
+    _, gradients = render_with_gradients(TorchRasterizer(), leaves, camera)
+    step = 1e-6
+
+    for name, leaf in leaves.items():
+        flat = leaf.detach().reshape(-1)
+        for index in range(0, flat.numel(), 5):
+            ends = []
+            for sign in (1, -1):
+                moved = flat.clone()
+                moved[index] += sign * step
+                changed = leaves | {name: moved.reshape(leaf.shape)}
+                ends.append(weigh(TorchRasterizer().render(activate(changed), camera, background)))
+            slope = float((ends[0] - ends[1]).detach()) / (2 * step)
+            assert float(gradients[name].reshape(-1)[index]) == pytest.approx(
+                slope, rel=1e-5, abs=1e-5
+            )
+
+
+@pytest.mark.parametrize(("count", "width", "height"), _SIZES)
+def test_numba_draws_and_differentiates_as_the_reference(count, width, height):
+    camera = make_camera(width, height)
+
+    exact, wanted = render_with_gradients(
+        TorchRasterizer(), make_leaves(count, torch.float64), camera
+    )
+    drawn, got = render_with_gradients(NumbaRasterizer(), make_leaves(count, torch.float32), camera)
+
+    # float32 against float64: plain torch in float32 is off by 1e-6 too.
+    assert float((exact.image - drawn.image).detach().abs().max()) < 5e-6
+    assert float((exact.alpha - drawn.alpha).detach().abs().max()) < 5e-6
+    seen = drawn.radii > 0
+    assert torch.allclose(exact.radii[seen].float(), drawn.radii[seen], rtol=1e-4)
+    wanted["means2d"], got["means2d"] = wanted["means2d"][seen], got["means2d"][seen]
+    for name, gradient in wanted.items():
+        error = (gradient - got[name]).norm() / gradient.norm()
+        assert float(error) < 1e-5, name
+
+
+def test_a_gaussian_that_no_pixel_sees_has_no_gradient():
+    leaves = make_leaves(50, torch.float32)
+    rendering, gradients = render_with_gradients(NumbaRasterizer(), leaves, make_camera(30, 20))
+    hidden = rendering.radii == 0
+
+    assert bool(hidden.any())
+    for gradient in gradients.values():
+        assert not bool(gradient[hidden].any())
+
+
+@pytest.mark.parametrize("rasterizer", [NumbaRasterizer(), TorchRasterizer()])
+def test_nothing_nearer_than_the_near_bound_allows_is_drawn(rasterizer):
+    leaves = make_leaves(1, torch.float32)
+    leaves["means"] = torch.tensor([[-0.3, 0.2, 1.0]])
+    depth = 0.3 * math.sin(0.3) + math.cos(0.3) + 0.3
+    background = torch.zeros(3)
+
+    def drawn(near):
+        camera = make_camera(40, 30, near)
+        return float(rasterizer.render(activate(leaves), camera, background).alpha.detach().max())
+
+    assert drawn(depth / 0.8 * 0.999) > 0
+    assert drawn(depth / 0.8 * 1.001) == 0
+
+
+def test_the_number_of_threads_does_not_reach_the_result():
+    camera, results = make_camera(100, 60), []
+    for threads in (1, numba.config.NUMBA_NUM_THREADS):
+        numba.set_num_threads(threads)
+        leaves = make_leaves(800, torch.float32)
+        rendering, gradients = render_with_gradients(NumbaRasterizer(), leaves, camera)
+        results.append([rendering.image.detach(), *gradients.values()])
+
+    assert all(torch.equal(one, many) for one, many in zip(*results, strict=True))
+
+
+def test_a_scene_without_gaussians_is_background():
+    leaves = {name: leaf[:0] for name, leaf in make_leaves(3, torch.float32).items()}
+    background = torch.tensor([0.1, 0.2, 0.3])
+
+    for rasterizer in (NumbaRasterizer(), TorchRasterizer()):
+        rendering = rasterizer.render(activate(leaves), make_camera(20, 10), background)
+        assert torch.equal(rendering.image, background.expand(10, 20, 3))
+        assert not bool(rendering.alpha.any())
+
+
+def test_ndc_gradients_are_those_of_half_the_picture():
+    gradient = torch.tensor([[[1.0, 1.0], [0.0, 2.0]]])
+
+    assert to_ndc(gradient, make_camera(40, 30)).tolist() == [[20.0, 15.0], [0.0, 30.0]]
+
+
+def test_a_cpu_draws_by_numba():
+    assert choose_rasterizer(torch.device("cpu")).name == "numba"
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize(("count", "width", "height"), _SIZES)
+def test_gsplat_draws_and_differentiates_as_numba(count, width, height):
+    if not torch.cuda.is_available():
+        pytest.skip("no CUDA device")
+    pytest.importorskip("gsplat")
+    camera = make_camera(width, height)
+    on_gpu = {
+        name: leaf.detach().cuda().requires_grad_()
+        for name, leaf in make_leaves(count, torch.float32).items()
+    }
+
+    exact, wanted = render_with_gradients(
+        NumbaRasterizer(), make_leaves(count, torch.float32), camera
+    )
+    rasterizer = choose_rasterizer(torch.device("cuda"))
+    drawn, got = render_with_gradients(rasterizer, on_gpu, camera)
+
+    # CUDA's fast exponential flips single decisions at 1/255, and equal depths may swap.
+    difference = (exact.image - drawn.image.cpu()).detach().abs()
+    assert float(difference.mean()) <= 1e-5
+    assert float((difference > 1e-4).float().mean()) <= 1e-3
+    assert float(difference.max()) <= 2e-2
+    for name, gradient in wanted.items():
+        error = (gradient - got[name].cpu().reshape(gradient.shape)).norm() / gradient.norm()
+        assert float(error) <= 1e-2, name

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+import torch
+from skimage.metrics import structural_similarity
+
+from quarc_ref.encoder.losses import _convolved_ssim, mean_ssim, photometric_loss
+
+
+def _pictures(height, width, dtype, seed=0):
+    generator = torch.Generator().manual_seed(seed)
+    truth = torch.rand(height, width, 3, generator=generator, dtype=torch.float64)
+    noise = 0.2 * torch.randn(height, width, 3, generator=generator, dtype=torch.float64)
+    return (truth + noise).clamp(0, 1).to(dtype).requires_grad_(), truth.to(dtype)
+
+
+@pytest.mark.parametrize(("height", "width"), [(1, 1), (7, 9), (40, 33), (64, 100)])
+def test_numba_has_the_value_and_the_gradient_of_the_convolutions(height, width):
+    fast, truth = _pictures(height, width, torch.float32)
+    exact, truth64 = _pictures(height, width, torch.float64)
+
+    value, wanted = mean_ssim(fast, truth), _convolved_ssim(exact, truth64).mean()
+    (got,) = torch.autograd.grad(value, fast)
+    (gradient,) = torch.autograd.grad(wanted, exact)
+
+    assert float(value.detach()) == pytest.approx(float(wanted.detach()), abs=1e-6)
+    assert float((gradient - got).norm() / gradient.norm()) < 1e-5
+
+
+def test_away_from_the_borders_it_is_the_ssim_of_scikit_image():
+    image, truth = _pictures(80, 90, torch.float64)
+    ours = _convolved_ssim(image.detach(), truth)[:, 12:-12, 12:-12]
+
+    _, theirs = structural_similarity(
+        image.detach().numpy(),
+        truth.numpy(),
+        data_range=1.0,
+        channel_axis=2,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+        full=True,
+    )
+
+    # Their window is cut at 3.5 sigma, which is ours; only their borders differ.
+    assert np.abs(ours.permute(1, 2, 0).numpy() - theirs[12:-12, 12:-12]).max() < 1e-5
+
+
+def test_the_loss_weighs_l1_and_dssim():
+    image, truth = _pictures(20, 30, torch.float32)
+    l1 = float((image - truth).abs().mean().detach())
+    dssim = 1 - float(mean_ssim(image, truth).detach())
+
+    assert float(photometric_loss(image, truth, 0.2).detach()) == pytest.approx(
+        0.8 * l1 + 0.2 * dssim, rel=1e-5
+    )
+    assert float(photometric_loss(truth, truth, 0.2)) == pytest.approx(0, abs=1e-6)

@@ -1,0 +1,62 @@
+"""What hypothesis draws: headers, Gaussians, newborn, symbols."""
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from quarc_ref.format.records import Births, Gaussians, StreamHeader
+
+_STEPS = st.sampled_from([1 / 64, 1 / 16, 1 / 8, 0.5, 3.0])
+
+
+@st.composite
+def headers(draw) -> StreamHeader:
+    return StreamHeader(
+        timescale=draw(st.integers(1, 100_000)),
+        lattice_exponent=draw(st.integers(0, 24)),
+        position_step=draw(st.integers(1, 16)),
+        translation_step=draw(st.integers(1, 16)),
+        rotation_unity=draw(st.integers(10, 256)),
+        rotation_components=draw(st.sampled_from([3, 4])),
+        rotation_bits=draw(st.integers(1, 14)),
+        log_scale_step=draw(_STEPS),
+        opacity_step=draw(_STEPS),
+        sh_dc_step=draw(_STEPS),
+        sh_rest_step=draw(_STEPS),
+        sh_degree=draw(st.integers(0, 1)),
+        level_count=draw(st.integers(1, 3)),
+        gaussians_per_anchor=draw(st.integers(1, 8)),
+        anchor_ratio=draw(st.integers(2, 4)),
+        resample_interval=draw(st.integers(1, 3)),
+        full_crc_interval=draw(st.integers(1, 4)),
+        seed=draw(st.integers(0, (1 << 64) - 1)),
+    )
+
+
+def integers(rows: int, count: int, least: int, most: int) -> st.SearchStrategy:
+    """Arrays `[rows, count]`, with many equal values among them."""
+    values = st.one_of(st.integers(least, most), st.sampled_from(sorted({least, most})))
+    return arrays(np.int64, (rows, count), elements=values)
+
+
+@st.composite
+def rotations(draw, count: int, bits: int) -> np.ndarray:
+    """Rotation codes `[4, count]`: no component longer than half a unit quaternion allows."""
+    reach = (1 << bits) // 2
+    largest = draw(integers(1, count, 0, 3))
+    return np.concatenate([largest, draw(integers(3, count, -reach, reach))])
+
+
+@st.composite
+def gaussians(draw, header: StreamHeader, count: int, reach: int = 1000) -> Gaussians:
+    return Gaussians(
+        draw(integers(3, count, -reach, reach)),
+        draw(rotations(count, header.rotation_bits)),
+        draw(integers(header.code_planes, count, -300, 300)),
+    )
+
+
+@st.composite
+def births(draw, header: StreamHeader, count: int, scene_count: int) -> Births:
+    parents = draw(st.lists(st.integers(0, scene_count - 1), min_size=count, max_size=count))
+    return Births(np.array(sorted(parents), dtype=np.int64), draw(gaussians(header, count, 50)))

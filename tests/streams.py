@@ -1,0 +1,63 @@
+"""Small streams made of given records: no training, no torch."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+
+from quarc_ref.decoder.reconstruct import State
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.records import Births, Camera, Gaussians, StreamHeader
+
+CAMERA = Camera(
+    "cam00", 64, 48, 50.0, 50.0, 32.0, 24.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 2), 0.5, True
+)
+
+
+def make_gaussians(header: StreamHeader, count: int, seed: int = 0) -> Gaussians:
+    """Gaussians in a small box, some of them at the same place."""
+    rng = np.random.default_rng(seed)
+    positions = rng.integers(-400, 400, (3, count))
+    positions[:, count // 2 : count // 2 + 3] = positions[:, :1]
+    reach = (1 << header.rotation_bits) // 2
+    rotations = np.concatenate(
+        [rng.integers(0, 4, (1, count)), rng.integers(-reach, reach + 1, (3, count))]
+    )
+    return Gaussians(positions, rotations, rng.integers(-60, 60, (header.code_planes, count)))
+
+
+def make_births(state: State, count: int, seed: int = 0) -> Births:
+    """Newborn near drawn parents."""
+    rng = np.random.default_rng(seed)
+    made = make_gaussians(state.scene.header, count, seed)
+    parents = np.sort(rng.integers(0, state.scene.count, count))
+    residuals = replace(made, positions=rng.integers(-20, 20, (3, count)), codes=made.codes // 20)
+    return Births(parents, residuals)
+
+
+def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.ndarray]:
+    """Symbols of the state's anchors, most of them 0."""
+    rng = np.random.default_rng(seed)
+    levels = []
+    for level in state.known_anchors.levels:
+        shape = (state.scene.header.symbol_planes, level.owners.size)
+        moving = rng.random(shape[1]) < share
+        levels.append(rng.integers(-3, 4, shape) * moving)
+    return levels
+
+
+def make_stream(
+    header: StreamHeader | None = None, gaussian_count: int = 40, frame_count: int = 4
+) -> tuple[bytes, list[State]]:
+    """A stream with motion, births and deaths, and the state of each of its frames."""
+    header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
+    sink = io.BytesIO()
+    loop = ClosedLoop(sink, header, (CAMERA,), {"capture": "made by hand"})
+    states = [loop.commit_canonical(make_gaussians(header, gaussian_count), frame=0)]
+    for frame in range(1, frame_count):
+        begun = loop.begin_frame(max(0, loop.state.scene.count - gaussian_count))
+        moved = loop.commit_motion(make_symbols(begun, frame))
+        newborn = make_births(moved, 3, frame) if frame % 2 else None
+        states.append(loop.commit_births(newborn))
+    loop.finish()
+    return sink.getvalue(), states
