@@ -10,12 +10,14 @@ import typer
 
 from quarc_ref import __version__
 from quarc_ref.cli import capture_verbs, stream_verbs
+from quarc_ref.cli.faults import heed_termination
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 
 app = typer.Typer(
     name="quarc-ref",
     help="Encode, decode and measure .quarc streams: free-viewpoint video as moving Gaussians.",
     no_args_is_help=True,
+    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -49,4 +51,5 @@ def _options(
 
 def main() -> None:
     """Run the command."""
+    heed_termination()
     app()

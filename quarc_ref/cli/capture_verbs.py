@@ -1,6 +1,7 @@
 """The verbs that need a capture: encode, eval, synth, demo."""
 
 import time
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from statistics import mean
@@ -8,26 +9,24 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.encoder_options import configure, open_asked, require_device
+from quarc_ref.cli.faults import UsageError, regain_signals, reported_faults
 from quarc_ref.cli.options import AsJson, CaptureFolder, Force, Quiet, StreamFile
-from quarc_ref.cli.output import (
-    TerminalProgress,
-    print_json,
-    print_table,
-    written_file,
-    written_folder,
-)
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.stream_verbs import describe
+from quarc_ref.cli.targets import written_file, written_folder
 
 if TYPE_CHECKING:
-    from quarc_ref.encoder.config import EncoderConfig
     from quarc_ref.evaluation.evaluate import Evaluation
 
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, such as motion.rate=5e-4."),
 ]
+Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
 _PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs."
+_DEMO_FILES = ("capture", "demo.quarc", "report")
+_REPORT_FILES = ("index.html", "*.png")
 
 
 def encode(
@@ -43,10 +42,15 @@ def encode(
     ] = 1,
     preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "draft",
     settings: Settings = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of every draw.")] = 0,
+    seed: Seed = 0,
     held_out: Annotated[
         list[str] | None,
-        typer.Option("--held-out", help="Camera to keep for eval.", show_default="the first"),
+        typer.Option(
+            "--held-out",
+            metavar="NAME",
+            help="Camera to keep for eval; may be given again.",
+            show_default="the first",
+        ),
     ] = None,
     device: Annotated[
         Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where to train.")
@@ -57,20 +61,21 @@ def encode(
 ) -> None:
     """Encode multi-view video into a stream."""
     with reported_faults():
-        config = _configure(preset, settings or [], seed)
-        from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-        from quarc_ref.encoder import EncodeOptions
-        from quarc_ref.encoder import encode as encode_capture
-        from quarc_ref.evaluation.inspect_stream import inspect_stream
-
-        opened = open_capture(capture, CaptureOptions(downscale, tuple(held_out or ())))
-        begun = time.monotonic()
+        config = configure(preset, settings or [], seed)
         with (
             TerminalProgress(quiet=quiet) as progress,
             written_file(output, force=force) as sink,
         ):
+            from quarc_ref.encoder import EncodeOptions
+            from quarc_ref.encoder import encode as encode_capture
+
+            require_device(device)
+            opened = open_asked(capture, downscale, held_out or [])
+            begun = time.monotonic()
             encode_capture(opened, sink, EncodeOptions(config, frames, device, progress))
         seconds = round(time.monotonic() - begun, 1)
+        from quarc_ref.evaluation.inspect_stream import inspect_stream
+
         summary = inspect_stream(output.read_bytes())
         if as_json:
             print_json({"file": str(output), **summary.as_json(), "seconds": seconds})
@@ -85,22 +90,25 @@ def evaluate(
         Path | None, typer.Option("--report", metavar="DIR", help="Write a page with pictures.")
     ] = None,
     as_json: AsJson = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure a stream on the held-out cameras, decoded from the file."""
     with reported_faults():
         from quarc_ref.evaluation.evaluate import MismatchError, evaluate_stream
 
-        with TerminalProgress(quiet=quiet) as progress:
+        regain_signals()
+        target = written_folder(report, _REPORT_FILES, force=force) if report else nullcontext()
+        with TerminalProgress(quiet=quiet) as progress, target as folder:
             try:
                 evaluation = evaluate_stream(file.read_bytes(), capture, progress.advance)
             except MismatchError as error:
                 raise UsageError(str(error)) from error
-        page = None
-        if report is not None:
-            from quarc_ref.evaluation.report import write_report
+            if folder:
+                from quarc_ref.evaluation.report import write_report
 
-            page = write_report(evaluation, report)
+                write_report(evaluation, folder)
+        page = report / "index.html" if report else None
         _show_evaluation(file, evaluation, page, as_json=as_json)
 
 
@@ -109,7 +117,7 @@ def synth(
     width: Annotated[int, typer.Option("--width", min=16, help="Pixels.")] = 160,
     height: Annotated[int, typer.Option("--height", min=16, help="Pixels.")] = 120,
     frames: Annotated[int, typer.Option("--frames", min=1, help="Frames, 30 a second.")] = 24,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of colors and motions.")] = 0,
+    seed: Seed = 0,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -117,17 +125,28 @@ def synth(
     with reported_faults():
         from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
 
-        options = SynthOptions(width, height, frames, seed=seed)
+        try:
+            options = SynthOptions(width, height, frames, seed=seed)
+        except ValueError as error:
+            raise UsageError(str(error)) from error
         with TerminalProgress(quiet=quiet) as progress:
-            write_synthetic_capture(folder, options, partial(progress.advance, "synth"))
+            try:
+                write_synthetic_capture(folder, options, partial(progress.advance, "synth"))
+            except FileExistsError as error:
+                raise UsageError(str(error)) from error
+        cameras = options.cameras + 1
         if as_json:
-            print_json({"folder": str(folder), "frames": frames, "width": width, "height": height})
+            sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
+            print_json({"folder": str(folder), **sizes})
+        else:
+            videos = f"{cameras} of {frames} frames, {width} x {height}; cam00 is to be held out"
+            print_table(str(folder), {"videos": videos})
 
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
     frames: Annotated[int, typer.Option("--frames", min=2, help="Frames, 30 a second.")] = 24,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of scene and training.")] = 0,
+    seed: Seed = 0,
     settings: Settings = None,
     as_json: AsJson = False,
     force: Force = False,
@@ -135,36 +154,19 @@ def demo(
 ) -> None:
     """Do it all once: trace a capture, encode it, decode and measure it, write a report."""
     with reported_faults():
-        config = _configure("draft", [*_DEMO_SETTINGS, *(settings or [])], seed)
+        config = configure("draft", [*_DEMO_SETTINGS, *(settings or [])], seed)
         from quarc_ref.datasets.synth import SynthOptions
         from quarc_ref.evaluation.demo import run_demo
 
+        regain_signals()
         options = SynthOptions(frames=frames, seed=seed)
         with (
             TerminalProgress(quiet=quiet) as progress,
-            written_folder(output, force=force) as folder,
+            written_folder(output, _DEMO_FILES, force=force) as folder,
         ):
             made = run_demo(folder, options, config, progress)
         page = output / made.report.relative_to(folder)
         _show_evaluation(output / made.stream.name, made.evaluation, page, as_json=as_json)
-
-
-def _configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
-    """Return a preset with settings changed.
-
-    Raises:
-        UsageError: No such preset, setting or value.
-    """
-    from quarc_ref.encoder.presets import SettingError, change_setting, choose_preset
-
-    try:
-        config = choose_preset(preset)
-        for setting in settings:
-            key, _, value = setting.partition("=")
-            config = change_setting(config, key, value)
-        return change_setting(config, "seed", str(seed))
-    except SettingError as error:
-        raise UsageError(str(error)) from error
 
 
 def _show_evaluation(

@@ -1,16 +1,19 @@
 """Faults to sentences and exit codes.
 
 0: done. 1: the stream is bad. 2: the command line is. 3: the tool could not do
-its work: an unreadable capture, a full disk, an interruption.
+its work: an unreadable capture, a full disk, an interruption, a fault of ours.
 """
 
+import signal
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NoReturn
 
 import typer
 
+from quarc_ref.cli.output import escape_controls
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.format.errors import BitstreamError, QuarcError
 
@@ -30,21 +33,41 @@ def reported_faults() -> Iterator[None]:
         yield
     except BitstreamError as error:
         _leave(f"the stream is refused: {error}", STREAM_IS_BAD)
-    except (UsageError, FileExistsError, FileNotFoundError, IsADirectoryError) as error:
-        _leave(_sentence(error), USAGE)
+    except UsageError as error:
+        _leave(str(error), USAGE)
+    except ImportError as error:
+        _leave(_name_extra(error), TOOL_FAILED)
     except (CaptureError, QuarcError, OSError, RuntimeError) as error:
         _leave(_sentence(error), TOOL_FAILED)
     except KeyboardInterrupt:
         _leave("interrupted; nothing was put in the place of the target", TOOL_FAILED)
+    except Exception as error:  # Python's own code for it, 1, would blame the stream
+        traceback.print_exc()
+        _leave(f"a fault of this program: {error!r}", TOOL_FAILED)
+
+
+def heed_termination() -> None:
+    """End on SIGTERM as on Ctrl-C: with nothing left behind."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
+def regain_signals() -> None:
+    """Take SIGTERM back from pycolmap, which takes it for itself when it is imported."""
+    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
 
 
 def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         place = f"{error.filename}: " if error.filename else ""
         return f"{place}{error.strerror}"
-    return str(error)
+    return str(error) or repr(error)
+
+
+def _name_extra(error: ImportError) -> str:
+    extra = "gpu" if error.name == "gsplat" else "encode"
+    return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
 
 
 def _leave(message: str, code: int) -> NoReturn:
-    sys.stderr.write(f"quarc-ref: {message}\n")
+    sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
     raise typer.Exit(code)

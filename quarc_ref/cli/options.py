@@ -41,4 +41,8 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     if not colon or not all(number.isdecimal() for number in numbers):
         message = f"--frames takes A:B, such as 0:10; this is {text!r}"
         raise UsageError(message)
-    return int(numbers[0]), int(last) if last else None
+    start, stop = int(numbers[0]), int(last) if last else None
+    if stop is not None and stop <= start:
+        message = f"--frames {text} is empty: it takes the frames from A up to, and without, B"
+        raise UsageError(message)
+    return start, stop

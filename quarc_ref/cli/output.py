@@ -1,15 +1,9 @@
-"""What the command writes: files beside their targets first, JSON, tables, progress."""
+"""What the command shows: JSON and tables on stdout, progress on stderr."""
 
 import json
-import os
-import shutil
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
 
 from rich.console import Console
 from rich.progress import (
@@ -22,73 +16,44 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from quarc_ref.cli.faults import UsageError
-
 _SECONDS_BETWEEN_LINES = 5.0
-
-
-@contextmanager
-def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
-    """Open a file beside a target, and put it in the target's place when all is written.
-
-    Raises:
-        UsageError: The target exists, and `force` is not given.
-    """
-    _refuse_existing(target, force=force)
-    beside = _beside(target)
-    try:
-        with beside.open("wb") as sink:
-            yield sink
-        beside.replace(target)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-@contextmanager
-def written_folder(target: Path, *, force: bool) -> Iterator[Path]:
-    """Make a folder beside a target, and put it in the target's place when all is written.
-
-    Raises:
-        UsageError: The target exists, and `force` is not given.
-    """
-    _refuse_existing(target, force=force)
-    beside = _beside(target)
-    beside.mkdir()
-    try:
-        yield beside
-        if target.exists():
-            shutil.rmtree(target)
-        beside.rename(target)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
 
 
 def print_json(values: dict[str, object]) -> None:
     """Print values as JSON on standard output."""
-    sys.stdout.write(json.dumps(values, indent=2) + "\n")
+    sys.stdout.write(json.dumps(values, indent=2, allow_nan=False) + "\n")
 
 
 def print_table(title: str, rows: dict[str, str]) -> None:
-    """Print names and values on standard output."""
+    """Print names and values on standard output, as they are: a stream may name anything."""
+    title = escape_controls(title)
     table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
     table.add_column(style="dim")
-    table.add_column()
+    table.add_column(overflow="fold")
     for name, value in rows.items():
-        table.add_row(name, value)
-    Console().print(table)
+        table.add_row(escape_controls(name), escape_controls(value))
+    Console(markup=False, emoji=False).print(table)
+
+
+def escape_controls(text: str) -> str:
+    """Return text with the characters that would steer a terminal written out."""
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode()
+        for letter in text
+    )
 
 
 class TerminalProgress:
-    """Shows progress on stderr: bars on a terminal, a line now and then elsewhere.
+    """Shows progress on stderr: bars on a terminal, elsewhere a line now and then.
 
-    Use as a context. Stages that come again in every frame are shown within
-    the bar of the frames.
+    Use as a context. Work of a few seconds writes no line at all, and stages
+    that come again in every frame have none: the frames' own tells enough.
 
     Args:
         quiet: Whether to show nothing.
     """
 
-    _ONCE = ("synth", "canonical", "frames", "evaluate", "decode")
+    _ONCE = ("synth", "canonical", "frames", "inspect", "evaluate", "decode")
 
     def __init__(self, *, quiet: bool) -> None:
         console = Console(stderr=True)
@@ -98,11 +63,13 @@ class TerminalProgress:
             MofNCompleteColumn(),
             TimeRemainingColumn(),
             console=console,
+            transient=True,
             disable=quiet or not console.is_terminal,
         )
         self._lines = not quiet and not console.is_terminal
         self._tasks: dict[str, TaskID] = {}
-        self._next_line = 0.0
+        self._told: set[str] = set()
+        self._next_line = time.monotonic() + _SECONDS_BETWEEN_LINES
 
     def __enter__(self) -> "TerminalProgress":
         self._bars.start()
@@ -126,19 +93,7 @@ class TerminalProgress:
 
     def _print_line(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()
-        if done == total or now >= self._next_line:
+        if now >= self._next_line or (done == total and stage in self._told):
+            self._told.add(stage)
             self._next_line = now + _SECONDS_BETWEEN_LINES
             sys.stderr.write(f"{stage} {done}/{total}\n")
-
-
-def _refuse_existing(target: Path, *, force: bool) -> None:
-    if not target.absolute().parent.is_dir():
-        message = f"{target.absolute().parent} is no folder"
-        raise UsageError(message)
-    if target.exists() and not force:
-        message = f"{target} exists; --force replaces it"
-        raise UsageError(message)
-
-
-def _beside(target: Path) -> Path:
-    return target.with_name(f".{target.name}.{os.getpid()}.part")

@@ -19,7 +19,7 @@ from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.placement import place_clones, place_on_errors
 from quarc_ref.encoder.quantize import quantize_births
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes, Trainer, from_splats
+from quarc_ref.encoder.trainable import Attributes, Trainer, fall_along_cosine, from_splats
 from quarc_ref.format.records import Births
 
 
@@ -75,7 +75,7 @@ def _train(stage: _Stage, newborn: Attributes, parents: Tensor) -> tuple[Attribu
     """Return the newborn trained, and the parent of each."""
     studio, settings = stage.studio, stage.config.births
     rates = canonical_rates(stage.config.canonical, studio.extent)
-    trainer = Trainer(newborn, tuple(settings.rate_factor * rate for rate in rates))
+    trainer = Trainer(newborn, rates)
     generator = studio.generator(stage.frame, "births training")
     views = studio.views.shuffled(generator)
     statistics = ScreenStatistics(trainer.count, studio.device)
@@ -85,6 +85,8 @@ def _train(stage: _Stage, newborn: Attributes, parents: Tensor) -> tuple[Attribu
             statistics = ScreenStatistics(trainer.count, studio.device)
         if trainer.count == 0:
             break
+        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
+        trainer.set_rates(settings.rate_factor * left * rate for rate in rates)
         view = next(views)
         rendering = studio.render(stage.draw(trainer.attributes).activated(), view)
         truth = studio.truth(view, stage.frame)

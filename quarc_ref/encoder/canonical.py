@@ -38,14 +38,12 @@ def train_canonical(
         header: The steps to end on.
     """
     generator = studio.generator(0, "canonical")
-    trainer = Trainer(
-        start_from_points(points, settings, generator, studio.device),
-        canonical_rates(settings, studio.extent),
-    )
+    rates = canonical_rates(settings, studio.extent)
+    trainer = Trainer(start_from_points(points, settings, generator, studio.device), rates)
     statistics = ScreenStatistics(trainer.count, studio.device)
     views = studio.views.shuffled(generator)
     for step in range(settings.iterations):
-        trainer.set_position_rate(_position_rate(settings, studio.extent, step))
+        trainer.set_rates((_position_rate(settings, studio.extent, step), *rates[1:]))
         attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
         view = next(views)
         rendering = studio.render(attributes.activated(), view)

@@ -117,6 +117,7 @@ class BirthSettings:
         spread: Deviation of a newborn's place, in scales of its parent (2).
         opacity_logit: At birth (0.1).
         rate_factor: Of the canonical learning rates (15).
+        rate_end: Share of the rates at the last iteration, by cosine (1).
         split_at: Iterations at which large newborn are split (40, 80).
         prune_opacity: Opacity below which a newborn goes (0.01).
         prune_radius: Screen radius above which it goes, pixels (20).
@@ -136,6 +137,7 @@ class BirthSettings:
     spread: float = 2.0
     opacity_logit: float = 0.1
     rate_factor: float = 15.0
+    rate_end: float = 1.0
     split_at: tuple[int, ...] = (40, 80)
     prune_opacity: float = 0.01
     prune_radius: float = 20.0

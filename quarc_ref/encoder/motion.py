@@ -4,7 +4,6 @@ Every forward pass draws what quantized residuals would make of the scene; a
 price on the residuals keeps still what need not move.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +19,7 @@ from quarc_ref.encoder.quantize import quantize_residuals
 from quarc_ref.encoder.straight_through import round_to_step, translation_step
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.surrogate import Following, deform
-from quarc_ref.encoder.trainable import ADAM_EPSILON, from_splats
+from quarc_ref.encoder.trainable import ADAM_EPSILON, fall_along_cosine, from_splats
 from quarc_ref.encoder.warm_start import start_symbols
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import SYMBOL_LIMIT
@@ -100,10 +99,9 @@ class _Residuals:
 
     def set_rates(self, adam: torch.optim.Adam, settings: MotionSettings, step: int) -> None:
         """Set the learning rates of a step: by level, and falling along a cosine."""
-        turn = (1 + math.cos(math.pi * step / settings.iterations)) / 2
-        rate = settings.rate * (settings.rate_end + (1 - settings.rate_end) * turn)
+        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
         for index, group in enumerate(adam.param_groups):
-            group["lr"] = rate * settings.level_rate ** (index % len(self._sizes))
+            group["lr"] = settings.rate * left * settings.level_rate ** (index % len(self._sizes))
 
     def quantized(self) -> Tensor:
         """Return `[A, c]` the residuals that the symbols stand for, straight through."""

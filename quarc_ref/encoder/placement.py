@@ -114,7 +114,7 @@ def _find_errors(
     with torch.no_grad():
         rendering = studio.render(scene.activated(), view)
         depth = studio.render(_paint_depths(scene, camera), view).image[..., 0] / rendering.alpha
-    error = (rendering.image - truth).abs().mean(dim=2)
+    error = (rendering.image.clamp(0, 1) - truth).abs().mean(dim=2)
     peaks = torch.nn.functional.max_pool2d(
         error[None, None], settings.error_cell, stride=1, padding=settings.error_cell // 2
     )[0, 0]

@@ -1,8 +1,9 @@
 """Named trees of settings, and changes to single leaves by name.
 
 `paper` is the paper's schedule to the letter, where it states one. `draft` is
-for CPUs and first looks: shorter, and with the motion recipe that was measured
-to spend fewer bytes at a higher PSNR (benchmarks/README.md).
+for CPUs and first looks: shorter, with a motion recipe that spends fewer bytes
+at a higher PSNR, and newborn where the errors are (benchmarks/README.md). `demo`
+fits the built-in capture into a few minutes of two cores.
 """
 
 import difflib
@@ -18,33 +19,55 @@ from quarc_ref.encoder.config import (
 )
 from quarc_ref.format.records import StreamHeader
 
-PRESETS = {
-    "paper": EncoderConfig(
-        stream=StreamHeader(rotation_components=4, gaussians_per_anchor=4, resample_interval=2),
+_PAPER = EncoderConfig(
+    stream=StreamHeader(rotation_components=4, gaussians_per_anchor=4, resample_interval=2),
+)
+_DRAFT = EncoderConfig(
+    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1),
+    canonical=CanonicalSettings(
+        iterations=3000,
+        initial_gaussians=20_000,
+        max_gaussians=40_000,
+        sh_from=500,
+        densify_from=300,
+        densify_until=2000,
+        noise=0.003,
     ),
-    "draft": EncoderConfig(
-        stream=StreamHeader(gaussians_per_anchor=8, resample_interval=1),
-        canonical=CanonicalSettings(
-            iterations=3000,
-            initial_gaussians=20_000,
-            max_gaussians=40_000,
-            sh_from=500,
-            densify_from=300,
-            densify_until=2000,
-            noise=0.0,
-        ),
-        motion=MotionSettings(
-            rate=1e-3,
-            level_rate=2.0,
-            rate_end=0.05,
-            price="group_log",
-            price_weight=0.016,
-            warm_start="projection",
-            momentum=1.0,
-        ),
-        births=BirthSettings(iterations=40, split_at=(), max_births=64, must_pay=True),
+    motion=MotionSettings(
+        rate=1e-3,
+        level_rate=2.0,
+        rate_end=0.05,
+        price="group_log",
+        price_weight=0.016,
+        warm_start="projection",
+        momentum=1.0,
     ),
-}
+    births=BirthSettings(
+        iterations=60,
+        placement="errors",
+        error=0.06,
+        deaths_below=0.05,
+        max_births=300,
+        rate_factor=10.0,
+        rate_end=0.05,
+        split_at=(),
+        must_pay=True,
+    ),
+)
+_DEMO = replace(
+    _DRAFT,
+    canonical=replace(
+        _DRAFT.canonical,
+        iterations=1200,
+        initial_gaussians=8000,
+        max_gaussians=20_000,
+        densify_until=900,
+        noise=0.0,
+    ),
+    motion=replace(_DRAFT.motion, iterations=150, price_weight=5e-4),
+    births=replace(_DRAFT.births, error=0.04, max_births=800),
+)
+PRESETS = {"paper": _PAPER, "draft": _DRAFT, "demo": _DEMO}
 
 
 class SettingError(ValueError):

@@ -4,6 +4,8 @@ Densification removes and adds rows; what Adam knows of the rows that stay,
 stays with them.
 """
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import torch
@@ -122,9 +124,10 @@ class Trainer:
         """Number of Gaussians."""
         return int(self._leaves[0].shape[0])
 
-    def set_position_rate(self, rate: float) -> None:
-        """Change the learning rate of positions."""
-        self._adam.param_groups[0]["lr"] = rate
+    def set_rates(self, rates: Iterable[float]) -> None:
+        """Change the learning rates, in the order of `Attributes`."""
+        for group, rate in zip(self._adam.param_groups, rates, strict=True):
+            group["lr"] = rate
 
     def step(self, loss: Tensor, extra: Tensor) -> Tensor:
         """Take a step down a loss, and return the gradient by one more tensor of its graph."""
@@ -149,6 +152,12 @@ class Trainer:
             group["params"] = [leaf]
             leaves.append(leaf)
         self._leaves = leaves
+
+
+def fall_along_cosine(step: int, iterations: int, end: float) -> float:
+    """Return the share of a rate that is left at a step: from 1 to `end` after the last."""
+    turn = (1 + math.cos(math.pi * step / iterations)) / 2
+    return end + (1 - end) * turn
 
 
 def _leaf(tensor: Tensor) -> Tensor:

@@ -1,12 +1,14 @@
 """Quality of a stream on the held-out cameras, from the decoded file and nothing else."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Scene, Splats, decode, dequantize
 from quarc_ref.evaluation.inspect_stream import StreamSummary, inspect_stream
@@ -17,6 +19,7 @@ from quarc_ref.evaluation.metrics import (
     measure_psnr,
     measure_ssim,
 )
+from quarc_ref.format.records import Camera
 from quarc_ref.rendering.pictures import render_picture
 
 
@@ -53,11 +56,11 @@ class Quality:
     ssim: tuple[float, ...]
 
     def as_json(self) -> dict[str, object]:
-        """Return what `eval --json` prints of the quality."""
+        """Return what `eval --json` prints of the quality; JSON has no infinity, but null."""
         return {
-            "psnr": float(np.mean(self.psnr)),
+            "psnr": _finite(float(np.mean(self.psnr))),
             "ssim": float(np.mean(self.ssim)),
-            "psnr_per_frame": list(self.psnr),
+            "psnr_per_frame": [_finite(psnr) for psnr in self.psnr],
             "ssim_per_frame": list(self.ssim),
             "metrics": {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT},
         }
@@ -86,18 +89,23 @@ def open_same_capture(summary: StreamSummary, folder: Path) -> Capture:
         CaptureError: The capture cannot be read.
     """
     held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
-    if not held_out:
-        message = "the stream holds no camera out: there is nothing to measure on"
+    if not held_out or not summary.frames:
+        missing = "frame" if held_out else "camera to keep out of training"
+        message = f"the stream has no {missing}: there is nothing to measure"
         raise MismatchError(message)
-    full = open_capture(folder, CaptureOptions(held_out=held_out))
+    full = open_capture(folder)
+    _require_equal("cameras", _names(full.cameras), _names(summary.cameras))
     downscale = max(1, round(full.cameras[0].width / summary.cameras[0].width))
-    capture = open_capture(folder, CaptureOptions(downscale=downscale, held_out=held_out))
-    sizes = [
-        [(camera.name, camera.width, camera.height) for camera in cameras]
-        for cameras in (summary.cameras, capture.cameras)
-    ]
-    if sizes[0] != sizes[1] or capture.frame_count <= summary.frames[-1].frame:
-        message = f"{folder} has other cameras, sizes or fewer frames than the stream was made from"
+    try:
+        capture = open_capture(folder, CaptureOptions(downscale=downscale, held_out=held_out))
+    except ValueError as error:
+        raise MismatchError(str(error)) from error
+    _require_equal("sizes of pictures", _sizes(capture.cameras), _sizes(summary.cameras))
+    if capture.frame_count <= summary.frames[-1].frame:
+        message = (
+            f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
+            f"which has {capture.frame_count} frames"
+        )
         raise MismatchError(message)
     return capture
 
@@ -115,12 +123,12 @@ def evaluate_stream(data: bytes, folder: Path, note: Callable[[str, int, int], N
         MismatchError: The capture is not the one that the stream was made from.
         CaptureError: The capture cannot be read.
     """
-    summary = inspect_stream(data)
+    summary = inspect_stream(data, note)
     capture = open_same_capture(summary, folder)
     count = len(summary.frames)
     shown, psnr, ssim = [], [], []
     for index, scene in enumerate(decode(data)):
-        views = _measure(scene, capture)
+        views = _measure(scene, summary.cameras, capture)
         psnr.append(float(np.mean([view.psnr for view in views])))
         ssim.append(float(np.mean([view.ssim for view in views])))
         if index in {0, count // 2, count - 1}:
@@ -129,14 +137,36 @@ def evaluate_stream(data: bytes, folder: Path, note: Callable[[str, int, int], N
     return Evaluation(summary, Quality(tuple(psnr), tuple(ssim)), tuple(shown))
 
 
-def _measure(scene: Scene, capture: Capture) -> list[View]:
+def _require_equal(subject: str, of_capture: Sequence[str], of_stream: Sequence[str]) -> None:
+    for ours, theirs in zip_longest(of_capture, of_stream, fillvalue="none"):
+        if ours != theirs:
+            message = f"other {subject} in the capture than in the stream: {ours} against {theirs}"
+            raise MismatchError(message)
+
+
+def _names(cameras: Sequence[Camera]) -> list[str]:
+    return [camera.name for camera in cameras]
+
+
+def _sizes(cameras: Sequence[Camera]) -> list[str]:
+    return [f"{camera.width} x {camera.height}" for camera in cameras]
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None
+
+
+def _measure(scene: Scene, cameras: Sequence[Camera], capture: Capture) -> list[View]:
+    """Return the views of the held-out cameras, as the stream and not the capture has these."""
     splats = dequantize(scene)
-    return [_view(splats, capture, index, scene.frame) for index in capture.held_out]
+    return [
+        _view(splats, cameras[index], capture.image(index, scene.frame), scene.frame)
+        for index in capture.held_out
+    ]
 
 
-def _view(splats: Splats, capture: Capture, index: int, frame: int) -> View:
-    camera = capture.cameras[index]
+def _view(splats: Splats, camera: Camera, image: Image, frame: int) -> View:
     decoded = np.clip(render_picture(splats, camera), 0, 1)
-    truth = capture.image(index, frame).astype(np.float32) / np.float32(255)
+    truth = image.astype(np.float32) / np.float32(255)
     psnr, ssim = measure_psnr(decoded, truth), measure_ssim(decoded, truth)
     return View(frame, camera.name, truth, decoded, psnr, ssim)

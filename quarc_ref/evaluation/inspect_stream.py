@@ -3,6 +3,8 @@
 The whole stream is decoded, so that whatever is reported of it has been proved.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from quarc_ref.decoder.decode_stream import StreamDecoder
@@ -12,6 +14,7 @@ from quarc_ref.evaluation.estimate import estimate_births, estimate_gaussians, e
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 from quarc_ref.format.container import Chunk, split_chunks
+from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.records import Camera, StreamHeader
 
@@ -66,6 +69,16 @@ class StreamSummary:
     total_bytes: int
     frames: tuple[FrameSummary, ...]
 
+    @property
+    def gaussian_count(self) -> int:
+        """Gaussians of the last frame; 0 in a stream without frames."""
+        return self.frames[-1].gaussians if self.frames else 0
+
+    @property
+    def anchor_count(self) -> int:
+        """Anchors of all levels together, in the frame that has most."""
+        return max((frame.anchors for frame in self.frames), default=0)
+
     def coded_bytes(self) -> dict[str, int]:
         """Return the bytes of coded planes by kind, the rest as overhead, and the total."""
         coded = {kind: sum(frame.coded_bytes[kind] for frame in self.frames) for kind in KINDS}
@@ -94,14 +107,13 @@ class StreamSummary:
     def as_json(self) -> dict[str, object]:
         """Return what `info --json` prints."""
         last = self.frames[-1] if self.frames else None
-        anchors = [frame.anchors for frame in self.frames if not frame.canonical]
         return {
             "format_version": f"{VERSION_MAJOR}.{VERSION_MINOR}",
             "level": self.header.level / 10,
             "frames": len(self.frames),
             "frames_per_second": self.header.frames_per_second,
-            "gaussians": last.gaussians if last else 0,
-            "anchors": max(anchors, default=0),
+            "gaussians": self.gaussian_count,
+            "anchors": self.anchor_count,
             "bytes": self.coded_bytes(),
             "kb_per_frame": self.kilobytes_per_frame(),
             "estimate_bytes": self.estimate_bytes(),
@@ -112,18 +124,36 @@ class StreamSummary:
         }
 
 
-def inspect_stream(data: bytes) -> StreamSummary:
+def count_frames(data: bytes) -> int:
+    """Return how many frames there are before the end, or before the first damage, undecoded."""
+    count = 0
+    with suppress(BitstreamError):
+        for chunk in split_chunks(data):
+            count += chunk.kind in (container.CANO, container.FRAM)
+    return count
+
+
+def inspect_stream(
+    data: bytes, note: Callable[[str, int, int], None] | None = None
+) -> StreamSummary:
     """Decode a stream and sum up what it is made of.
+
+    Args:
+        data: A stream.
+        note: Is told of every frame: stage, done, total.
 
     Raises:
         BitstreamError: What is wrong with the bytes.
     """
-    decoder = StreamDecoder()
+    decoder, total = StreamDecoder(), count_frames(data)
     frames: list[FrameSummary] = []
     for chunk in split_chunks(data):
         state = decoder.push(chunk)
-        if state is not None:
-            frames.append(_summarize(chunk, state))
+        if state is None:
+            continue
+        frames.append(_summarize(chunk, state))
+        if note is not None:
+            note("inspect", len(frames), total)
     return StreamSummary(
         decoder.header, decoder.cameras, decoder.metadata, len(data), tuple(frames)
     )

@@ -7,6 +7,7 @@ import matplotlib.image
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from quarc_ref.evaluation.inspect_stream import KILOBYTE, KINDS, StreamSummary
 from quarc_ref.evaluation.metrics import Picture
@@ -31,7 +32,8 @@ def plot_frames(summary: StreamSummary, psnr: Sequence[float]) -> bytes:
     below.bar(frames, framing, bottom=floor, color=_GRAY, label="framing")
     below.set_ylabel("KB, canonical left out")
     below.set_xlabel("frame")
-    below.legend(frameon=False, ncols=3, loc="upper right")
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
+    _legend_above(below)
     return _png(figure)
 
 
@@ -49,8 +51,8 @@ def plot_kinds(summary: StreamSummary) -> bytes:
         label="in the file",
     )
     ideal = axes.bar(
-        places + 0.2,
-        [estimate.get(kind, 0) / KILOBYTE for kind in kinds],
+        places[: len(KINDS)] + 0.2,
+        [estimate[kind] / KILOBYTE for kind in KINDS],
         width=0.4,
         color="none",
         edgecolor=_GRAY,
@@ -60,15 +62,17 @@ def plot_kinds(summary: StreamSummary) -> bytes:
     axes.bar_label(real, fmt="%.1f", fontsize=8)
     axes.bar_label(ideal, fmt="%.1f", fontsize=8)
     axes.set_xticks(places, kinds)
+    axes.set_xlim(-0.6, len(kinds) - 0.4)
     axes.set_ylabel("KB, whole stream")
-    axes.legend(frameon=False)
+    _legend_above(axes)
     return _png(figure)
 
 
 def encode_picture(picture: Picture) -> bytes:
     """Return a PNG of a picture `[H, W, 3]` from 0 to 1."""
     buffer = io.BytesIO()
-    matplotlib.image.imsave(buffer, np.clip(picture, 0, 1), format="png")
+    levels = np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)  # imsave would round down
+    matplotlib.image.imsave(buffer, levels, format="png")
     return buffer.getvalue()
 
 
@@ -78,12 +82,18 @@ def _framing(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
 
 def _figure(rows: int) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=(8, 2.6 * rows + 0.6), layout="constrained")
-    axes = [figure.add_subplot(rows, 1, row + 1) for row in range(rows)]
+    first = figure.add_subplot(rows, 1, 1)
+    axes = [first, *(figure.add_subplot(rows, 1, row, sharex=first) for row in range(2, rows + 1))]
     for each in axes:
         each.spines[["top", "right"]].set_visible(False)
         each.grid(axis="y", color="#e3e7ec", linewidth=0.8)
         each.set_axisbelow(True)
     return figure, axes
+
+
+def _legend_above(axes: Axes) -> None:
+    """Put the legend where no bar can be behind it."""
+    axes.legend(frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
 
 
 def _png(figure: Figure) -> bytes:

@@ -6,6 +6,7 @@ files of their own.
 
 import base64
 import html
+import re
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -34,13 +35,18 @@ def write_report(evaluation: Evaluation, folder: Path) -> Path:
     }
     for view in evaluation.shown:
         for name, picture in _strip(view).items():
-            file = f"{view.camera}_{view.frame:04}_{name}.png"
-            pictures[file] = encode_picture(picture)
+            pictures[_name_file(view, name)] = encode_picture(picture)
     for name, data in pictures.items():
         _replace(folder / name, data)
     page = folder / "index.html"
     _replace(page, _compose(evaluation, pictures).encode())
     return page
+
+
+def _name_file(view: View, name: str) -> str:
+    """Return a file's name; a camera may be called anything, a path upwards too."""
+    camera = re.sub(r"[^A-Za-z0-9-]", "_", view.camera)
+    return f"{camera}_{view.frame:04}_{name}.png"
 
 
 def _strip(view: View) -> dict[str, Picture]:
@@ -86,8 +92,7 @@ def _compose_figures(evaluation: Evaluation) -> str:
 
 def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
     images = "".join(
-        f'<img alt="{name} of frame {view.frame}" '
-        f'src="{_embed(pictures[f"{view.camera}_{view.frame:04}_{name}.png"])}">'
+        f'<img alt="{name} of frame {view.frame}" src="{_embed(pictures[_name_file(view, name)])}">'
         for name in ("truth", "decoded", "difference")
     )
     caption = (
@@ -106,7 +111,9 @@ def _compose_bytes(summary: StreamSummary) -> str:
         ratio = f"{coded[kind] / price:.3f}" if price else ""
         row = (kind, f"{coded[kind]:,}", beside, ratio)
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>")
-    head = "<tr><th>kind</th><th>bytes</th><th>zero-order estimate</th><th>ratio</th></tr>"
+    head = (
+        "<tr><th>kind</th><th>bytes</th><th>zero-order estimate</th><th>bytes / estimate</th></tr>"
+    )
     return f"<table>{head}{''.join(rows)}</table>"
 
 

@@ -1,20 +1,25 @@
 import contextlib
 import io
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from quarc_ref.decoder import decode, dequantize
 from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.config import BirthSettings
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.rendering.pictures import render_picture
 from tests.encoder.toys import SMALL, make_capture
+from tests.streams import make_stream
 
 
 def _encode(config=SMALL, frames=None) -> bytes:
@@ -115,6 +120,29 @@ def test_other_rules_encode_and_decode_too(preset_part):
 
     assert len(summary.frames) == 3
     assert sum(frame.coded_bytes["motion"] for frame in summary.frames) > 0
+
+
+def test_newborn_on_errors_join_and_only_the_faint_die_for_them():
+    births = replace(SMALL.births, placement="errors", error=0.03, deaths_below=0.05)
+
+    frames = inspect_stream(_encode(replace(SMALL, births=births))).frames
+
+    born = sum(frame.births for frame in frames)
+    died = sum(frame.deaths for frame in frames)
+    assert born > died
+    assert frames[-1].gaussians == frames[0].gaussians + born - died
+
+
+@given(st.integers(0, 60), st.floats(0, 1))
+def test_as_many_die_as_are_too_many_and_faint_enough(target, deaths_below):
+    _, states = make_stream(gaussian_count=40, frame_count=2)
+    state = states[0]
+
+    deaths = encode_stream.count_deaths(state, target, BirthSettings(deaths_below=deaths_below))
+
+    logits = dequantize(state.scene).opacities.astype(np.float64)
+    faint = sum(1 / (1 + math.exp(-logit)) < deaths_below for logit in logits)
+    assert deaths == min(max(0, state.scene.count - target), faint)
 
 
 def test_progress_is_told_of_every_stage():

@@ -25,7 +25,7 @@ from quarc_ref.datasets.synth.solids import (
 from quarc_ref.datasets.synth.stage import Room
 
 _SHOW_SECONDS = 3.0
-_OPENING = (0.10, 0.60)  # seconds from the start of a period
+_OPENING = (0.05, 0.50)  # seconds from the start of a period
 _CLOSING = (2.2, 2.7)
 _LEFT, _RIGHT, _BACK, _FRONT, _CEILING = -3.7, 3.7, -2.7, 3.9, 3.2
 _SUN = (9.6, 8.7, 7.4)

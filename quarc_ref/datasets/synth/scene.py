@@ -28,6 +28,7 @@ from quarc_ref.datasets.synth.toys import (
     make_train,
 )
 
+_TEMPO = 0.75  # seconds of the scene in a second of the video
 _DELAY = 0.1  # seconds, at most, by which the seed delays door and screen
 
 
@@ -45,7 +46,8 @@ class Scene:
     phases: tuple[float, ...]
 
     def at_time(self, time: float) -> Stage:
-        """Return the scene at a time in seconds."""
+        """Return the scene at a time of the video in seconds."""
+        time = _TEMPO * time
         colors = self.palette
         ball, crate, blob, mobile, train, robot, door, screen, pattern = self.phases
         groups = [

@@ -1,0 +1,102 @@
+"""The main job on a capture: encode, decode the file, measure on the held-out cameras.
+
+    python benchmarks/capture.py CAPTURE... [--preset P] [--frames N] [--json]
+
+Prints a row per capture: quality decoded from the file, real bytes and the
+paper's estimate beside, seconds of the canonical scene and of a frame.
+"""
+
+import argparse
+import io
+import json
+import os
+import platform
+import time
+from pathlib import Path
+
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.presets import PRESETS, choose_preset
+from quarc_ref.evaluation.evaluate import evaluate_stream
+
+
+class StageClock:
+    """Notes when each stage was last heard of."""
+
+    def __init__(self) -> None:
+        self.begun = time.monotonic()
+        self.last: dict[str, float] = {}
+
+    def advance(self, stage: str, done: int, total: int) -> None:
+        """See `Progress.advance`."""
+        del done, total
+        self.last[stage] = time.monotonic() - self.begun
+
+
+def measure(folder: Path, preset: str, frames: int | None) -> dict[str, object]:
+    """Return the row of a capture."""
+    clock, sink = StageClock(), io.BytesIO()
+    capture = open_capture(folder)
+    options = EncodeOptions(choose_preset(preset), frames, device="cpu", progress=clock)
+    encode(capture, sink, options)
+    encoded = time.monotonic() - clock.begun
+    evaluation = evaluate_stream(sink.getvalue(), folder, lambda *_: None)
+    summary, psnr = evaluation.summary, evaluation.quality.psnr
+    canonical = clock.last["canonical"]
+    return {
+        "capture": capture.name,
+        "preset": preset,
+        "frames": len(psnr),
+        "gaussians": summary.frames[-1].gaussians,
+        "psnr_first": psnr[0],
+        "psnr_mean": sum(psnr) / len(psnr),
+        "psnr_worst": min(psnr),
+        "ssim_mean": sum(evaluation.quality.ssim) / len(psnr),
+        "kb_per_frame": summary.kilobytes_per_frame()["without_canonical"],
+        "bytes": summary.coded_bytes(),
+        "estimate_bytes": summary.estimate_bytes(),
+        "seconds_canonical": canonical,
+        "seconds_per_frame": (encoded - canonical) / max(len(psnr) - 1, 1),
+    }
+
+
+def print_markdown(rows: list[dict[str, object]]) -> None:
+    """Print the rows as the table of benchmarks/README.md."""
+    print(
+        "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "
+        "KB per frame | canonical KB | motion, births / estimate | s canonical | s per frame |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    for row in rows:
+        coded, estimate = row["bytes"], row["estimate_bytes"]
+        ratios = ", ".join(
+            f"{coded[kind] / estimate[kind]:.2f}" if estimate[kind] else "none"
+            for kind in ("motion", "births")
+        )
+        print(
+            f"| {row['capture']} | {row['preset']} | {row['frames']} | {row['gaussians']:,} | "
+            f"{row['psnr_first']:.2f} / {row['psnr_mean']:.2f} / {row['psnr_worst']:.2f} | "
+            f"{row['ssim_mean']:.4f} | {row['kb_per_frame']:.2f} | "
+            f"{coded['canonical'] / 1024:.0f} | {ratios} | "
+            f"{row['seconds_canonical']:.0f} | {row['seconds_per_frame']:.1f} |"
+        )  # fmt: skip
+
+
+def main() -> None:
+    """Measure every capture named."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("captures", nargs="+", type=Path, metavar="CAPTURE")
+    parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
+    parser.add_argument("--frames", type=int)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    rows = [measure(folder, arguments.preset, arguments.frames) for folder in arguments.captures]
+    if arguments.json:
+        machine = {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count()}
+        print(json.dumps({"machine": machine, "rows": rows}, indent=2))
+    else:
+        print_markdown(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""What the command makes: written beside its target, and put in its place when whole."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.cli.faults import UsageError
+
+
+@contextmanager
+def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
+    """Open a file beside a target, and put it in the target's place when all is written.
+
+    Raises:
+        UsageError: The target exists, and `force` is not given or it is a folder.
+    """
+    _refuse_existing(target, force=force)
+    if target.is_dir():
+        message = f"{target} is a folder"
+        raise UsageError(message)
+    beside = _beside(target, "part")
+    try:
+        with beside.open("wb") as sink:
+            yield sink
+        beside.replace(target)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterator[Path]:
+    """Make a folder beside a target, and put it in the target's place when all is written.
+
+    Args:
+        target: Where the folder is to be.
+        made: Patterns of the names that are made in it. A folder that holds
+            anything else is not replaced, `force` or not.
+        force: Whether to replace a folder.
+
+    Raises:
+        UsageError: The target exists, and is not to be replaced.
+    """
+    _refuse_existing(target, force=force)
+    _refuse_foreign(target, made)
+    beside = _beside(target, "part")
+    beside.mkdir()
+    try:
+        yield beside
+        _put_in_place(beside, target)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def _refuse_existing(target: Path, *, force: bool) -> None:
+    if not target.absolute().parent.is_dir():
+        message = f"{target.absolute().parent} is no folder"
+        raise UsageError(message)
+    if os.path.lexists(target) and not force:
+        message = f"{target} exists; --force replaces it"
+        raise UsageError(message)
+
+
+def _refuse_foreign(target: Path, made: tuple[str, ...]) -> None:
+    if not os.path.lexists(target):
+        return
+    if target.is_symlink() or not target.is_dir():
+        message = f"{target} is no folder of its own; --force replaces nothing else"
+        raise UsageError(message)
+    names = sorted(path.name for path in target.iterdir())
+    foreign = [name for name in names if not any(fnmatchcase(name, each) for each in made)]
+    if foreign:
+        message = f"{target} also holds {foreign[0]}, which --force would remove: choose another"
+        raise UsageError(message)
+
+
+def _put_in_place(beside: Path, target: Path) -> None:
+    if not target.exists():
+        beside.rename(target)
+        return
+    aside = _beside(target, "old")
+    target.rename(aside)
+    try:
+        beside.rename(target)
+    except BaseException:
+        aside.rename(target)
+        raise
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _beside(target: Path, purpose: str) -> Path:
+    target = target.absolute()
+    return target.with_name(f".{target.name}.{os.getpid()}.{purpose}")

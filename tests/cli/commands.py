@@ -1,0 +1,37 @@
+"""The command, run in this process."""
+
+import json
+
+from typer.testing import CliRunner
+
+from quarc_ref.cli.app import app
+
+# A few iterations of everything: what comes out is no picture, but a whole stream.
+TINY = {
+    "canonical.iterations": 8,
+    "canonical.initial_gaussians": 60,
+    "canonical.max_gaussians": 70,
+    "canonical.densify_from": 3,
+    "canonical.densify_until": 6,
+    "canonical.densify_every": 3,
+    "motion.iterations": 3,
+    "births.iterations": 2,
+    "births.gradient": 0,
+    "births.must_pay": False,
+}
+TINY_OPTIONS = [part for key, value in TINY.items() for part in ("--set", f"{key}={value}")]
+
+
+def run(*arguments):
+    """What a command line does; a traceback is never what it should."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert "Traceback" not in result.stderr
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result
+
+
+def run_json(*arguments):
+    """What a command prints with --json, which must be all that it prints."""
+    result = run(*arguments, "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)

@@ -1,0 +1,56 @@
+"""A small stream and a small capture that several tests read; none of them writes into these."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from tests.cli.commands import TINY_OPTIONS, run_json
+from tests.datasets import scenes
+from tests.streams import make_stream
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _plain_terminal():
+    """No colors and 80 columns, wherever the tests are run."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS", "TTY_COMPATIBLE"):
+            patch.delenv(name, raising=False)
+        patch.setenv("COLUMNS", "80")
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_cuda():
+    """The CPU, wherever the tests are run: the command is tested, not the device."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("torch.cuda.is_available", lambda: False)
+        yield
+
+
+@pytest.fixture(scope="session")
+def made():
+    """A stream made of given records: its file, bytes and states."""
+    data, states = make_stream()
+    return SimpleNamespace(data=data, states=states)
+
+
+@pytest.fixture
+def stream_file(made, tmp_path):
+    path = tmp_path / "small.quarc"
+    path.write_bytes(made.data)
+    return path
+
+
+@pytest.fixture(scope="session")
+def capture(tmp_path_factory):
+    """A capture of four cameras, 48 x 32, three frames, in N3DV's layout."""
+    folder = tmp_path_factory.mktemp("cli") / "plane"
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+@pytest.fixture(scope="session")
+def encoded(tmp_path_factory, capture):
+    """What `encode --json` printed of the capture, and the file."""
+    file = tmp_path_factory.mktemp("encoded") / "plane.quarc"
+    printed = run_json("encode", capture, "-o", file, *TINY_OPTIONS)
+    return SimpleNamespace(file=file, printed=printed)

@@ -1,0 +1,71 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+from quarc_ref import __version__
+from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
+from tests.cli.commands import run
+
+VERBS = ["encode", "decode", "verify", "info", "eval", "synth", "demo"]
+HEAVY = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat"}
+
+_LIST_MODULES = """
+import json, sys
+from quarc_ref.cli.app import main
+sys.argv = ["quarc-ref", *sys.argv[1:]]
+try:
+    main()
+finally:
+    sys.stderr.write(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
+"""
+
+
+def _loaded(*arguments):
+    """The modules that a command line loads, in a process of its own."""
+    program = [sys.executable, "-c", _LIST_MODULES, *map(str, arguments)]
+    done = subprocess.run(program, capture_output=True, text=True, check=True)
+    return set(json.loads(done.stderr.splitlines()[-1]))
+
+
+def test_help_names_every_verb():
+    result = run("--help")
+
+    assert result.exit_code == 0
+    assert all(f" {verb} " in result.stdout for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_help_and_json(verb):
+    result = run(verb, "-h")
+
+    assert result.exit_code == 0
+    assert "--json" in result.stdout
+
+
+def test_the_versions_of_package_and_format_are_printed():
+    result = run("--version")
+
+    assert result.stdout.strip() == (
+        f"quarc-ref {__version__}, format {VERSION_MAJOR}.{VERSION_MINOR}"
+    )
+
+
+@pytest.mark.parametrize("arguments", [["nonsense"], ["info", "--nonsense"], ["info"]])
+def test_a_command_line_that_does_not_exist_is_a_usage_error(arguments):
+    assert run(*arguments).exit_code == 2
+
+
+def test_help_loads_nothing_that_takes_time():
+    assert not _loaded("--help") & (HEAVY | {"numpy", "construct", "constriction"})
+    assert not _loaded("encode", "--help") & (HEAVY | {"numpy", "construct", "constriction"})
+
+
+@pytest.mark.parametrize("verb", ["info", "verify"])
+def test_what_needs_a_stream_alone_loads_nothing_that_pictures_need(verb, stream_file):
+    assert not _loaded(verb, stream_file, "--json") & HEAVY
+
+
+def test_decoding_loads_nothing_that_pictures_need(stream_file, tmp_path):
+    assert not _loaded("decode", stream_file, "-o", tmp_path / "out", "--json") & HEAVY

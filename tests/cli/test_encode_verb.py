@@ -1,0 +1,168 @@
+import errno
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from quarc_ref.cli import output as shown
+from quarc_ref.decoder import StreamDecoder, decode
+from quarc_ref.encoder import encode_stream
+from quarc_ref.format.container import split_chunks
+from tests.cli.commands import TINY_OPTIONS, run, run_json
+
+_TALKATIVE = """
+import sys
+from quarc_ref.cli import app, output
+output._SECONDS_BETWEEN_LINES = 0.0
+sys.argv = ["quarc-ref", *sys.argv[1:]]
+app.main()
+"""
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def _read_cameras(path):
+    decoder = StreamDecoder()
+    for chunk in split_chunks(path.read_bytes()):
+        decoder.push(chunk)
+    return decoder.cameras
+
+
+def test_a_capture_becomes_a_stream_that_is_verified(encoded):
+    assert encoded.printed["frames"] == 3
+    assert run_json("verify", encoded.file) == {
+        "valid": True,
+        "frames": 3,
+        "state_sha256": encoded.printed["state_sha256"],
+    }
+    assert len(list(decode(encoded.file.read_bytes()))) == 3
+
+
+def test_what_encode_prints_is_what_info_prints(encoded):
+    assert encoded.printed["seconds"] > 0
+    assert encoded.printed["file"] == str(encoded.file)
+    assert encoded.printed.items() >= run_json("info", encoded.file).items()
+
+
+def test_options_of_the_capture_are_heard(capture, tmp_path):
+    options = ["--frames", 1, "--downscale", 2, "--held-out", "cam03", "--held-out", "cam01"]
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *options)
+
+    assert result.exit_code == 0
+    assert "seconds" in result.stdout
+    cameras = _read_cameras(tmp_path / "a.quarc")
+    assert {(camera.width, camera.height) for camera in cameras} == {(24, 16)}
+    assert [camera.name for camera in cameras if camera.held_out] == ["cam01", "cam03"]
+    assert run_json("verify", tmp_path / "a.quarc")["frames"] == 1
+
+
+def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
+    monkeypatch.setattr(shown, "_SECONDS_BETWEEN_LINES", 0.0)
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
+
+    lines = result.stderr.splitlines()
+    assert "canonical 8/8" in lines
+    assert "frames 2/2" in lines
+    assert "canonical 8/8" not in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--set", "motion.rat=1"], "close to it: motion.rate"),
+        (["--set", "motion.rate"], "KEY=VALUE"),
+        (["--set", "motion.iterations=many"], "motion.iterations=many"),
+        (["--set", "stream.level_count=9"], "level_count"),
+        (["--preset", "fast"], "paper, draft"),
+        (["--seed", "-1"], "--seed"),
+        (["--seed", 1 << 64], "--seed"),
+        (["--frames", "0"], "--frames"),
+        (["--downscale", "0"], "--downscale"),
+        (["--downscale", "1000"], "--downscale 1000"),
+        (["--device", "tpu"], "--device"),
+    ],
+)
+def test_a_bad_option_is_a_usage_error_and_makes_nothing(options, said, capture, tmp_path):
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", *options)
+
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert _names(tmp_path) == []
+
+
+def test_a_device_that_is_not_there_is_a_usage_error(capture, tmp_path):
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", "--device", "cuda")
+
+    assert result.exit_code == 2
+    assert "no CUDA device" in result.stderr
+
+
+def test_a_capture_that_is_not_there_is_a_usage_error(encoded, tmp_path):
+    assert run("encode", tmp_path / "none", "-o", tmp_path / "a.quarc").exit_code == 2
+    assert run("encode", encoded.file, "-o", tmp_path / "a.quarc").exit_code == 2
+
+
+def test_an_unreadable_capture_is_the_tools_failure_and_leaves_nothing(tmp_path):
+    (tmp_path / "empty").mkdir()
+    result = run("encode", tmp_path / "empty", "-o", tmp_path / "a.quarc")
+
+    assert result.exit_code == 3
+    assert "no capture that is known" in result.stderr
+    assert _names(tmp_path) == ["empty"]
+
+
+def test_an_output_that_exists_is_refused_before_anything_is_read(tmp_path):
+    (tmp_path / "a.quarc").write_text("mine")
+    (tmp_path / "empty").mkdir()
+    result = run("encode", tmp_path / "empty", "-o", tmp_path / "a.quarc")
+
+    assert result.exit_code == 2
+    assert "--force" in result.stderr
+    assert (tmp_path / "a.quarc").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (KeyboardInterrupt(), "interrupted"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
+        (RuntimeError("out of memory"), "out of memory"),
+    ],
+)
+def test_a_failed_encode_leaves_nothing_behind_and_the_old_file_whole(
+    fault, said, capture, tmp_path, monkeypatch
+):
+    def fail(*_arguments):
+        raise fault
+
+    monkeypatch.setattr(encode_stream, "fit_motion", fail)
+    (tmp_path / "old.quarc").write_text("mine")
+    results = [
+        run("encode", capture, "-o", tmp_path / name, *TINY_OPTIONS, "--force")
+        for name in ("old.quarc", "new.quarc")
+    ]
+
+    assert [result.exit_code for result in results] == [3, 3]
+    assert all(said in result.stderr for result in results)
+    assert _names(tmp_path) == ["old.quarc"]
+    assert (tmp_path / "old.quarc").read_text() == "mine"
+
+
+def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
+    long = ["--set", "canonical.iterations=1000000", "--device", "cpu"]
+    program = [sys.executable, "-c", _TALKATIVE, *map(str, command), *long]
+    with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as encoding:
+        first = encoding.stderr.readline()
+        begun = _names(tmp_path)
+        encoding.send_signal(signal.SIGTERM)
+        said = encoding.communicate(timeout=60)[1]
+
+    assert first.startswith("canonical ")
+    assert [name.endswith(".part") for name in begun] == [True]
+    assert encoding.returncode == 3
+    assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
+    assert _names(tmp_path) == []

@@ -1,0 +1,27 @@
+import pytest
+
+from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.faults import UsageError
+from quarc_ref.encoder.presets import choose_preset
+
+
+def test_a_preset_without_settings_is_itself():
+    assert configure("paper", [], 0) == choose_preset("paper")
+
+
+def test_the_seed_is_an_option_and_a_setting():
+    assert configure("draft", [], 5).seed == 5
+    assert configure("draft", ["seed=7"], 0).seed == 7
+
+
+def test_of_two_settings_of_a_name_the_last_counts():
+    config = configure("draft", ["motion.rate=1", "births.iterations=3", "motion.rate=2"], 0)
+
+    assert config.motion.rate == 2
+    assert config.births.iterations == 3
+
+
+@pytest.mark.parametrize("setting", ["motion.rate", "", "=1", "motion=1", "motion.rate=", "a=b=c"])
+def test_what_is_no_setting_is_a_usage_error(setting):
+    with pytest.raises(UsageError):
+        configure("draft", [setting], 0)

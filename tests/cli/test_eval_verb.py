@@ -1,0 +1,95 @@
+import shutil
+from statistics import mean
+
+import pytest
+
+from tests.cli.commands import run, run_json
+from tests.datasets import scenes
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture(scope="module")
+def measured(encoded, capture, tmp_path_factory):
+    """What `eval --json --report` printed, and the report's folder."""
+    folder = tmp_path_factory.mktemp("eval") / "report"
+    return run_json("eval", encoded.file, capture, "--report", folder), folder
+
+
+def test_eval_adds_quality_to_what_info_prints(measured, encoded):
+    printed, _ = measured
+
+    assert printed.items() >= run_json("info", encoded.file).items()
+    for metric in ("psnr", "ssim"):
+        assert len(printed[f"{metric}_per_frame"]) == 3
+        assert printed[metric] == pytest.approx(mean(printed[f"{metric}_per_frame"]))
+        assert printed["metrics"][metric].startswith(metric)
+    assert "ssim_inria" in printed["metrics"]["ssim"]
+    assert 0 < printed["psnr"] < 60
+    assert 0 < printed["ssim"] < 1
+
+
+def test_the_report_lies_where_it_was_asked_for(measured):
+    printed, folder = measured
+
+    assert printed["report"] == str(folder / "index.html")
+    assert (folder / "index.html").is_file()
+    assert "cam00_0000_truth.png" in _names(folder)
+    assert _names(folder.parent) == ["report"]
+
+
+def test_people_are_shown_the_means_and_the_report(encoded, capture, measured, tmp_path):
+    result = run("eval", encoded.file, capture, "--report", tmp_path / "new")
+
+    assert result.exit_code == 0
+    assert f"{measured[0]['psnr']:.2f} dB" in result.stdout
+    assert "ssim_inria" in result.stdout
+    assert "index.html" in result.stdout
+
+
+def test_a_report_that_exists_is_refused_and_unharmed(encoded, capture, tmp_path):
+    (tmp_path / "index.html").write_text("mine")
+    result = run("eval", encoded.file, capture, "--report", tmp_path)
+
+    assert result.exit_code == 2
+    assert "--force" in result.stderr
+    assert (tmp_path / "index.html").read_text() == "mine"
+
+
+def test_a_report_is_replaced_by_force(encoded, capture, tmp_path):
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / "old.png").write_text("old")
+    result = run("eval", encoded.file, capture, "--report", tmp_path / "report", "--force")
+
+    assert result.exit_code == 0
+    assert "old.png" not in _names(tmp_path / "report")
+    assert "index.html" in _names(tmp_path / "report")
+
+
+def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path):
+    shots = scenes.rename(scenes.make_shots(), ["cam00", "cam01", "cam02", "cam03"])
+    other = scenes.write_n3dv(tmp_path / "other", shots, 3, scenes.plane_points())
+    result = run("eval", encoded.file, other, "--report", tmp_path / "report")
+
+    assert result.exit_code == 2
+    assert "other cameras" in result.stderr
+    assert _names(tmp_path) == ["other"]
+
+
+def test_an_unreadable_capture_is_the_tools_failure(encoded, capture, tmp_path):
+    broken = shutil.copytree(capture, tmp_path / "broken")
+    (broken / "cam01.mp4").write_bytes(b"no video")
+    result = run("eval", encoded.file, broken)
+
+    assert result.exit_code == 3
+    assert "cam01" in result.stderr
+
+
+def test_a_damaged_stream_is_refused(encoded, capture, tmp_path):
+    (tmp_path / "cut.quarc").write_bytes(encoded.file.read_bytes()[:-1])
+    result = run("eval", tmp_path / "cut.quarc", capture)
+
+    assert result.exit_code == 1
+    assert "truncated" in result.stderr

@@ -1,0 +1,65 @@
+import errno
+
+import pytest
+import typer
+
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.datasets.errors import TruncatedVideoError
+from quarc_ref.format.errors import ClosedLoopError, EncodeError, HeaderCrcError, StateCrcError
+
+
+def _leave(error):
+    """The exit code that an error becomes."""
+    with pytest.raises(typer.Exit) as left, reported_faults():
+        raise error
+    return left.value.exit_code
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (HeaderCrcError("damaged", 8), 1, "refused: header-crc at byte 8: damaged"),
+        (StateCrcError("another"), 1, "refused: state-crc: another"),
+        (UsageError("no such range"), 2, "no such range"),
+        (TruncatedVideoError("cam01.mp4 ends early"), 3, "cam01.mp4 ends early"),
+        (EncodeError("too many"), 3, "too many"),
+        (ClosedLoopError("differs"), 3, "differs"),
+        (OSError(errno.ENOSPC, "No space left on device", "/x"), 3, "/x: No space left on device"),
+        (FileNotFoundError(errno.ENOENT, "No such file", "/y"), 3, "/y: No such file"),
+        (OSError("no encoder"), 3, "no encoder"),
+        (RuntimeError("CUDA out of memory"), 3, "CUDA out of memory"),
+        (RuntimeError(), 3, "RuntimeError()"),
+        (ModuleNotFoundError("No module", name="torch"), 3, "pip install 'quarc-ref[encode]'"),
+        (ModuleNotFoundError("No module", name="gsplat"), 3, "pip install 'quarc-ref[gpu]'"),
+        (KeyboardInterrupt(), 3, "interrupted"),
+    ],
+)
+def test_a_fault_becomes_one_line_and_its_code(error, code, said, capsys):
+    assert _leave(error) == code
+
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.count("\n") == 1
+    assert shown.err.startswith("quarc-ref: ")
+    assert said in shown.err
+
+
+def test_our_own_fault_shows_where_it_is_and_does_not_blame_the_stream(capsys):
+    assert _leave(ZeroDivisionError("oops")) == 3
+
+    shown = capsys.readouterr().err
+    assert "Traceback" in shown
+    assert shown.splitlines()[-1] == "quarc-ref: a fault of this program: ZeroDivisionError('oops')"
+
+
+def test_a_message_cannot_steer_the_terminal(capsys):
+    _leave(UsageError("name \x1b[2J\nsecond"))
+
+    assert capsys.readouterr().err == "quarc-ref: name \\x1b[2J\\nsecond\n"
+
+
+def test_what_goes_well_is_left_alone():
+    with reported_faults():
+        value = 3
+
+    assert value == 3

@@ -1,0 +1,78 @@
+"""`tests/decoder` flips a bit of every byte before the decoder; here the command sees it."""
+
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES
+from quarc_ref.format.container import split_chunks
+from quarc_ref.format.errors import BitstreamError
+from tests.cli.commands import run
+from tests.streams import make_stream
+
+_DATA, _ = make_stream(gaussian_count=6, frame_count=2)
+_IDS = set()
+
+
+def _list_ids(kind):
+    for child in kind.__subclasses__():
+        _list_ids(child)
+    if kind.reject_id:
+        _IDS.add(kind.reject_id)
+
+
+_list_ids(BitstreamError)
+
+
+def _refusal(path):
+    """The exit code of `verify`, and the reject id that it names."""
+    result = run("verify", path, "-q")
+    return result.exit_code, result.stderr.removeprefix("quarc-ref: the stream is refused: ")
+
+
+def _list_unnoticed(places, mask, path):
+    """The bytes whose damage `verify` does not refuse by name."""
+    unnoticed = []
+    for place in places:
+        damaged = bytearray(_DATA)
+        damaged[place] ^= mask
+        path.write_bytes(damaged)
+        code, message = _refusal(path)
+        if code != 1 or message.partition(" ")[0].rstrip(":") not in _IDS:
+            unnoticed.append((place, code, message))
+    return unnoticed
+
+
+def test_a_byte_turned_over_anywhere_ends_the_command_with_1_and_a_name(tmp_path):
+    assert _list_unnoticed(range(len(_DATA)), 0xFF, tmp_path / "damaged.quarc") == []
+
+
+def test_a_letter_of_the_other_case_is_no_other_type_of_chunk(tmp_path):
+    framing = [
+        chunk.offset + place for chunk in split_chunks(_DATA) for place in range(CHUNK_HEADER_BYTES)
+    ]
+
+    assert _list_unnoticed(framing, 0x20, tmp_path / "damaged.quarc") == []
+
+
+def test_what_is_damaged_is_told_by_name(tmp_path):
+    chunk = list(split_chunks(_DATA))[1]
+    places = {
+        0: "bad-magic",
+        chunk.offset: "bad-sync",
+        chunk.offset + 4: "header-crc",
+        chunk.offset + 20: "payload-crc",
+        chunk.offset + chunk.byte_count() - 1: "payload-crc",
+        len(_DATA) - 1: "payload-crc",
+    }
+    for place, reject_id in places.items():
+        damaged = bytearray(_DATA)
+        damaged[place] ^= 1
+        (tmp_path / "damaged.quarc").write_bytes(damaged)
+
+        code, message = _refusal(tmp_path / "damaged.quarc")
+
+        assert code == 1
+        assert message.startswith(f"{reject_id} at byte ")
+
+
+def test_the_whole_stream_is_not_refused(tmp_path):
+    (tmp_path / "whole.quarc").write_bytes(_DATA)
+
+    assert run("verify", tmp_path / "whole.quarc").exit_code == 0

@@ -1,0 +1,113 @@
+"""The verbs that make a capture of their own: synth and demo."""
+
+import pytest
+
+from quarc_ref.datasets.open_capture import open_capture
+from tests.cli.commands import TINY_OPTIONS, run, run_json
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_synth_makes_a_capture_of_the_size_asked_for(tmp_path):
+    size = ["--width", 32, "--height", 24, "--frames", 2, "--seed", 4]
+    printed = run_json("synth", tmp_path / "room", *size)
+
+    assert printed == {
+        "folder": str(tmp_path / "room"),
+        "width": 32,
+        "height": 24,
+        "frames": 2,
+        "cameras": 13,
+    }
+    capture = open_capture(tmp_path / "room")
+    assert capture.frame_count == 2
+    assert capture.image(12, 1).shape == (24, 32, 3)
+
+
+def test_synth_says_what_it_has_made(tmp_path):
+    result = run("synth", tmp_path / "room", "--width", 16, "--height", 16, "--frames", 1)
+
+    assert result.exit_code == 0
+    assert "13 of 1 frames, 16 x 16" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--width", 33], "width is 33"),
+        (["--height", 17], "height is 17"),
+        (["--width", 8], "--width"),
+        (["--frames", 0], "--frames"),
+        (["--seed", -1], "--seed"),
+    ],
+)
+def test_a_size_that_no_video_has_is_a_usage_error(options, said, tmp_path):
+    result = run("synth", tmp_path / "room", *options)
+
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert _names(tmp_path) == []
+
+
+def test_synth_refuses_a_folder_with_something_in_it(tmp_path):
+    (tmp_path / "mine.txt").write_text("keep")
+    result = run("synth", tmp_path)
+
+    assert result.exit_code == 2
+    assert "new or empty" in result.stderr
+    assert _names(tmp_path) == ["mine.txt"]
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory):
+    """What a tiny demo printed, and its folder."""
+    folder = tmp_path_factory.mktemp("demo") / "out"
+    return run_json("demo", "-o", folder, "--frames", 2, *TINY_OPTIONS), folder
+
+
+def test_the_demo_makes_capture_stream_and_report(shown):
+    printed, folder = shown
+
+    assert _names(folder) == ["capture", "demo.quarc", "report"]
+    assert _names(folder.parent) == ["out"]
+    assert printed["file"] == str(folder / "demo.quarc")
+    assert printed["report"] == str(folder / "report" / "index.html")
+    assert (folder / "report" / "index.html").is_file()
+
+
+def test_the_demo_prints_what_eval_prints_of_its_files(shown):
+    printed, folder = shown
+
+    again = run_json("eval", folder / "demo.quarc", folder / "capture")
+    assert printed.keys() == again.keys() | {"report"}
+    assert {key: printed[key] for key in again} == again
+
+
+def test_a_demo_is_replaced_by_force_alone(shown, monkeypatch):
+    def fail(*_arguments, **_named):
+        pytest.fail("the demo was run")
+
+    _, folder = shown
+    monkeypatch.setattr("quarc_ref.evaluation.demo.run_demo", fail)
+    refused = run("demo", "-o", folder)
+
+    assert refused.exit_code == 2
+    assert "--force" in refused.stderr
+    assert _names(folder) == ["capture", "demo.quarc", "report"]
+
+
+def test_a_demo_that_fails_leaves_the_old_one_whole(shown, monkeypatch):
+    def fail(folder, *_arguments):
+        (folder / "half").write_text("half")
+        raise KeyboardInterrupt
+
+    _, folder = shown
+    before = (folder / "demo.quarc").read_bytes()
+    monkeypatch.setattr("quarc_ref.evaluation.demo.run_demo", fail)
+    results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]
+
+    assert [result.exit_code for result in results] == [3, 3]
+    assert _names(folder.parent) == ["out"]
+    assert (folder / "demo.quarc").read_bytes() == before

@@ -1,0 +1,83 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.cli import output
+from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, print_table
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The seconds that the progress sees."""
+    seconds = [100.0]
+    monkeypatch.setattr(output.time, "monotonic", lambda: seconds[0])
+    return seconds
+
+
+def test_json_has_no_numbers_that_json_lacks(capsys):
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        print_json({"psnr": math.inf})
+
+    assert capsys.readouterr().out == ""
+
+
+def test_a_table_folds_long_values_and_loses_no_letter(capsys):
+    digest = "0123456789" * 20
+    print_table("title", {"name": digest})
+
+    shown = capsys.readouterr().out
+    assert shown.split()[:2] == ["title", "name"]
+    assert "".join(shown.split()[2:]) == digest
+
+
+@given(st.text())
+def test_escaped_text_is_one_line_of_letters(text):
+    assert escape_controls(text).isprintable()
+
+
+@given(st.text().filter(str.isprintable))
+def test_text_without_controls_is_shown_as_it_is(text):
+    assert escape_controls(text) == text
+
+
+def test_quick_work_writes_no_line(clock, capsys):
+    with TerminalProgress(quiet=False) as progress:
+        for done in range(1, 5):
+            clock[0] += 1
+            progress.advance("frames", done, 4)
+
+    assert capsys.readouterr().err == ""
+
+
+def test_long_work_writes_a_line_now_and_then_and_one_at_its_end(clock, capsys):
+    with TerminalProgress(quiet=False) as progress:
+        for done in range(1, 13):
+            clock[0] += 2
+            progress.advance("frames", done, 12)
+            progress.advance("motion", 100, 100)
+
+    shown = capsys.readouterr()
+    assert shown.err.splitlines() == ["frames 3/12", "frames 6/12", "frames 9/12", "frames 12/12"]
+    assert shown.out == ""
+
+
+def test_quiet_work_writes_nothing_however_long(clock, capsys):
+    with TerminalProgress(quiet=True) as progress:
+        clock[0] += 100
+        progress.advance("frames", 1, 2)
+
+    assert capsys.readouterr().err == ""
+
+
+def test_a_terminal_is_shown_bars_on_stderr(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    with TerminalProgress(quiet=False) as progress:
+        progress.advance("frames", 1, 2)
+        progress.advance("frames", 2, 2)
+
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "2/2" in shown.err

@@ -1,0 +1,42 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.options import parse_frames
+
+_STARTS = st.integers(0, 10**6)
+
+
+@given(_STARTS, st.integers(1, 10**6))
+def test_a_range_is_read_as_it_is_written(start, count):
+    assert parse_frames(f"{start}:{start + count}") == (start, start + count)
+
+
+@given(_STARTS)
+def test_an_end_left_out_is_the_end_of_the_stream(number):
+    assert parse_frames(f"{number}:") == (number, None)
+    assert parse_frames(f":{number + 1}") == (0, number + 1)
+
+
+@pytest.mark.parametrize("text", [None, ":", "0:"])
+def test_all_frames_can_be_said_in_three_ways(text):
+    assert parse_frames(text) == (0, None)
+
+
+@given(_STARTS, st.integers(0, 10**6))
+def test_a_range_without_a_frame_is_refused(stop, more):
+    with pytest.raises(UsageError, match="empty"):
+        parse_frames(f"{stop + more}:{stop}")
+
+
+@given(st.text(max_size=6).filter(lambda text: ":" not in text))
+def test_what_has_no_colon_is_no_range(text):
+    with pytest.raises(UsageError, match="A:B"):
+        parse_frames(text)
+
+
+@pytest.mark.parametrize("text", ["-1:2", "a:b", "1:2:3", "1.0:2", " 1:2", "1:\u00b2"])
+def test_what_holds_no_numbers_is_no_range(text):
+    with pytest.raises(UsageError, match="A:B"):
+        parse_frames(text)

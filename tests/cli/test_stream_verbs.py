@@ -1,0 +1,131 @@
+import io
+import re
+
+import pytest
+
+from quarc_ref.cli import output
+from quarc_ref.decoder import compute_digest
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.records import StreamHeader
+from tests.cli.commands import run, run_json
+from tests.streams import CAMERA, make_gaussians
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def _write_stream(path, metadata, frames=1):
+    sink, header = io.BytesIO(), StreamHeader()
+    loop = ClosedLoop(sink, header, (CAMERA,), metadata)
+    if frames:
+        loop.commit_canonical(make_gaussians(header, 5), frame=0)
+    loop.finish()
+    path.write_bytes(sink.getvalue())
+
+
+def test_info_gives_every_figure_as_json(stream_file, made):
+    printed = run_json("info", stream_file)
+
+    assert printed["format_version"] == "0.8"
+    assert printed["frames"] == 4
+    assert printed["gaussians"] == made.states[-1].scene.count
+    assert printed["anchors"] == max(
+        sum(level.shape[1] for level in state.symbols) for state in made.states
+    )
+    assert printed["bytes"].keys() == {"total", "canonical", "motion", "births", "overhead"}
+    assert printed["kb_per_frame"].keys() == {"without_canonical", "with_canonical"}
+    assert printed["estimate_bytes"].keys() == {"canonical", "motion", "births"}
+    assert printed["state_sha256"] == compute_digest(made.states[-1].scene)
+
+
+def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
+    sizes = run_json("info", stream_file)["bytes"]
+
+    assert sizes["total"] == stream_file.stat().st_size
+    assert (
+        sizes["canonical"] + sizes["motion"] + sizes["births"] + sizes["overhead"]
+        == (sizes["total"])
+    )
+    assert min(sizes.values()) > 0
+
+
+def test_info_shows_the_same_figures_to_people(stream_file):
+    printed, shown = run_json("info", stream_file), run("info", stream_file).stdout
+
+    for kind in ("canonical", "motion", "births"):
+        size, estimate = printed["bytes"][kind], printed["estimate_bytes"][kind]
+        assert re.search(
+            rf"^{kind} +{size:,} bytes \(zero-order estimate {estimate:,}\)", shown, re.M
+        )
+    assert f"{printed['kb_per_frame']['with_canonical']:.2f} with" in shown
+    assert "cam00 (held out)" in shown
+    assert "made by hand" in shown
+
+
+def test_metadata_is_shown_as_it_is_and_covers_nothing(tmp_path):
+    metadata = {"[red]": "[/nonsense] :smile:", "steer": "\x1b[2J", "frames": "999"}
+    _write_stream(tmp_path / "odd.quarc", metadata)
+
+    shown = run("info", tmp_path / "odd.quarc").stdout
+
+    assert "[red]" in shown
+    assert "[/nonsense] :smile:" in shown
+    assert "\\x1b[2J" in shown
+    assert "\x1b" not in shown
+    assert "999" not in shown
+
+
+def test_a_stream_without_frames_is_a_stream(tmp_path):
+    _write_stream(tmp_path / "empty.quarc", {}, frames=0)
+
+    assert run_json("info", tmp_path / "empty.quarc")["gaussians"] == 0
+    assert run("info", tmp_path / "empty.quarc").exit_code == 0
+    assert run_json("verify", tmp_path / "empty.quarc")["frames"] == 0
+
+
+def test_verify_names_the_last_state(stream_file, made):
+    digest = compute_digest(made.states[-1].scene)
+
+    assert run_json("verify", stream_file) == {"valid": True, "frames": 4, "state_sha256": digest}
+    assert digest in run("verify", stream_file).stdout
+
+
+def test_verify_names_the_fault_and_the_frames_before_it(stream_file, made):
+    stream_file.write_bytes(made.data[:-1])
+    result = run("verify", stream_file, "--json")
+
+    assert result.exit_code == 1
+    assert '"refused": "truncated"' in result.stdout
+    assert '"frames": 4' in result.stdout
+    assert result.stderr.startswith("quarc-ref: the stream is refused: truncated at byte ")
+
+
+@pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
+def test_what_is_no_stream_is_refused_by_every_verb(verb, tmp_path):
+    (tmp_path / "text.quarc").write_text("no stream at all")
+    more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
+    result = run(verb, tmp_path / "text.quarc", *more.get(verb, []))
+
+    assert result.exit_code == 1
+    assert "bad-magic" in result.stderr
+    assert result.stdout == ""
+    assert _names(tmp_path) == ["text.quarc"]
+
+
+@pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
+def test_a_file_that_is_not_there_is_a_usage_error(verb, tmp_path):
+    more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
+
+    assert run(verb, tmp_path / "none.quarc", *more.get(verb, [])).exit_code == 2
+    assert run(verb, tmp_path, *more.get(verb, [])).exit_code == 2
+
+
+def test_progress_is_told_on_stderr_unless_quiet(stream_file, monkeypatch):
+    monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
+
+    told, silent = run("verify", stream_file, "--json"), run("verify", stream_file, "--json", "-q")
+
+    assert told.stderr.splitlines() == [f"decode {frame}/4" for frame in range(1, 5)]
+    assert silent.stderr == ""
+    assert told.stdout == silent.stdout

@@ -1,0 +1,131 @@
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from skimage.metrics import peak_signal_noise_ratio
+
+from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.decoder import decode, dequantize
+from quarc_ref.evaluation.evaluate import MismatchError, Quality, evaluate_stream
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.format.errors import BitstreamError
+from quarc_ref.rendering.pictures import render_picture
+from tests.datasets import scenes
+from tests.evaluation.conftest import ignore
+from tests.evaluation.streams_of_captures import write_stream
+
+
+def _truth(folder, camera, frame):
+    """The picture of a frame, decoded from its video."""
+    return scenes.read_video(folder / f"{camera}.mp4")[frame] / 255
+
+
+def test_quality_is_the_mean_over_the_held_out_cameras(evaluation, stream, capture, folder):
+    for scene, measured in zip(decode(stream), evaluation.quality.psnr, strict=True):
+        splats, psnr = dequantize(scene), []
+        for index in (1, 3):
+            camera = capture.cameras[index]
+            truth = _truth(folder, camera.name, scene.frame)
+            picture = np.clip(render_picture(splats, camera), 0, 1).astype(np.float64)
+            psnr.append(peak_signal_noise_ratio(truth, picture, data_range=1.0))
+
+        # The stream carries poses in binary32, the capture in binary64.
+        assert measured == pytest.approx(np.mean(psnr), abs=1e-3)
+
+
+def test_the_first_middle_and_last_frame_of_the_first_held_out_camera_are_shown(evaluation, folder):
+    assert [view.frame for view in evaluation.shown] == [0, 2, 3]
+    assert {view.camera for view in evaluation.shown} == {"cam01"}
+    for view in evaluation.shown:
+        assert view.truth == pytest.approx(_truth(folder, "cam01", view.frame), abs=1e-6)
+        assert view.decoded.shape == view.truth.shape
+        assert view.decoded.min() >= 0
+        assert view.decoded.max() <= 1
+
+
+def test_what_is_summed_up_is_the_stream_itself(evaluation, stream):
+    assert evaluation.summary == inspect_stream(stream)
+
+
+def test_json_has_a_number_to_each_frame_and_their_means(evaluation):
+    printed = evaluation.quality.as_json()
+
+    assert printed["psnr_per_frame"] == list(evaluation.quality.psnr)
+    assert printed["psnr"] == pytest.approx(np.mean(evaluation.quality.psnr))
+    assert printed["ssim"] == pytest.approx(np.mean(evaluation.quality.ssim))
+    assert len(printed["ssim_per_frame"]) == 4
+
+
+def test_an_infinite_psnr_is_null_in_json():
+    printed = Quality((math.inf, 30.0), (1.0, 0.9)).as_json()
+
+    assert json.loads(json.dumps(printed, allow_nan=False))["psnr_per_frame"] == [None, 30.0]
+    assert printed["psnr"] is None
+
+
+def test_both_passes_are_noted(stream, folder):
+    told = []
+    evaluate_stream(stream, folder, lambda *note: told.append(note))
+
+    stages = [(stage, done, 4) for stage in ("inspect", "evaluate") for done in range(1, 5)]
+    assert told == stages
+
+
+def test_a_stream_is_measured_at_the_size_it_was_made_at(folder):
+    half = open_capture(folder, CaptureOptions(downscale=2))
+    evaluation = evaluate_stream(write_stream(half.cameras, 2), folder, ignore)
+
+    assert evaluation.shown[0].truth.shape == (16, 24, 3)
+    assert evaluation.shown[0].truth == pytest.approx(half.image(0, 0) / 255, abs=1e-6)
+
+
+def test_the_cameras_are_the_stream_s_own(capture, folder):
+    moved = [replace(camera, translation=(50.0, 0.0, 4.0)) for camera in capture.cameras]
+    evaluation = evaluate_stream(write_stream(moved, 1), folder, ignore)
+
+    assert evaluation.shown[0].decoded.max() == 0
+
+
+def _held_in(camera):
+    return replace(camera, held_out=False)
+
+
+@pytest.mark.parametrize(
+    ("change", "frames", "said"),
+    [
+        (lambda cameras: [_held_in(camera) for camera in cameras], 2, "no camera to keep out"),
+        (lambda _: [], 2, "no camera to keep out"),
+        (lambda cameras: cameras, 0, "no frame"),
+        (lambda cameras: cameras, 5, "frame 4 of the stream is not in the capture"),
+        (lambda cameras: cameras[:3], 2, "other cameras .* cam04 against none"),
+        (
+            lambda cameras: [*cameras[:3], replace(cameras[3], name="cam07")],
+            2,
+            "other cameras .* cam04 against cam07",
+        ),
+        (
+            lambda cameras: [*cameras[:3], replace(cameras[3], width=40)],
+            2,
+            "other sizes .* 48 x 32 against 40 x 32",
+        ),
+        (lambda cameras: [replace(camera, width=1) for camera in cameras], 2, "48 times smaller"),
+    ],
+)
+def test_what_does_not_belong_together_is_refused(change, frames, said, folder):
+    data = write_stream(change(open_capture(folder).cameras), frames)
+
+    with pytest.raises(MismatchError, match=said):
+        evaluate_stream(data, folder, ignore)
+
+
+def test_a_damaged_stream_is_refused_before_the_capture_is_read(stream, tmp_path):
+    with pytest.raises(BitstreamError):
+        evaluate_stream(stream[:-1], tmp_path / "none", ignore)
+
+
+def test_an_unreadable_capture_is_named(stream, tmp_path):
+    with pytest.raises(CaptureError):
+        evaluate_stream(stream, tmp_path, ignore)

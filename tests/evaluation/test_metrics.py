@@ -1,0 +1,102 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from skimage.metrics import peak_signal_noise_ratio, structural_similarity
+
+from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, measure_psnr, measure_ssim
+
+_SIZES = [(24, 31), (40, 40), (11, 64)]
+
+
+def _pictures(size, seed=0, noise=0.1):
+    rng = np.random.default_rng(seed)
+    truth = rng.random((*size, 3)).astype(np.float32)
+    picture = np.clip(truth + rng.normal(0, noise, truth.shape), 0, 1).astype(np.float32)
+    return picture, truth
+
+
+def _ssim_of_scikit_image(picture, truth):
+    """The SSIM of scikit-image under our settings; zeros around stand for zero padding."""
+    border = 12
+    around = ((border, border), (border, border), (0, 0))
+    _, every = structural_similarity(
+        np.pad(picture.astype(np.float64), around),
+        np.pad(truth.astype(np.float64), around),
+        data_range=1.0,
+        channel_axis=2,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+        full=True,
+    )
+    return every[border:-border, border:-border].mean()
+
+
+@pytest.mark.parametrize("size", _SIZES)
+def test_psnr_is_that_of_scikit_image(size):
+    picture, truth = _pictures(size)
+    theirs = peak_signal_noise_ratio(
+        truth.astype(np.float64), picture.astype(np.float64), data_range=1.0
+    )
+
+    assert measure_psnr(picture, truth) == pytest.approx(theirs, abs=1e-9)
+
+
+@pytest.mark.parametrize("size", _SIZES)
+@pytest.mark.parametrize("noise", [0.02, 0.3])
+def test_ssim_is_that_of_scikit_image_with_zeros_around(size, noise):
+    picture, truth = _pictures(size, noise=noise)
+
+    # Ours sums in binary32: 121 products of numbers up to 1.
+    wanted = _ssim_of_scikit_image(picture, truth)
+    assert measure_ssim(picture, truth) == pytest.approx(wanted, abs=1e-5)
+
+
+def test_a_picture_is_infinitely_near_to_itself():
+    picture, _ = _pictures((24, 24))
+
+    assert measure_psnr(picture, picture) == math.inf
+    assert measure_ssim(picture, picture) == pytest.approx(1, abs=1e-5)
+
+
+@given(st.integers(1, 255))
+def test_an_error_of_the_same_size_everywhere_has_its_own_psnr(levels):
+    truth = np.zeros((4, 5, 3), dtype=np.float32)
+    picture = truth + np.float32(levels / 255)
+
+    assert measure_psnr(picture, truth) == pytest.approx(20 * math.log10(255 / levels), abs=1e-5)
+
+
+@given(st.integers(0, 1 << 30))
+def test_which_of_two_pictures_is_the_truth_makes_no_difference(seed):
+    first, second = _pictures((13, 17), seed)
+
+    assert measure_psnr(first, second) == measure_psnr(second, first)
+    assert measure_ssim(first, second) == pytest.approx(measure_ssim(second, first), abs=1e-5)
+
+
+def test_more_noise_is_farther_from_the_truth():
+    noises = [0.01, 0.03, 0.1, 0.3]
+    pairs = [_pictures((40, 40), noise=noise) for noise in noises]
+
+    for measure in (measure_psnr, measure_ssim):
+        values = [measure(*pair) for pair in pairs]
+        assert values == sorted(values, reverse=True)
+
+
+def test_pictures_are_left_as_they_are():
+    picture, truth = _pictures((12, 12))
+    before = picture.copy(), truth.copy()
+    measure_psnr(picture, truth)
+    measure_ssim(picture[::-1], truth[:, ::-1])
+
+    assert np.array_equal(picture, before[0])
+    assert np.array_equal(truth, before[1])
+
+
+def test_variants_are_named():
+    assert PSNR_VARIANT.startswith("psnr: ")
+    assert SSIM_VARIANT.startswith("ssim_inria: ")

@@ -1,0 +1,55 @@
+import io
+import math
+
+import matplotlib.image
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
+from tests.streams import make_stream
+
+
+def _read(png):
+    return matplotlib.image.imread(io.BytesIO(png))[..., :3]
+
+
+@given(arrays(np.uint8, (3, 5, 3)))
+def test_a_picture_comes_back_as_it_was(levels):
+    picture = levels.astype(np.float32) / np.float32(255)
+
+    assert np.array_equal(np.round(_read(encode_picture(picture)) * 255), levels)
+
+
+@given(st.floats(-1, 2, width=32))
+def test_a_number_is_written_as_the_nearest_level(number):
+    picture = np.full((1, 1, 3), number, dtype=np.float32)
+
+    written = _read(encode_picture(picture))[0, 0, 0]
+    assert abs(written - min(max(number, 0), 1)) <= 0.5 / 255 + 1e-6
+
+
+@pytest.mark.parametrize("frame_count", [1, 2, 5])
+def test_plots_are_pictures_of_the_stream_at_any_length(frame_count):
+    data, _ = make_stream(frame_count=frame_count)
+    summary = inspect_stream(data)
+
+    for plot in (plot_frames(summary, [30.0] * frame_count), plot_kinds(summary)):
+        picture = _read(plot)
+        assert picture.shape[1] == 880
+        assert np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size > 10
+
+
+def test_other_numbers_make_another_plot():
+    summary = inspect_stream(make_stream()[0])
+
+    assert plot_frames(summary, [30, 31, 32, 33]) != plot_frames(summary, [30, 31, 32, 30])
+
+
+def test_a_frame_without_any_error_can_be_plotted():
+    summary = inspect_stream(make_stream()[0])
+
+    assert _read(plot_frames(summary, [30, math.inf, 32, 33])).size > 0

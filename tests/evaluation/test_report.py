@@ -1,0 +1,137 @@
+import base64
+import io
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from quarc_ref.evaluation.evaluate import Evaluation
+from quarc_ref.evaluation.report import DIFFERENCE_GAIN, write_report
+
+_PNG = "data:image/png;base64,"
+
+
+class _Page(HTMLParser):
+    """What a page refers to, its words, and the tags that were never closed."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.sources, self.references, self.words, self.tags, self.open = [], [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        if tag not in {"meta", "img", "br", "link"}:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name == "src":
+                self.sources.append(value)
+            elif name in {"href", "action", "data", "srcset", "poster"}:
+                self.references.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, text):
+        self.words.append(text)
+
+    def text(self):
+        return " ".join(" ".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def report(evaluation, tmp_path_factory):
+    """The folder of a report."""
+    folder = tmp_path_factory.mktemp("reports") / "report"
+    assert write_report(evaluation, folder) == folder / "index.html"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    return _Page((report / "index.html").read_text("utf-8"))
+
+
+def _read(png):
+    return np.round(matplotlib.image.imread(io.BytesIO(png))[..., :3] * 255)
+
+
+def test_the_page_needs_nothing_but_itself(report, page):
+    text = (report / "index.html").read_text("utf-8")
+
+    assert page.references == []
+    assert all(source.startswith(_PNG) for source in page.sources)
+    assert "script" not in page.tags
+    assert "link" not in page.tags
+    assert "http" not in text
+    assert "url(" not in text
+    assert "@import" not in text
+    assert "$" not in text
+    assert page.open == []
+
+
+def test_the_pictures_in_the_page_are_the_files_beside_it(report, page):
+    embedded = {base64.b64decode(source.removeprefix(_PNG)) for source in page.sources}
+    files = {path.name: path.read_bytes() for path in report.glob("*.png")}
+
+    assert embedded == set(files.values())
+    assert len(files) == 3 * 3 + 2
+    assert sorted(path.name for path in report.iterdir()) == sorted([*files, "index.html"])
+    assert all(_read(png).size > 0 for png in files.values())
+
+
+def test_truth_decoded_and_difference_of_three_frames_are_shown(report, evaluation):
+    for view in evaluation.shown:
+        stem = f"{view.camera}_{view.frame:04}"
+        wanted = {
+            "truth": view.truth,
+            "decoded": view.decoded,
+            "difference": np.clip(DIFFERENCE_GAIN * np.abs(view.decoded - view.truth), 0, 1),
+        }
+        for name, picture in wanted.items():
+            written = _read((report / f"{stem}_{name}.png").read_bytes())
+            assert np.abs(written - 255 * picture).max() <= 0.5 + 1e-3
+
+
+def test_the_figures_are_those_of_the_evaluation(page, evaluation):
+    summary, quality = evaluation.summary, evaluation.quality
+    text = page.text()
+
+    assert f"{np.mean(quality.psnr):.2f} dB" in text
+    assert f"{min(quality.psnr):.2f} dB" in text
+    assert f"{np.mean(quality.ssim):.4f}" in text
+    assert f"{summary.kilobytes_per_frame()['without_canonical']:.2f}" in text
+    assert f"{summary.total_bytes:,} bytes" in text
+    for kind, size in summary.coded_bytes().items():
+        assert f"{kind} {size:,}" in text
+    for kind, price in summary.estimate_bytes().items():
+        assert f"{kind} {summary.coded_bytes()[kind]:,} {price:,}" in text
+    assert "ssim_inria" in text
+    assert "motion.rate=0.1" in text
+
+
+def test_what_a_stream_says_of_itself_is_text_and_no_markup(page):
+    assert "b" not in page.tags
+    assert "<b>plane</b>: 4 frames" in page.text()
+
+
+def test_a_camera_s_name_leads_to_no_other_folder(evaluation, tmp_path):
+    shown = tuple(replace(view, camera="../../up\\<i>") for view in evaluation.shown)
+    odd = Evaluation(evaluation.summary, evaluation.quality, shown)
+    page = write_report(odd, tmp_path / "a" / "b")
+
+    files = [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert {path.parent for path in files} == {page.parent}
+    assert len(files) == 3 * 3 + 3
+    assert "i" not in _Page(page.read_text("utf-8")).tags
+
+
+def test_a_report_is_written_over_an_older_one(evaluation, tmp_path):
+    (tmp_path / "index.html").write_text("old")
+    write_report(evaluation, tmp_path)
+
+    assert "Truth, decoded, difference" in (tmp_path / "index.html").read_text("utf-8")
+    assert not list(tmp_path.glob("*.part"))

@@ -1,0 +1,11 @@
+"""A decoded frame, as the exporters get it."""
+
+from quarc_ref.decoder import Scene, Splats, dequantize
+from quarc_ref.format.records import StreamHeader
+from tests.streams import make_stream
+
+
+def make_frame(degree: int) -> tuple[Scene, Splats]:
+    """The last frame of a small stream, newborn and all."""
+    _, states = make_stream(StreamHeader(seed=7, gaussians_per_anchor=4, sh_degree=degree))
+    return states[-1].scene, dequantize(states[-1].scene)

@@ -1,0 +1,91 @@
+"""PLY files are read back by the plainest of parsers, which shares no code with the writer."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from quarc_ref.export.gaussian_ply import build_ply
+from tests.export.frames import make_frame
+
+_POSITION = ["x", "y", "z", "nx", "ny", "nz"]
+_SHAPE = ["opacity", *(f"scale_{i}" for i in range(3)), *(f"rot_{i}" for i in range(4))]
+
+
+def _read(data):
+    """The lines of a PLY's header, and a dictionary of floats to each vertex."""
+    head, end, body = data.partition(b"end_header\n")
+    assert end
+    lines = head.decode("ascii").splitlines()
+    names = [line.split()[2] for line in lines if line.startswith("property")]
+    rows = list(struct.iter_unpack(f"<{len(names)}f", body))
+    return lines, [dict(zip(names, row, strict=True)) for row in rows]
+
+
+@pytest.fixture(params=[0, 1])
+def frame(request):
+    return make_frame(request.param)
+
+
+def test_the_header_is_that_of_3dgs(frame):
+    _, splats = frame
+    lines, vertices = _read(build_ply(splats))
+
+    rest = [f"f_rest_{i}" for i in range(3 * (splats.sh.shape[1] - 1))]
+    names = [*_POSITION, "f_dc_0", "f_dc_1", "f_dc_2", *rest, *_SHAPE]
+    assert len(rest) in (0, 9)
+    assert lines == [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(vertices)}",
+        *(f"property float {name}" for name in names),
+    ]
+
+
+def test_every_gaussian_has_its_numbers(frame):
+    scene, splats = frame
+    _, vertices = _read(build_ply(splats))
+
+    assert len(vertices) == scene.count
+    for index, vertex in enumerate(vertices):
+        assert [vertex[name] for name in ("x", "y", "z")] == splats.positions[index].tolist()
+        assert [vertex[name] for name in ("nx", "ny", "nz")] == [0, 0, 0]
+        assert [vertex[f"f_dc_{i}"] for i in range(3)] == splats.sh[index, 0].tolist()
+        assert vertex["opacity"] == splats.opacities[index]
+        assert [vertex[f"scale_{i}"] for i in range(3)] == splats.log_scales[index].tolist()
+        assert [vertex[f"rot_{i}"] for i in range(4)] == splats.rotations[index].tolist()
+
+
+def test_numbers_are_codes_times_steps():
+    scene, splats = make_frame(1)
+    header = scene.header
+    _, vertices = _read(build_ply(splats))
+
+    for index, vertex in enumerate(vertices):
+        assert vertex["y"] == scene.positions[1, index] / 2**header.lattice_exponent
+        assert vertex["rot_0"] == pytest.approx(scene.rotations[0, index] / 2**22, abs=2**-24)
+        assert vertex["scale_2"] == scene.codes[2, index] * header.log_scale_step
+        assert vertex["opacity"] == scene.codes[3, index] * header.opacity_step
+        assert vertex["f_dc_1"] == scene.codes[5, index] * header.sh_dc_step
+
+
+def test_the_rest_of_the_harmonics_is_stored_channel_by_channel():
+    scene, splats = make_frame(1)
+    _, vertices = _read(build_ply(splats))
+
+    # Codes 7 to 15 are red, green, blue of one coefficient after the other.
+    for index, vertex in enumerate(vertices):
+        for channel in range(3):
+            for coefficient in range(3):
+                code = scene.codes[7 + 3 * coefficient + channel, index]
+                wanted = code * scene.header.sh_rest_step
+                assert vertex[f"f_rest_{3 * channel + coefficient}"] == wanted
+
+
+def test_quaternions_are_unit_and_begin_with_w():
+    scene, splats = make_frame(1)
+    _, vertices = _read(build_ply(splats))
+
+    quaternions = np.array([[vertex[f"rot_{i}"] for i in range(4)] for vertex in vertices])
+    assert np.linalg.norm(quaternions, axis=1) == pytest.approx(1, abs=1e-6)
+    assert np.array_equal(np.round(quaternions.T * 2**22), scene.rotations)
