@@ -24,7 +24,7 @@ Settings = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, such as motion.rate=5e-4."),
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
-_PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs."
+_PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs; demo: shorter still."
 _DEMO_FILES = ("capture", "demo.quarc", "report")
 _REPORT_FILES = ("index.html", "*.png")
 
@@ -154,7 +154,7 @@ def demo(
 ) -> None:
     """Do it all once: trace a capture, encode it, decode and measure it, write a report."""
     with reported_faults():
-        config = configure("draft", [*_DEMO_SETTINGS, *(settings or [])], seed)
+        config = configure("demo", settings or [], seed)
         from quarc_ref.datasets.synth import SynthOptions
         from quarc_ref.evaluation.demo import run_demo
 
@@ -185,12 +185,3 @@ def _show_evaluation(
     if page is not None:
         lines["report"] = str(page)
     print_table(file.name, describe(summary) | lines)
-
-
-# What makes the demo fit into a few minutes of two cores.
-_DEMO_SETTINGS = (
-    "canonical.iterations=2000",
-    "canonical.densify_until=1500",
-    "canonical.initial_gaussians=8000",
-    "canonical.max_gaussians=20000",
-)

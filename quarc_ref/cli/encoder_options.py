@@ -44,14 +44,19 @@ def open_asked(folder: Path, downscale: int, held_out: list[str]) -> "Capture":
     """Open a capture at the size asked for.
 
     Raises:
-        UsageError: The pictures cannot be made as small.
+        UsageError: The pictures cannot be made as small, or a camera that is to
+            be held out is not there.
         CaptureError: The capture cannot be read.
     """
+    from quarc_ref.datasets.errors import HeldOutError
     from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 
     regain_signals()
     try:
         return open_capture(folder, CaptureOptions(downscale, tuple(held_out)))
+    except HeldOutError as error:
+        message = f"--held-out: {error}"
+        raise UsageError(message) from error
     except ValueError as error:
         message = f"--downscale {downscale}: {error}"
         raise UsageError(message) from error

@@ -4,6 +4,7 @@
     ├── UnknownLayoutError      the folder is no capture that we know
     ├── MissingFileError        a file that the layout needs is not there
     ├── MissingCameraError      poses and pictures do not name the same cameras
+    │   └── HeldOutError        cameras asked to be held out are not there, or all
     ├── CountMismatchError      cameras differ in frames, or poses in cameras
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
@@ -29,6 +30,10 @@ class MissingFileError(CaptureError):
 
 class MissingCameraError(CaptureError):
     """Poses and pictures do not name the same cameras."""
+
+
+class HeldOutError(MissingCameraError):
+    """Cameras that are asked to be held out are not there, or are all that are."""
 
 
 class CountMismatchError(CaptureError):

@@ -13,7 +13,7 @@ from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, measur
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
 from quarc_ref.datasets.colmap import find_model, read_colmap
 from quarc_ref.datasets.errors import (
-    MissingCameraError,
+    HeldOutError,
     UnknownLayoutError,
     UnreadablePointsError,
     UnsupportedCameraError,
@@ -105,11 +105,11 @@ def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[st
     unknown = sorted(set(asked) - set(names))
     if unknown:
         message = f"there is no camera {', '.join(unknown)} to hold out, but {', '.join(names)}"
-        raise MissingCameraError(message)
+        raise HeldOutError(message)
     held_out = frozenset(asked or names[:1])
     if len(held_out) == len(names):
         message = f"no camera is left to train with, of {', '.join(names)}"
-        raise MissingCameraError(message)
+        raise HeldOutError(message)
     return held_out
 
 

@@ -8,6 +8,16 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Literal
 
+from quarc_ref.encoder.ranges import (
+    Amount,
+    Checked,
+    Count,
+    Logit,
+    Positive,
+    Seed,
+    Share,
+    Some,
+)
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.records import StreamHeader
 
@@ -17,7 +27,7 @@ WarmStart = Literal["anchors", "projection"]
 
 
 @dataclass(frozen=True, slots=True)
-class CanonicalSettings:
+class CanonicalSettings(Checked):
     """Training of frame 0 (method of 3DGS; paper section 3).
 
     Attributes:
@@ -45,30 +55,30 @@ class CanonicalSettings:
         rotation_rate: Learning rate (1e-3).
     """
 
-    iterations: int = 15_000
-    initial_gaussians: int = 1 << 20
-    max_gaussians: int = 1 << 20
-    sh_from: int = 1000
-    dssim: float = 0.2
-    noise: float = 0.01
-    densify_from: int = 500
-    densify_until: int = 5000
-    densify_every: int = 100
-    densify_gradient: float = 2e-4
-    densify_scale: float = 0.01
-    prune_opacity: float = 0.005
-    quantize_from: float = 0.8
-    position_rate: float = 1.6e-4
-    position_rate_end: float = 1.6e-6
-    sh_dc_rate: float = 2.5e-3
-    sh_rest_rate: float = 2.5e-3 / 20
-    opacity_rate: float = 0.05
-    scale_rate: float = 5e-3
-    rotation_rate: float = 1e-3
+    iterations: Some = 15_000
+    initial_gaussians: Some = 1 << 20
+    max_gaussians: Some = 1 << 20
+    sh_from: Count = 1000
+    dssim: Share = 0.2
+    noise: Amount = 0.01
+    densify_from: Count = 500
+    densify_until: Count = 5000
+    densify_every: Some = 100
+    densify_gradient: Amount = 2e-4
+    densify_scale: Amount = 0.01
+    prune_opacity: Share = 0.005
+    quantize_from: Share = 0.8
+    position_rate: Positive = 1.6e-4
+    position_rate_end: Positive = 1.6e-6
+    sh_dc_rate: Amount = 2.5e-3
+    sh_rest_rate: Amount = 2.5e-3 / 20
+    opacity_rate: Amount = 0.05
+    scale_rate: Amount = 5e-3
+    rotation_rate: Amount = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class MotionSettings:
+class MotionSettings(Checked):
     """Stage 1 of a frame: the anchors' residuals.
 
     Attributes:
@@ -87,19 +97,19 @@ class MotionSettings:
         momentum: Share of the last motion that is taken over (0.6).
     """
 
-    iterations: int = 100
-    rate: float = 5e-4
-    level_rate: float = 1.0
-    rate_end: float = 1.0
-    dssim: float = 0.2
+    iterations: Count = 100
+    rate: Amount = 5e-4
+    level_rate: Amount = 1.0
+    rate_end: Share = 1.0
+    dssim: Share = 0.2
     price: Price = "l1"
-    price_weight: float = 1.0
+    price_weight: Amount = 1.0
     warm_start: WarmStart = "anchors"
-    momentum: float = 0.6
+    momentum: Amount = 0.6
 
 
 @dataclass(frozen=True, slots=True)
-class BirthSettings:
+class BirthSettings(Checked):
     """Stage 2 of a frame: new Gaussians where the change gate opens.
 
     Attributes:
@@ -109,7 +119,7 @@ class BirthSettings:
         gate_views: Training views of the change gate (4).
         gradient: Least gated statistic of a parent, NDC (1.5e-4).
         error: Least error of a pixel that gets a newborn, mean over its colors.
-        error_cell: Side of the cells of which only the worst pixel counts, odd.
+        error_reach: Pixels to each side among which such a pixel must be the worst.
         deaths_below: Opacity below which a Gaussian may die for a newborn; at 1
             all may, so that their number stays what it was (paper).
         max_births: Bound on the newborn of a frame; the paper has none.
@@ -125,28 +135,28 @@ class BirthSettings:
         must_pay: Keep the newborn only if the training views gain by them (ours).
     """
 
-    iterations: int = 100
+    iterations: Count = 100
     placement: Placement = "gate"
-    gate_views: int = 4
-    gradient: float = 1.5e-4
-    error: float = 0.08
-    error_cell: int = 3
-    deaths_below: float = 1.0
-    max_births: int = 1 << 12
-    parent_scale: float = 0.01
-    spread: float = 2.0
-    opacity_logit: float = 0.1
-    rate_factor: float = 15.0
-    rate_end: float = 1.0
+    gate_views: Some = 4
+    gradient: Amount = 1.5e-4
+    error: Amount = 0.08
+    error_reach: Count = 1
+    deaths_below: Share = 1.0
+    max_births: Count = 1 << 12
+    parent_scale: Amount = 0.01
+    spread: Amount = 2.0
+    opacity_logit: Logit = 0.1
+    rate_factor: Amount = 15.0
+    rate_end: Share = 1.0
     split_at: tuple[int, ...] = (40, 80)
-    prune_opacity: float = 0.01
-    prune_radius: float = 20.0
-    prune_scale: float = 0.1
+    prune_opacity: Share = 0.01
+    prune_radius: Amount = 20.0
+    prune_scale: Amount = 0.1
     must_pay: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class EncoderConfig:
+class EncoderConfig(Checked):
     """All settings of an encode.
 
     Attributes:
@@ -162,7 +172,7 @@ class EncoderConfig:
     canonical: CanonicalSettings = field(default_factory=CanonicalSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     births: BirthSettings = field(default_factory=BirthSettings)
-    seed: int = 0
+    seed: Seed = 0
 
 
 def make_header(

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import BinaryIO
 
 import numpy as np
-import torch
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.reconstruct import State
@@ -25,7 +24,7 @@ from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.views import TrainingViews, measure_extent
 from quarc_ref.format.records import OPACITY
-from quarc_ref.rendering.rasterizer import choose_rasterizer
+from quarc_ref.rendering.rasterizer import choose_device, choose_rasterizer
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +34,7 @@ class EncodeOptions:
     Attributes:
         config: All settings of training and stream.
         frames: How many, from the first; None for all.
-        device: `cpu`, `cuda`, or `auto`: CUDA where there is one.
+        device: `cpu`, `cuda`, or `auto`: CUDA where there is one and gsplat with it.
         progress: Is told of every step.
     """
 
@@ -88,10 +87,7 @@ def count_deaths(state: State, target: int, settings: BirthSettings) -> int:
 
 
 def _make_studio(capture: Capture, options: EncodeOptions) -> Studio:
-    name = options.device
-    if name == "auto":
-        name = "cuda" if torch.cuda.is_available() else "cpu"
-    device = torch.device(name)
+    device = choose_device(options.device)
     views = TrainingViews(capture, device)
     rasterizer = choose_rasterizer(device)
     extent = measure_extent(views.cameras)

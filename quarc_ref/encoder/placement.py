@@ -107,8 +107,8 @@ def _find_errors(
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Return of a view's worst pixels the error, the place, the true color and the size there.
 
-    A pixel counts if it is the worst of its cell, above the threshold, and
-    covered by the scene, so that its depth is known.
+    A pixel counts if it is the worst of those around it, above the threshold,
+    and covered by the scene, so that its depth is known.
     """
     camera, truth = studio.camera(view), studio.truth(view, frame)
     with torch.no_grad():
@@ -116,13 +116,13 @@ def _find_errors(
         depth = studio.render(_paint_depths(scene, camera), view).image[..., 0] / rendering.alpha
     error = (rendering.image.clamp(0, 1) - truth).abs().mean(dim=2)
     peaks = torch.nn.functional.max_pool2d(
-        error[None, None], settings.error_cell, stride=1, padding=settings.error_cell // 2
+        error[None, None], 2 * settings.error_reach + 1, stride=1, padding=settings.error_reach
     )[0, 0]
     worst = (error == peaks) & (error > settings.error) & (rendering.alpha > _LEAST_ALPHA)
     rows, columns = torch.nonzero(worst, as_tuple=True)
     depths = depth[rows, columns]
     places = _unproject(camera, columns + 0.5, rows + 0.5, depths)
-    sizes = depths / math.sqrt(camera.fx * camera.fy) * settings.error_cell / 2
+    sizes = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_reach + 0.5)
     return error[rows, columns], places, truth[rows, columns], sizes
 
 

@@ -43,6 +43,27 @@ def test_a_leaf_can_be_changed_by_its_name(path, text, value):
     assert dict(list_settings(changed))[path] == value
 
 
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("canonical.iterations", "0"),
+        ("canonical.densify_every", "0"),
+        ("canonical.position_rate_end", "0"),
+        ("motion.iterations", "-1"),
+        ("motion.rate", "nan"),
+        ("motion.rate", "inf"),
+        ("births.max_births", "-1"),
+        ("births.deaths_below", "1.1"),
+        ("stream.gaussians_per_anchor", "0"),
+        ("stream.log_scale_step", "nan"),
+        ("seed", str(1 << 64)),
+    ],
+)
+def test_a_value_out_of_range_is_refused_by_name(path, text):
+    with pytest.raises(SettingError, match=f"^{path}={text}: {path.split('.')[-1]} "):
+        change_setting(choose_preset("draft"), path, text)
+
+
 def test_changing_a_leaf_leaves_all_others():
     before = dict(list_settings(choose_preset("draft")))
     after = dict(list_settings(change_setting(choose_preset("draft"), "motion.rate", "0.5")))
