@@ -23,7 +23,7 @@ _PAPER = EncoderConfig(
     stream=StreamHeader(rotation_components=4, gaussians_per_anchor=4, resample_interval=2),
 )
 _DRAFT = EncoderConfig(
-    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1),
+    stream=StreamHeader(gaussians_per_anchor=8, resample_interval=1),
     canonical=CanonicalSettings(
         iterations=3000,
         initial_gaussians=20_000,
@@ -56,6 +56,7 @@ _DRAFT = EncoderConfig(
 )
 _DEMO = replace(
     _DRAFT,
+    stream=replace(_DRAFT.stream, gaussians_per_anchor=4),
     canonical=replace(
         _DRAFT.canonical,
         iterations=1200,
