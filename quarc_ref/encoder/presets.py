@@ -23,7 +23,7 @@ _PAPER = EncoderConfig(
     stream=StreamHeader(rotation_components=4, gaussians_per_anchor=4, resample_interval=2),
 )
 _DRAFT = EncoderConfig(
-    stream=StreamHeader(gaussians_per_anchor=8, resample_interval=1),
+    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1),
     canonical=CanonicalSettings(
         iterations=3000,
         initial_gaussians=20_000,
@@ -38,16 +38,16 @@ _DRAFT = EncoderConfig(
         level_rate=2.0,
         rate_end=0.05,
         price="group_log",
-        price_weight=0.016,
+        price_weight=0.01,
         warm_start="projection",
         momentum=1.0,
     ),
     births=BirthSettings(
-        iterations=60,
+        iterations=40,
         placement="errors",
-        error=0.06,
+        error=0.2,
         deaths_below=0.05,
-        max_births=300,
+        max_births=100,
         rate_factor=10.0,
         rate_end=0.05,
         split_at=(),
@@ -56,7 +56,6 @@ _DRAFT = EncoderConfig(
 )
 _DEMO = replace(
     _DRAFT,
-    stream=replace(_DRAFT.stream, gaussians_per_anchor=4),
     canonical=replace(
         _DRAFT.canonical,
         iterations=1200,
@@ -66,7 +65,7 @@ _DEMO = replace(
         noise=0.0,
     ),
     motion=replace(_DRAFT.motion, iterations=150, price_weight=5e-4),
-    births=replace(_DRAFT.births, error=0.04, max_births=800),
+    births=replace(_DRAFT.births, iterations=60, error=0.04, max_births=800),
 )
 PRESETS = {"paper": _PAPER, "draft": _DRAFT, "demo": _DEMO}
 
