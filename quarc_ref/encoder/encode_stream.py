@@ -24,7 +24,7 @@ from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.views import TrainingViews, measure_extent
 from quarc_ref.format.records import OPACITY
-from quarc_ref.rendering.rasterizer import choose_device, choose_rasterizer
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 
 @dataclass(frozen=True, slots=True)

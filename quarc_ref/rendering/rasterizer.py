@@ -2,11 +2,10 @@
 
 Activations live here, above every backend, so that no backend's own clamp is
 ever reached: alpha is held at 0.99 by the opacity. Backends are `numba` (CPU),
-`gsplat` (CUDA) and `torch` (the float64 reference).
+`gsplat` (CUDA) and `torch` (the float64 reference); `backends` chooses.
 """
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Protocol
 
 import torch
@@ -78,26 +77,3 @@ def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
     """Return `[N, 2]` a gradient with respect to `means2d` in NDC, the unit of thresholds."""
     half = gradient.new_tensor([camera.width / 2, camera.height / 2])
     return gradient.reshape(-1, 2) * half
-
-
-def choose_device(name: str) -> torch.device:
-    """Return a device by its name; `auto` is CUDA where there is one and gsplat with it."""
-    if name == "auto":
-        drawn = torch.cuda.is_available() and find_spec("gsplat") is not None
-        name = "cuda" if drawn else "cpu"
-    return torch.device(name)
-
-
-def choose_rasterizer(device: torch.device) -> Rasterizer:
-    """Return the backend for a device: gsplat on CUDA, numba on a CPU.
-
-    Raises:
-        RuntimeError: gsplat is not installed, on CUDA.
-    """
-    if device.type == "cuda":
-        from quarc_ref.rendering.raster_gsplat import GsplatRasterizer
-
-        return GsplatRasterizer()
-    from quarc_ref.rendering.raster_numba import NumbaRasterizer
-
-    return NumbaRasterizer()

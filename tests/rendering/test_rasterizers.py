@@ -4,9 +4,11 @@ import numba
 import pytest
 import torch
 
+from quarc_ref.rendering import backends
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
-from quarc_ref.rendering.rasterizer import choose_rasterizer, to_ndc
+from quarc_ref.rendering.rasterizer import to_ndc
 from tests.rendering.scenes import activate, make_camera, make_leaves, render_with_gradients, weigh
 from tests.rendering.slow_renderer import draw_slowly
 
@@ -119,6 +121,18 @@ def test_ndc_gradients_are_those_of_half_the_picture():
 
 def test_a_cpu_draws_by_numba():
     assert choose_rasterizer(torch.device("cpu")).name == "numba"
+
+
+@pytest.mark.parametrize(
+    ("has_cuda", "has_gsplat", "device"),
+    [(True, True, "cuda"), (True, False, "cpu"), (False, True, "cpu")],
+)
+def test_auto_is_cuda_only_where_gsplat_can_draw_on_it(monkeypatch, has_cuda, has_gsplat, device):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: has_cuda)
+    monkeypatch.setattr(backends, "find_spec", lambda _: object() if has_gsplat else None)
+
+    assert choose_device("auto").type == device
+    assert choose_device("cpu").type == "cpu"
 
 
 @pytest.mark.gpu

@@ -1,0 +1,28 @@
+"""Which backend draws on which device."""
+
+from importlib.util import find_spec
+
+import torch
+
+from quarc_ref.rendering.raster_gsplat import GsplatRasterizer
+from quarc_ref.rendering.raster_numba import NumbaRasterizer
+from quarc_ref.rendering.rasterizer import Rasterizer
+
+
+def choose_device(name: str) -> torch.device:
+    """Return a device by its name; `auto` is CUDA where there is one and gsplat with it."""
+    if name == "auto":
+        drawn = torch.cuda.is_available() and find_spec("gsplat") is not None
+        name = "cuda" if drawn else "cpu"
+    return torch.device(name)
+
+
+def choose_rasterizer(device: torch.device) -> Rasterizer:
+    """Return the backend for a device: gsplat on CUDA, numba on a CPU.
+
+    Raises:
+        RuntimeError: gsplat is not installed, on CUDA.
+    """
+    if device.type == "cuda":
+        return GsplatRasterizer()
+    return NumbaRasterizer()
