@@ -47,6 +47,9 @@ def train_canonical(
         attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
         view = next(views)
         rendering = studio.render(attributes.activated(), view)
+        if settings.exposure_rate and step >= settings.exposure_from:
+            picture = studio.views.picture(view, 0)
+            studio.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
         loss = photometric_loss(rendering.image, studio.truth(view, 0), settings.dssim)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add(gradient, rendering, studio.camera(view))

@@ -44,6 +44,9 @@ class CanonicalSettings(Checked):
             cloned or split, NDC (2e-4).
         densify_scale: Scale above which it is split, share of the extent (0.01).
         prune_opacity: Opacity below which a Gaussian goes (0.005).
+        exposure_rate: Share of the way that a camera's gains go in a step to what
+            the step finds; 0 takes all cameras for alike (paper).
+        exposure_from: Iteration at which that begins.
         quantize_from: Share of the iterations after which all pass through
             the quantizer (ours).
         position_rate: First learning rate of positions, times the extent (1.6e-4).
@@ -67,6 +70,8 @@ class CanonicalSettings(Checked):
     densify_gradient: Amount = 2e-4
     densify_scale: Amount = 0.01
     prune_opacity: Share = 0.005
+    exposure_rate: Share = 0.0
+    exposure_from: Count = 200
     quantize_from: Share = 0.8
     position_rate: Positive = 1.6e-4
     position_rate_end: Positive = 1.6e-6

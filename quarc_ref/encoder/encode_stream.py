@@ -10,18 +10,22 @@ from dataclasses import dataclass, field
 from typing import BinaryIO
 
 import numpy as np
+import torch
 
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.config import BirthSettings, EncoderConfig, make_header
+from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.presets import choose_preset, list_settings
 from quarc_ref.encoder.progress import Progress, Silence
 from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
 from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews, measure_extent
 from quarc_ref.format.records import OPACITY
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -65,6 +69,8 @@ def encode(capture: Capture, sink: BinaryIO, options: EncodeOptions | None = Non
     header = make_header(config, capture.frames_per_second, gaussians.count)
     loop = ClosedLoop(sink, header, capture.cameras, _describe(capture, options))
     state = loop.commit_canonical(gaussians, frame=0)
+    if config.canonical.exposure_rate:
+        settle_exposures(studio, state)
     frame_count = min(options.frames or capture.frame_count, capture.frame_count)
     for frame in range(1, frame_count):
         options.progress.advance("frames", frame, frame_count)
@@ -76,6 +82,16 @@ def encode(capture: Capture, sink: BinaryIO, options: EncodeOptions | None = Non
         studio.views.forget_before(frame)
     loop.finish()
     options.progress.advance("frames", frame_count, frame_count)
+
+
+def settle_exposures(studio: Studio, state: State) -> None:
+    """Find the exposures anew from decoded frame 0, so that no later frame hangs on more."""
+    drawn = from_splats(dequantize(state.scene), studio.device).activated()
+    with torch.no_grad():
+        studio.exposures.settle(
+            (studio.render(drawn, view).image, studio.views.picture(view, state.scene.frame))
+            for view in range(len(studio.views.cameras))
+        )
 
 
 def count_deaths(state: State, target: int, settings: BirthSettings) -> int:
@@ -91,7 +107,10 @@ def _make_studio(capture: Capture, options: EncodeOptions) -> Studio:
     views = TrainingViews(capture, device)
     rasterizer = choose_rasterizer(device)
     extent = measure_extent(views.cameras)
-    return Studio(views, rasterizer, device, options.config.seed, options.progress, extent)
+    exposures = Exposures(len(views.cameras), device)
+    return Studio(
+        views, rasterizer, device, options.config.seed, options.progress, extent, exposures
+    )
 
 
 def _describe(capture: Capture, options: EncodeOptions) -> dict[str, str]:

@@ -32,6 +32,7 @@ _DRAFT = EncoderConfig(
         densify_from=300,
         densify_until=2000,
         noise=0.003,
+        exposure_rate=0.2,
     ),
     motion=MotionSettings(
         rate=1e-3,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.views import TrainingViews
 from quarc_ref.format.records import Camera
@@ -27,6 +28,7 @@ class Studio:
         seed: Of every draw.
         progress: Is told of every step.
         extent: Of the capture, world units (`measure_extent`).
+        exposures: Of the training views.
     """
 
     views: TrainingViews
@@ -35,6 +37,7 @@ class Studio:
     seed: int
     progress: Progress
     extent: float
+    exposures: Exposures
 
     def camera(self, view: int) -> Camera:
         """Return the camera of a view."""
@@ -46,8 +49,8 @@ class Studio:
         return self.rasterizer.render(gaussians, self.camera(view), background)
 
     def truth(self, view: int, frame: int) -> Tensor:
-        """Return `[H, W, 3]` the picture of a view."""
-        return self.views.picture(view, frame)
+        """Return `[H, W, 3]` the picture of a view, as the mean camera would have taken it."""
+        return self.exposures.correct(self.views.picture(view, frame), view)
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:
         """Return the source of all draws of a purpose in a frame, on the CPU."""

@@ -8,6 +8,7 @@ import torch
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.config import BirthSettings, CanonicalSettings, EncoderConfig, MotionSettings
+from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.progress import Silence
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.views import TrainingViews, measure_extent
@@ -89,4 +90,5 @@ def make_capture(frame_count: int = 4) -> Capture:
 def make_studio(seed: int = 0) -> Studio:
     views = TrainingViews(make_capture(), torch.device("cpu"))
     extent = measure_extent(views.cameras)
-    return Studio(views, NumbaRasterizer(), torch.device("cpu"), seed, Silence(), extent)
+    exposures = Exposures(len(views.cameras), torch.device("cpu"))
+    return Studio(views, NumbaRasterizer(), torch.device("cpu"), seed, Silence(), extent, exposures)

@@ -1,0 +1,65 @@
+"""How each camera's colors differ from those of all cameras together (ours).
+
+Cameras of a rig differ in exposure and white balance. Left to itself, training
+paints the differences into the scene, as view-dependent color that is wrong
+from everywhere else. Here every training camera has a gain for red, green and
+blue, and training compares with pictures as the mean camera would have taken
+them. A stream carries no gains: its scene is the mean camera's.
+"""
+
+from collections.abc import Iterable
+
+import torch
+from torch import Tensor
+
+_LEAST_GAIN, _MOST_GAIN = 0.5, 2.0
+_SATURATED = 0.98
+_LEAST_LIGHT = 1e-6
+
+
+class Exposures:
+    """The gains of the training views, whose mean is 1.
+
+    Args:
+        view_count: Number of training views.
+        device: Of the pictures.
+
+    Attributes:
+        gains: `[V, 3]` of red, green and blue.
+    """
+
+    def __init__(self, view_count: int, device: torch.device) -> None:
+        self.gains = torch.ones((view_count, 3), device=device)
+
+    def correct(self, picture: Tensor, view: int) -> Tensor:
+        """Return a view's picture `[H, W, 3]` as the mean camera would have taken it."""
+        return picture / self.gains[view]
+
+    def observe(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
+        """Let a view's gain go a share of its way to what one comparison finds.
+
+        Args:
+            view: Index of the view.
+            image: `[H, W, 3]` what the scene shows there.
+            picture: `[H, W, 3]` what the camera took.
+            rate: The share.
+        """
+        self.gains[view] = self.gains[view].lerp(find_gain(image, picture), rate)
+        self.gains /= self.gains.mean(dim=0)
+
+    def settle(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
+        """Find all gains anew, from what the scene shows and what the camera took, view by view."""
+        self.gains = torch.stack([find_gain(image, picture) for image, picture in pairs])
+        self.gains /= self.gains.mean(dim=0)
+
+
+def find_gain(image: Tensor, picture: Tensor) -> Tensor:
+    """Return `[3]` by how much an image is to be multiplied to be nearest to a picture.
+
+    Pixels that the camera has saturated say nothing.
+    """
+    image, picture = image.detach(), picture.detach()
+    shown = image * (picture < _SATURATED)
+    light = (shown * image).sum(dim=(0, 1))
+    gain = (shown * picture).sum(dim=(0, 1)) / light.clamp(min=_LEAST_LIGHT)
+    return torch.where(light > _LEAST_LIGHT, gain, 1.0).clamp(_LEAST_GAIN, _MOST_GAIN)
