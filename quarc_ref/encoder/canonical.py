@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from torch import Tensor
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.config import CanonicalSettings
@@ -51,6 +52,7 @@ def train_canonical(
             picture = studio.views.picture(view, 0)
             studio.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
         loss = photometric_loss(rendering.image, studio.truth(view, 0), settings.dssim)
+        loss = loss + _price(trainer.attributes, settings)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add(gradient, rendering, studio.camera(view))
         if _densifies(settings, step):
@@ -94,6 +96,14 @@ def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
     distances, _ = cKDTree(positions).query(positions, k=neighbors)
     spacing: NDArray[np.float64] = np.sqrt(np.mean(np.square(distances), axis=1))
     return np.maximum(spacing, _LEAST_SPACING)
+
+
+def _price(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
+    """Return what haze costs: what covers much and shows little is wrong from other views."""
+    if not (settings.opacity_price or settings.scale_price):
+        return 0.0
+    opacities, scales = torch.sigmoid(attributes.opacities), torch.exp(attributes.log_scales)
+    return settings.opacity_price * opacities.mean() + settings.scale_price * scales.mean()
 
 
 def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:

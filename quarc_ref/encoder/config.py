@@ -47,6 +47,8 @@ class CanonicalSettings(Checked):
         exposure_rate: Share of the way that a camera's gains go in a step to what
             the step finds; 0 takes all cameras for alike (paper).
         exposure_from: Iteration at which that begins.
+        opacity_price: Weight of the mean opacity in the loss (ours; 3DGS-MCMC: 0.01).
+        scale_price: Weight of the mean scale, world units (ours; 3DGS-MCMC: 0.01).
         quantize_from: Share of the iterations after which all pass through
             the quantizer (ours).
         position_rate: First learning rate of positions, times the extent (1.6e-4).
@@ -72,6 +74,8 @@ class CanonicalSettings(Checked):
     prune_opacity: Share = 0.005
     exposure_rate: Share = 0.0
     exposure_from: Count = 200
+    opacity_price: Amount = 0.0
+    scale_price: Amount = 0.0
     quantize_from: Share = 0.8
     position_rate: Positive = 1.6e-4
     position_rate_end: Positive = 1.6e-6

@@ -33,6 +33,9 @@ _DRAFT = EncoderConfig(
         densify_until=2000,
         noise=0.003,
         exposure_rate=0.2,
+        exposure_from=100,
+        opacity_price=0.01,
+        scale_price=0.01,
     ),
     motion=MotionSettings(
         rate=1e-3,

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,3 +92,17 @@ def test_without_spherical_harmonics_none_are_trained():
     after = train_canonical(make_studio(), make_capture().points, SMALL.canonical, header)
 
     assert not after.sh_rest.any()
+
+
+def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
+    studio = make_studio()
+    points = make_capture().points
+    priced = replace(SMALL.canonical, opacity_price=1.0, scale_price=1.0)
+
+    free, thin = (
+        train_canonical(studio, points, settings, SMALL.stream)
+        for settings in (SMALL.canonical, priced)
+    )
+
+    assert torch.sigmoid(thin.opacities).mean() < torch.sigmoid(free.opacities).mean()
+    assert torch.exp(thin.log_scales).mean() < torch.exp(free.log_scales).mean()
