@@ -1,13 +1,17 @@
 """Small streams made of given records: no training, no torch."""
 
 import io
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.container import build_chunk
 from quarc_ref.format.records import Births, Camera, Gaussians, StreamHeader
+from quarc_ref.format.source import BytesSource
 
 CAMERA = Camera(
     "cam00", 64, 48, 50.0, 50.0, 32.0, 24.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 2), 0.5, True
@@ -47,7 +51,10 @@ def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.nda
 
 
 def make_stream(
-    header: StreamHeader | None = None, gaussian_count: int = 40, frame_count: int = 4
+    header: StreamHeader | None = None,
+    gaussian_count: int = 40,
+    frame_count: int = 4,
+    canonical_every: int = 1 << 32,
 ) -> tuple[bytes, list[State]]:
     """A stream with motion, births and deaths, and the state of each of its frames."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
@@ -58,6 +65,31 @@ def make_stream(
         begun = loop.begin_frame(max(0, loop.state.scene.count - gaussian_count))
         moved = loop.commit_motion(make_symbols(begun, frame))
         newborn = make_births(moved, 3, frame) if frame % 2 else None
-        states.append(loop.commit_births(newborn))
+        commit = loop.commit_births
+        if frame % canonical_every == 0:
+            commit = loop.commit_frame_as_canonical
+        states.append(commit(newborn))
     loop.finish()
     return sink.getvalue(), states
+
+
+def rebuild_stream(chunks: Iterable[tuple[bytes, bytes]]) -> bytes:
+    """A stream of chunks given as (type, payload), numbered and proved as they come."""
+    numbered = [build_chunk(kind, number, data) for number, (kind, data) in enumerate(chunks)]
+    return MAGIC + b"".join(numbered)
+
+
+class CountedSource(BytesSource):
+    """A stream in memory that keeps account of what is read of it."""
+
+    def __init__(self, data: bytes) -> None:
+        super().__init__(data)
+        self.reads: list[tuple[int, int]] = []
+
+    def read(self, offset: int, length: int) -> bytes:
+        data = super().read(offset, length)
+        self.reads.append((offset, len(data)))
+        return data
+
+    def byte_count(self) -> int:
+        return sum(length for _, length in self.reads)

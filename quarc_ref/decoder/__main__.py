@@ -9,13 +9,14 @@ import sys
 
 from quarc_ref.decoder.decode_stream import decode
 from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.sources import PipeSource
 from quarc_ref.format.errors import BitstreamError
 
 
 def main() -> int:
     """Decode standard input; return 0, or 1 if the stream is refused."""
     try:
-        for scene in decode(sys.stdin.buffer.read()):
+        for scene in decode(PipeSource(sys.stdin.buffer)):
             line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
             sys.stdout.write(json.dumps(line) + "\n")
     except BitstreamError as error:

@@ -1,33 +1,41 @@
 """Bytes of a stream to scenes: SPEC 7.
 
-`split_chunks` proves and orders the chunks, `StreamDecoder` minds what has
+`ChunkReader` proves and orders the chunks, `StreamDecoder` minds what has
 been seen of the stream, `frames` makes the state of each frame.
 """
 
 from collections.abc import Iterator
 
+from quarc_ref.decoder.follow import Follow, ask
 from quarc_ref.decoder.frames import decode_canonical, decode_frame
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.seek import seek
 from quarc_ref.format import container, wire
-from quarc_ref.format.container import Chunk, split_chunks
+from quarc_ref.format.chunk_reader import ChunkReader
+from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import (
     BitstreamError,
     ChunkOrderError,
-    ChunkSizeError,
     FrameOrderError,
+    IndexMismatchError,
     TailMismatchError,
 )
-from quarc_ref.format.records import Camera, StreamHeader, Tail
+from quarc_ref.format.records import Camera, SeekPoint, StreamHeader, Tail
+from quarc_ref.format.source import Source, as_source
 
 
-def decode(data: bytes, start: int = 0, stop: int | None = None) -> Iterator[Scene]:
+def decode(
+    stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
+) -> Iterator[Scene]:
     """Decode the frames of a stream.
 
     Args:
-        data: A stream; one that is cut gives the frames that are whole first.
-        start: Ordinal of the first frame wanted.
+        stream: A stream; one that is cut gives the frames that are whole first.
+        start: Ordinal of the first frame wanted; no more is read to come there
+            than must be (SPEC 11.2).
         stop: Ordinal after the last frame wanted; None for all.
+        follow: How long to wait for a stream that still grows; None not to.
 
     Yields:
         The scene of every frame wanted, in order.
@@ -35,21 +43,28 @@ def decode(data: bytes, start: int = 0, stop: int | None = None) -> Iterator[Sce
     Raises:
         BitstreamError: What is wrong with the bytes; every frame before the
             fault has been given out.
+        SourceError: What holds the stream does not give its bytes.
     """
-    for state in decode_states(data, start, stop):
+    for state in decode_states(stream, start, stop, follow):
         yield state.scene
 
 
-def decode_states(data: bytes, start: int = 0, stop: int | None = None) -> Iterator[State]:
+def decode_states(
+    stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
+) -> Iterator[State]:
     """Do as `decode`, and yield all that a frame hands to the next."""
-    decoder = StreamDecoder()
-    for chunk in split_chunks(data):
+    reader, decoder = ChunkReader(as_source(stream)), StreamDecoder()
+    while (chunk := ask(reader.read_chunk, follow)) is not None:
         state = decoder.push(chunk)
-        if state is None or state.scene.frame < start:
+        if chunk.kind == container.HEAD and start > 0:
+            decoder.skip_to(seek(reader, start))
+        if state is None:
             continue
-        if stop is not None and state.scene.frame >= stop:
+        frame = state.scene.frame
+        if start <= frame and (stop is None or frame < stop):
+            yield state
+        if stop is not None and frame + 1 >= stop:
             return
-        yield state
 
 
 class StreamDecoder:
@@ -58,16 +73,22 @@ class StreamDecoder:
     Attributes:
         cameras: From `came`.
         metadata: From `meta`.
+        index: From INDX; None before it.
         tail: From TAIL; None before it.
     """
 
     def __init__(self) -> None:
         self.cameras: tuple[Camera, ...] = ()
         self.metadata: dict[str, str] = {}
+        self.index: tuple[SeekPoint, ...] | None = None
         self.tail: Tail | None = None
         self._header: StreamHeader | None = None
         self._state: State | None = None
-        self._seen = Tail(frame_count=0, canonical_count=0)
+        self._frame_count = 0
+        self._points: list[SeekPoint] = []
+        self._index_offset = 0
+        self._sought: SeekPoint | None = None
+        self._is_whole = True
 
     @property
     def header(self) -> StreamHeader:
@@ -81,11 +102,27 @@ class StreamDecoder:
             raise ChunkOrderError(message)
         return self._header
 
+    def skip_to(self, points: tuple[SeekPoint, ...]) -> None:
+        """Take it that the next frame is that of the last of these seek points.
+
+        Args:
+            points: All of the stream up to it; none where nothing is skipped.
+        """
+        if points:
+            self._points = list(points[:-1])
+            self._frame_count = points[-1].frame - points[0].frame
+            self._sought = points[-1]
+
+    def lose(self) -> None:
+        """Take it that an unknown number of chunks up to the next CANO is lost (SPEC 11.4)."""
+        self._state = None
+        self._is_whole = False
+
     def push(self, chunk: Chunk) -> State | None:
         """Take the next chunk.
 
         Args:
-            chunk: As `split_chunks` gives it: its CRCs hold.
+            chunk: As a `ChunkReader` gives it: its CRCs hold.
 
         Returns:
             The state of the frame that the chunk holds; None if it holds none.
@@ -104,15 +141,15 @@ class StreamDecoder:
         if chunk.kind == container.HEAD:
             self._header = wire.parse_stream_header(chunk.payload)
             return None
-        if len(chunk.payload) > self.header.limits.chunk_bytes:
-            message = f"{len(chunk.payload)} bytes are too many for level {self.header.level}"
-            raise ChunkSizeError(message)
+        container.check_length(len(chunk.payload), self.header, chunk.offset)
         if chunk.kind == container.CAME:
             self.cameras = wire.parse_cameras(chunk.payload)
         elif chunk.kind == container.META:
             self.metadata = wire.parse_metadata(chunk.payload)
+        elif chunk.kind == container.INDX:
+            self._take_index(chunk)
         elif chunk.kind == container.TAIL:
-            self.tail = self._check_tail(wire.parse_tail(chunk.payload))
+            self._take_tail(wire.parse_tail(chunk.payload))
         elif chunk.kind == container.CANO:
             return self._push_canonical(chunk)
         elif chunk.kind == container.FRAM:
@@ -124,8 +161,14 @@ class StreamDecoder:
         if self._state is not None and canonical.frame != self._state.scene.frame + 1:
             message = f"frame {canonical.frame} follows frame {self._state.scene.frame}"
             raise FrameOrderError(message)
+        point = SeekPoint(chunk.offset, chunk.sequence, canonical.frame)
+        if self._sought not in (None, point):
+            message = f"{self._sought} is said to be {point}"
+            raise IndexMismatchError(message)
         self._state = decode_canonical(self.header, canonical)
-        self._seen = Tail(self._seen.frame_count + 1, self._seen.canonical_count + 1)
+        self._points.append(point)
+        self._sought = None
+        self._frame_count += 1
         return self._state
 
     def _push_frame(self, chunk: Chunk) -> State:
@@ -133,11 +176,19 @@ class StreamDecoder:
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
         self._state = decode_frame(self._state, wire.parse_frame(chunk.payload))
-        self._seen = Tail(self._seen.frame_count + 1, self._seen.canonical_count)
+        self._frame_count += 1
         return self._state
 
-    def _check_tail(self, tail: Tail) -> Tail:
-        if tail != self._seen:
-            message = f"TAIL says {tail}, the stream holds {self._seen}"
+    def _take_index(self, chunk: Chunk) -> None:
+        index = wire.parse_index(chunk.payload)
+        if self._is_whole and index != tuple(self._points):
+            message = "INDX does not say where the canonical frames are"
+            raise IndexMismatchError(message)
+        self.index, self._index_offset = index, chunk.offset
+
+    def _take_tail(self, tail: Tail) -> None:
+        seen = Tail(self._frame_count, len(self._points), self._index_offset)
+        if self._is_whole and tail != seen:
+            message = f"TAIL says {tail}, the stream holds {seen}"
             raise TailMismatchError(message)
-        return tail
+        self.tail = tail

@@ -14,6 +14,7 @@ from quarc_ref.decoder.reconstruct import (
     move,
 )
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.constants import COUNTER_LIMIT
 from quarc_ref.format.errors import CountError, CountLevelError, FrameOrderError, StateCrcError
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.motion_planes import read_motion
@@ -46,6 +47,9 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
     """
     if chunk.phase != state.scene.phase + 1:
         message = f"phase {chunk.phase} follows {state.scene.phase}"
+        raise FrameOrderError(message)
+    if state.scene.frame == COUNTER_LIMIT:
+        message = f"no frame can follow frame {COUNTER_LIMIT}"
         raise FrameOrderError(message)
     begun = begin_frame(state, chunk.death_count)
     moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)

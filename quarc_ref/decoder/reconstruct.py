@@ -17,7 +17,7 @@ from quarc_ref.decoder.binding import bind_exhaustively
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.arrays import Bits, Int32, Int64
-from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
+from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import (
     CodeRangeError,
     CountError,
@@ -161,13 +161,16 @@ def bear(state: State, births: Births) -> State:
         births: The newborn, in steps.
 
     Raises:
-        CountLevelError: More Gaussians than the level allows.
+        CountLevelError: More Gaussians than the level allows, or more ids than there are.
         StateError: A parent, a position, a code or a rotation is out of range.
     """
     scene, header = state.scene, state.scene.header
     parents, residuals = births.parents, births.residuals
     if scene.count + residuals.count > header.limits.gaussians:
         message = f"{scene.count + residuals.count} Gaussians are too many for the level"
+        raise CountLevelError(message)
+    if state.next_id + residuals.count > COUNTER_LIMIT + 1:
+        message = "there are no ids left for the newborn"
         raise CountLevelError(message)
     if np.any(parents >= scene.count):
         message = "a newborn's parent is not in the scene"

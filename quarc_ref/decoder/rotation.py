@@ -1,6 +1,6 @@
 """Unit quaternions in Q22, by integers alone: SPEC 7.3.
 
-A component of a unit quaternion is below 2^22 + 2 in magnitude, so that every
+A component of a unit quaternion is at most 2^22 in magnitude, so that every
 product and every sum of squares below fits int64 with the guard bits used.
 """
 

@@ -15,6 +15,7 @@ from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest, compute_state_crc
 from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
 from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame, motion_contexts
+from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import MAGIC
@@ -29,6 +30,7 @@ from quarc_ref.format.records import (
     FrameChunk,
     Gaussians,
     Section,
+    SeekPoint,
     StreamHeader,
     Tail,
 )
@@ -63,7 +65,8 @@ class ClosedLoop:
         self._decoder = StreamDecoder()
         self._offset = sink.write(MAGIC)
         self._sequence = 0
-        self._counts = Tail(0, 0)
+        self._frame_count = 0
+        self._points: list[SeekPoint] = []
         self._write(container.HEAD, wire.build_stream_header(header))
         self._write(container.CAME, wire.build_cameras(cameras))
         self._write(container.META, wire.build_metadata(metadata))
@@ -80,7 +83,7 @@ class ClosedLoop:
             write_canonical(ordered, origin),
             compute_state_crc(expected.scene, all_fields=True),
         )
-        self._counts = Tail(self._counts.frame_count + 1, self._counts.canonical_count + 1)
+        self._points.append(SeekPoint(self._offset, self._sequence, frame))
         return self._push(container.CANO, wire.build_canonical(chunk), expected)
 
     def begin_frame(self, death_count: int) -> State:
@@ -121,25 +124,54 @@ class ClosedLoop:
             ClosedLoopError: The decoder makes another state of the frame's
                 bytes than the commits did.
         """
-        grown, section = self._moved, EMPTY
-        if births is not None:
-            section = write_births(births)
-            try:
-                grown = decode_births(self._moved, section, births.residuals.count)
-            except StateError as error:
-                raise EncodeError(str(error)) from error
+        grown, section = self._bear(births)
         chunk = replace(
             self._chunk,
             birth_count=grown.scene.count - self._moved.scene.count,
             births=section,
             state_crc=compute_state_crc(grown.scene, all_fields=covers_all_fields(grown.scene)),
         )
-        self._counts = Tail(self._counts.frame_count + 1, self._counts.canonical_count)
         return self._push(container.FRAM, wire.build_frame(chunk), grown)
 
+    def commit_frame_as_canonical(self, births: Births | None) -> State:
+        """Write a frame as a canonical one, in place of `commit_births`.
+
+        The frame is fitted as any other; its scene is then put on the grid of
+        canonical frames (SPEC 7.2). The ids start anew, so that nothing that
+        is kept by id or index outlives this.
+
+        Returns:
+            The state that seeds the next frame, as the decoder has it.
+
+        Raises:
+            EncodeError: A Gaussian is beyond what the format carries.
+            ClosedLoopError: The decoder makes another state of the bytes.
+        """
+        scene = self._bear(births)[0].scene
+        try:
+            return self.commit_canonical(put_on_grid(scene), scene.frame)
+        except StateError as error:
+            raise EncodeError(str(error)) from error
+
     def finish(self) -> None:
-        """Write the end of the stream."""
-        self._write(container.TAIL, wire.build_tail(self._counts))
+        """Write the index and the end of the stream."""
+        tail = Tail(self._frame_count, len(self._points), self._offset)
+        self._write(container.INDX, wire.build_index(self._points))
+        self._write(container.TAIL, wire.build_tail(tail))
+
+    def _bear(self, births: Births | None) -> tuple[State, Section]:
+        """Return the state with the newborn of a frame, as the decoder has it, and their section.
+
+        Raises:
+            EncodeError: A newborn is beyond what the format carries.
+        """
+        if births is None:
+            return self._moved, EMPTY
+        section = write_births(births)
+        try:
+            return decode_births(self._moved, section, births.residuals.count), section
+        except StateError as error:
+            raise EncodeError(str(error)) from error
 
     def _push(self, kind: bytes, payload: bytes, expected: State) -> State:
         """Write a frame's chunk and take the decoder's state of it."""
@@ -148,12 +180,13 @@ class ClosedLoop:
             message = f"frame {expected.scene.frame} decodes to another state than was committed"
             raise ClosedLoopError(message)
         self.state = decoded
+        self._frame_count += 1
         return decoded
 
     def _write(self, kind: bytes, payload: bytes) -> State | None:
         data = build_chunk(kind, self._sequence, payload)
         try:
-            state = self._decoder.push(Chunk(kind, payload, self._offset))
+            state = self._decoder.push(Chunk(kind, payload, self._offset, self._sequence))
         except BitstreamError as error:
             message = f"the decoder refuses what was written: {error}"
             raise ClosedLoopError(message) from error

@@ -67,6 +67,7 @@ _DEMO = replace(
         max_gaussians=20_000,
         densify_until=900,
         noise=0.0,
+        exposure_rate=0.0,
     ),
     motion=replace(_DRAFT.motion, iterations=150, price_weight=5e-4),
     births=replace(_DRAFT.births, iterations=60, error=0.04, max_births=800),

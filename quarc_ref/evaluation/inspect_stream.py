@@ -12,8 +12,9 @@ from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.evaluation.estimate import estimate_births, estimate_gaussians, estimate_motion
 from quarc_ref.format import container, wire
+from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
-from quarc_ref.format.container import Chunk, split_chunks
+from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.records import Camera, StreamHeader

@@ -8,13 +8,15 @@ from typing import Final, NamedTuple
 
 # SPEC 3.1: version
 VERSION_MAJOR: Final = 0
-VERSION_MINOR: Final = 8
+VERSION_MINOR: Final = 9
 
 # SPEC 5.1, 5.2: container
 MAGIC: Final = b"\x89QRC\r\n\x1a\n"
 SYNC: Final = b"\x9eQC\xf3"
 CHUNK_HEADER_BYTES: Final = 20
 CHUNK_CRC_BYTES: Final = 4
+HEAD_BYTES_LIMIT: Final = 1024
+TAIL_BYTES: Final = 16
 KNOWN_INCOMPATIBLE_FEATURES: Final = 0
 SECTION_HEADER_BYTES: Final = 6
 CANONICAL_SECTIONS: Final = 6
@@ -36,6 +38,7 @@ ROTATION_FRACTION_BITS: Final = 22
 ROTATION_ONE: Final = 1 << ROTATION_FRACTION_BITS
 SUM_GUARD_BITS: Final = 20
 PRODUCT_GUARD_BITS: Final = 8
+COUNTER_LIMIT: Final = (1 << 32) - 1
 CODE_LIMIT: Final = (1 << 15) - 1
 
 # SPEC 8: entropy coding

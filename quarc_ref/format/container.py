@@ -1,36 +1,74 @@
-"""Chunks in a file: SPEC 5.1 and 5.2.
+"""Chunks: SPEC 5.1 and 5.2.
 
 Every chunk names its length and proves its header and its payload by a CRC, so
 that nothing is parsed, let alone entropy-decoded, before it is known whole.
 """
 
 import zlib
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from quarc_ref.format import wire
-from quarc_ref.format.constants import CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, MAGIC, SYNC
+from quarc_ref.format.constants import (
+    CHUNK_CRC_BYTES,
+    CHUNK_HEADER_BYTES,
+    HEAD_BYTES_LIMIT,
+    SYNC,
+    TAIL_BYTES,
+)
 from quarc_ref.format.errors import (
     BadChunkTypeError,
-    BadMagicError,
     BadSyncError,
     ChunkOrderError,
+    ChunkSizeError,
     HeaderCrcError,
     PayloadCrcError,
-    SequenceError,
-    TrailingDataError,
     TruncatedError,
     UnknownCriticalError,
 )
+from quarc_ref.format.records import StreamHeader
 
 HEAD = b"HEAD"
 CANO = b"CANO"
 FRAM = b"FRAM"
+INDX = b"INDX"
 TAIL = b"TAIL"
 CAME = b"came"
 META = b"meta"
-_CRITICAL = (HEAD, CANO, FRAM, TAIL)
+KNOWN = (HEAD, CANO, FRAM, INDX, TAIL, CAME, META)
+TAIL_CHUNK_BYTES = CHUNK_HEADER_BYTES + TAIL_BYTES + CHUNK_CRC_BYTES
 _ANCILLARY_BIT = 0x20
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkHeader:
+    """What is known of a chunk before its payload is read.
+
+    Attributes:
+        kind: Its type, four letters.
+        sequence: Ordinal of the chunk in the stream.
+        length: Bytes of its payload.
+        offset: Where it begins in the stream.
+    """
+
+    kind: bytes
+    sequence: int
+    length: int
+    offset: int
+
+    @property
+    def payload_offset(self) -> int:
+        """Where the payload begins in the stream."""
+        return self.offset + CHUNK_HEADER_BYTES
+
+    @property
+    def end(self) -> int:
+        """Where the next chunk begins."""
+        return self.payload_offset + self.length + CHUNK_CRC_BYTES
+
+    @property
+    def is_ancillary(self) -> bool:
+        """Whether a decoder may do without the chunk."""
+        return bool(self.kind[0] & _ANCILLARY_BIT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +79,13 @@ class Chunk:
         kind: Its type, four letters.
         payload: What it holds.
         offset: Where it begins in the stream, bytes.
+        sequence: Ordinal of the chunk in the stream.
     """
 
     kind: bytes
     payload: bytes
     offset: int
+    sequence: int
 
     def byte_count(self) -> int:
         """Return the size of the chunk in the stream."""
@@ -65,76 +105,117 @@ def build_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:
     return header + payload + zlib.crc32(payload).to_bytes(CHUNK_CRC_BYTES, "little")
 
 
-def split_chunks(data: bytes) -> Iterator[Chunk]:
-    """Walk the chunks of a stream, each proved before it is given out.
-
-    Chunks that a reader may skip are given out too; it is told them by type.
+def parse_header(data: bytes, offset: int) -> ChunkHeader:
+    """Return the header of a chunk, proved by its CRC (SPEC 5.2).
 
     Args:
-        data: A whole stream, or what there is of it.
-
-    Yields:
-        HEAD first, TAIL last.
+        data: 20 bytes, fewer where the stream ends.
+        offset: Where they are in the stream.
 
     Raises:
-        ContainerError: At the first byte that is not as SPEC 5 has it; every
-            chunk before it has been given out.
+        BadSyncError: No chunk begins here.
+        TruncatedError: The header is cut.
+        HeaderCrcError: The header does not match its CRC.
     """
-    if data[: len(MAGIC)] != MAGIC[: len(data)]:
-        message = "this is no .quarc stream"
-        raise BadMagicError(message, 0)
-    offset, sequence, kind = len(MAGIC), 0, b""
-    while kind != TAIL:
-        chunk = _read_chunk(data, offset, sequence)
-        _check_order(chunk, sequence)
-        yield chunk
-        offset, sequence, kind = offset + chunk.byte_count(), sequence + 1, chunk.kind
-    if offset != len(data):
-        message = f"{len(data) - offset} bytes follow TAIL"
-        raise TrailingDataError(message, offset)
-
-
-def _read_chunk(data: bytes, offset: int, sequence: int) -> Chunk:
-    header = data[offset : offset + CHUNK_HEADER_BYTES]
-    if not SYNC.startswith(header[: len(SYNC)]) and header[: len(SYNC)] != SYNC:
+    if not data.startswith(SYNC[: len(data)]):
         message = "a chunk must begin here"
         raise BadSyncError(message, offset)
-    if len(header) < CHUNK_HEADER_BYTES:
+    if len(data) < CHUNK_HEADER_BYTES:
         message = "the stream ends before its TAIL chunk"
         raise TruncatedError(message, offset)
-    kind, number, length, header_crc = wire.parse_chunk_header(header)
-    if zlib.crc32(header[:-CHUNK_CRC_BYTES]) != header_crc:
+    if not header_crc_holds(data):
         message = "the chunk's header is damaged"
         raise HeaderCrcError(message, offset)
-    if number != sequence:
-        message = f"chunk {number} stands where chunk {sequence} is due"
-        raise SequenceError(message, offset)
-    return Chunk(kind, _read_payload(data, offset + CHUNK_HEADER_BYTES, length), offset)
+    kind, sequence, length, _ = wire.parse_chunk_header(data)
+    return ChunkHeader(kind, sequence, length, offset)
 
 
-def _read_payload(data: bytes, start: int, length: int) -> bytes:
-    end = start + length
-    stored = data[end : end + CHUNK_CRC_BYTES]
+def header_crc_holds(data: bytes) -> bool:
+    """Tell whether the 20 bytes of a header match their CRC."""
+    stored = int.from_bytes(data[-CHUNK_CRC_BYTES:], "little")
+    return zlib.crc32(data[:-CHUNK_CRC_BYTES]) == stored
+
+
+def prove_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
+    """Compare the CRC of a payload with the bytes that are stored after it.
+
+    Raises:
+        TruncatedError: The stream ends before these bytes do.
+        PayloadCrcError: They say another CRC.
+    """
     if len(stored) < CHUNK_CRC_BYTES:
         message = "the stream ends inside a chunk"
-        raise TruncatedError(message, start - CHUNK_HEADER_BYTES)
-    payload = data[start:end]
-    if zlib.crc32(payload) != int.from_bytes(stored, "little"):
+        raise TruncatedError(message, header.offset)
+    if crc != int.from_bytes(stored, "little"):
         message = "the chunk's payload is damaged"
-        raise PayloadCrcError(message, start - CHUNK_HEADER_BYTES)
-    return payload
+        raise PayloadCrcError(message, header.offset)
 
 
-def _check_order(chunk: Chunk, sequence: int) -> None:
-    if not _is_type(chunk.kind):
-        message = f"{chunk.kind!r} is no chunk type"
-        raise BadChunkTypeError(message, chunk.offset)
-    if (chunk.kind == HEAD) != (sequence == 0):
+def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
+    """Return the chunk of a payload and its CRC, proved.
+
+    Args:
+        header: Of the chunk.
+        data: What the stream has from the payload on, to the end of the chunk at most.
+
+    Raises:
+        TruncatedError: The stream ends inside the chunk.
+        PayloadCrcError: The payload does not match its CRC.
+    """
+    payload = data[: header.length]
+    prove_payload(header, zlib.crc32(payload), data[header.length :])
+    return Chunk(header.kind, payload, header.offset, header.sequence)
+
+
+def check_type(header: ChunkHeader) -> None:
+    """Refuse types that no stream of this version has (SPEC 5.2).
+
+    Raises:
+        BadChunkTypeError: The letters keep to no pattern.
+        UnknownCriticalError: The type is critical, and unknown.
+    """
+    if not _is_type(header.kind):
+        message = f"{header.kind!r} is no chunk type"
+        raise BadChunkTypeError(message, header.offset)
+    if header.kind not in KNOWN and not header.is_ancillary:
+        message = f"critical chunk {header.kind.decode()} is unknown"
+        raise UnknownCriticalError(message, header.offset)
+
+
+def check_place(header: ChunkHeader, before: bytes) -> None:
+    """Refuse a chunk that stands where its type may not (SPEC 5.1).
+
+    Args:
+        header: Of the chunk.
+        before: Type of the chunk before it; nothing where that is not known.
+
+    Raises:
+        ChunkOrderError: HEAD is not first or comes again, or INDX is not
+            followed by TAIL.
+    """
+    if (header.kind == HEAD) != (header.sequence == 0):
         message = "HEAD must be the first chunk, and no other"
-        raise ChunkOrderError(message, chunk.offset)
-    if chunk.kind not in _CRITICAL and not chunk.kind[0] & _ANCILLARY_BIT:
-        message = f"critical chunk {chunk.kind.decode()} is unknown"
-        raise UnknownCriticalError(message, chunk.offset)
+        raise ChunkOrderError(message, header.offset)
+    if before == INDX and header.kind != TAIL:
+        message = "TAIL must follow INDX"
+        raise ChunkOrderError(message, header.offset)
+
+
+def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
+    """Refuse a payload that is longer than the stream's level allows (SPEC 3.2).
+
+    Args:
+        length: Bytes of the payload.
+        stream: From HEAD; None for HEAD itself (SPEC 5.3).
+        offset: Of the chunk.
+
+    Raises:
+        ChunkSizeError: It is longer.
+    """
+    most = HEAD_BYTES_LIMIT if stream is None else stream.limits.chunk_bytes
+    if length > most:
+        message = f"a payload of {length} bytes where {most} are the most"
+        raise ChunkSizeError(message, offset)
 
 
 def _is_type(kind: bytes) -> bool:

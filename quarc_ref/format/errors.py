@@ -5,6 +5,7 @@
     │   ├── ContainerError      framing, order, versions, fields
     │   ├── EntropyError        coded planes
     │   └── StateError          what the frame would make of the scene
+    ├── SourceError             what holds the bytes cannot be read
     ├── EncodeError             your scene or setting cannot be written
     └── ClosedLoopError         encoder and decoder disagree: our fault
 
@@ -106,6 +107,12 @@ class TailMismatchError(ContainerError):
     """The totals of TAIL are not those of the stream."""
 
     reject_id = "tail-mismatch"
+
+
+class IndexMismatchError(ContainerError):
+    """INDX, or the place of it that TAIL names, is not that of the stream."""
+
+    reject_id = "index-mismatch"
 
 
 class UnsupportedVersionError(ContainerError):
@@ -222,6 +229,10 @@ class StateCrcError(StateError):
     """The decoded state is not the one that the encoder had."""
 
     reject_id = "state-crc"
+
+
+class SourceError(QuarcError):
+    """What holds the stream cannot be read as asked: no fault of the bytes."""
 
 
 class EncodeError(QuarcError):

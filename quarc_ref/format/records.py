@@ -248,10 +248,26 @@ class FrameChunk:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The totals of a finished stream: the TAIL chunk (SPEC 5.8)."""
+    """The totals of a finished stream, and where INDX begins: the TAIL chunk (SPEC 5.8)."""
 
     frame_count: int
     canonical_count: int
+    index_offset: int
+
+
+@dataclass(frozen=True, slots=True)
+class SeekPoint:
+    """A CANO chunk of a stream: one entry of the INDX chunk (SPEC 5.9).
+
+    Attributes:
+        offset: Where the chunk begins in the stream.
+        sequence: Its sequence number.
+        frame: Ordinal of its frame.
+    """
+
+    offset: int
+    sequence: int
+    frame: int
 
 
 @dataclass(frozen=True, slots=True)

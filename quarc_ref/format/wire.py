@@ -1,10 +1,11 @@
 """The byte layout of every chunk: SPEC 5, one construct Struct a table.
 
 The only importer of construct. Each layout serves both ways (`parse_x` beside
-`build_x`); what construct or a record refuses becomes a `FieldError`.
+`build_x`); what construct or a record refuses becomes a `FieldError`, bytes
+after the last field a `TrailingDataError`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, fields
 from typing import Any, TypeVar
 
@@ -39,7 +40,15 @@ from quarc_ref.format.errors import (
     UnsupportedFeatureError,
     UnsupportedVersionError,
 )
-from quarc_ref.format.records import Camera, CanonicalChunk, FrameChunk, Section, StreamHeader, Tail
+from quarc_ref.format.records import (
+    Camera,
+    CanonicalChunk,
+    FrameChunk,
+    Section,
+    SeekPoint,
+    StreamHeader,
+    Tail,
+)
 
 # SPEC 5.2
 CHUNK_HEADER = Struct(
@@ -49,6 +58,7 @@ CHUNK_HEADER = Struct(
     "length" / Int32ul,
     "header_crc" / Int32ul,
 )
+_COMPILED_CHUNK_HEADER = CHUNK_HEADER.compile()  # junk may hold a header in every 20 bytes
 
 # SPEC 5.3
 VERSION = Struct(
@@ -131,16 +141,16 @@ ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int3
 METADATA = Struct("entries" / PrefixedArray(Int16ul, ENTRY))
 
 # SPEC 5.8
-TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul)
+TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul, "index_offset" / Int64ul)
+
+# SPEC 5.9
+SEEK_POINT = Struct("offset" / Int64ul, "sequence" / Int32ul, "frame" / Int32ul)
+INDEX = Struct("points" / PrefixedArray(Int32ul, SEEK_POINT))
 
 
 def parse_chunk_header(data: bytes) -> tuple[bytes, int, int, int]:
-    """Return type, sequence number, length and header CRC of a chunk.
-
-    Raises:
-        FieldError: The bytes do not begin with a sync word.
-    """
-    parsed = _parse(CHUNK_HEADER, data)
+    """Return type, sequence number, length and CRC of 20 bytes that begin with the sync word."""
+    parsed = _COMPILED_CHUNK_HEADER.parse(data)
     return parsed.type, parsed.sequence, parsed.length, parsed.header_crc
 
 
@@ -184,12 +194,7 @@ def build_stream_header(header: StreamHeader) -> bytes:
 
 
 def parse_canonical(payload: bytes) -> CanonicalChunk:
-    """Parse CANO (SPEC 5.4).
-
-    Raises:
-        FieldError: A field is out of range, or missing.
-        TrailingDataError: Bytes follow the last field.
-    """
+    """Parse CANO (SPEC 5.4)."""
     parsed = _parse(CANONICAL, payload)
     parsed.origin = tuple(parsed.origin)
     parsed.sections = tuple(_section(section) for section in parsed.sections)
@@ -204,12 +209,7 @@ def build_canonical(chunk: CanonicalChunk) -> bytes:
 
 
 def parse_frame(payload: bytes) -> FrameChunk:
-    """Parse FRAM (SPEC 5.5).
-
-    Raises:
-        FieldError: A field is out of range, or missing.
-        TrailingDataError: Bytes follow the last field.
-    """
+    """Parse FRAM (SPEC 5.5)."""
     parsed = _parse(FRAME, payload)
     parsed.previous_contexts = bool(parsed.previous_contexts)
     parsed.motion = _section(parsed.motion)
@@ -226,12 +226,7 @@ def build_frame(chunk: FrameChunk) -> bytes:
 
 
 def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
-    """Parse `came` (SPEC 5.6).
-
-    Raises:
-        FieldError: A field is out of range, or missing.
-        TrailingDataError: Bytes follow the last field.
-    """
+    """Parse `came` (SPEC 5.6)."""
     cameras = []
     for parsed in _parse(CAMERAS, payload).cameras:
         parsed.held_out = bool(parsed.held_out)
@@ -247,12 +242,7 @@ def build_cameras(cameras: tuple[Camera, ...]) -> bytes:
 
 
 def parse_metadata(payload: bytes) -> dict[str, str]:
-    """Parse `meta` (SPEC 5.7).
-
-    Raises:
-        FieldError: A text is cut short or no UTF-8.
-        TrailingDataError: Bytes follow the last entry.
-    """
+    """Parse `meta` (SPEC 5.7)."""
     return {entry.key: entry.value for entry in _parse(METADATA, payload).entries}
 
 
@@ -263,18 +253,23 @@ def build_metadata(metadata: dict[str, str]) -> bytes:
 
 
 def parse_tail(payload: bytes) -> Tail:
-    """Parse TAIL (SPEC 5.8).
-
-    Raises:
-        FieldError: A field is missing.
-        TrailingDataError: Bytes follow the last field.
-    """
+    """Parse TAIL (SPEC 5.8)."""
     return _record(Tail, _parse(TAIL, payload))
 
 
 def build_tail(tail: Tail) -> bytes:
     """Return the payload of TAIL."""
     return _build(TAIL, asdict(tail))
+
+
+def parse_index(payload: bytes) -> tuple[SeekPoint, ...]:
+    """Parse INDX (SPEC 5.9)."""
+    return tuple(_record(SeekPoint, point) for point in _parse(INDEX, payload).points)
+
+
+def build_index(points: Iterable[SeekPoint]) -> bytes:
+    """Return the payload of INDX."""
+    return _build(INDEX, {"points": [asdict(point) for point in points]})
 
 
 _VERSION = (constants.VERSION_MAJOR, constants.VERSION_MINOR)

@@ -8,7 +8,7 @@ import pytest
 from quarc_ref.cli import output as shown
 from quarc_ref.decoder import StreamDecoder, decode
 from quarc_ref.encoder import encode_stream
-from quarc_ref.format.container import split_chunks
+from quarc_ref.format.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, run, run_json
 
 _TALKATIVE = """

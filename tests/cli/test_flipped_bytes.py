@@ -1,7 +1,7 @@
 """`tests/decoder` flips a bit of every byte before the decoder; here the command sees it."""
 
+from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
-from quarc_ref.format.container import split_chunks
 from quarc_ref.format.errors import BitstreamError
 from tests.cli.commands import run
 from tests.streams import make_stream

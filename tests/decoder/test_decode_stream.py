@@ -1,37 +1,49 @@
+import io
 import json
+import runpy
 import subprocess
 import sys
+import types
 
 import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest, decode
 from quarc_ref.decoder.decode_stream import StreamDecoder
-from quarc_ref.format import constants, container, wire
-from quarc_ref.format.container import Chunk, build_chunk, split_chunks
+from quarc_ref.format import container, wire
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import (
     BitstreamError,
     ChunkOrderError,
     ChunkSizeError,
     CountError,
     CountLevelError,
+    FieldError,
     FrameOrderError,
+    IndexMismatchError,
     StateCrcError,
     TailMismatchError,
+    TrailingDataError,
     TruncatedError,
 )
-from quarc_ref.format.records import StreamHeader, Tail
-from tests.streams import CAMERA, make_stream
+from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
+from tests.streams import CAMERA, make_stream, rebuild_stream
 
 _DATA, _STATES = make_stream()
+_SMALL, _ = make_stream(gaussian_count=5, frame_count=3, canonical_every=2)
 
 
 def _rebuilt(change):
     """The small stream with its chunks changed by a function of (kind, payload)."""
-    data = constants.MAGIC
-    for sequence, chunk in enumerate(split_chunks(_DATA)):
-        data += build_chunk(chunk.kind, sequence, change(chunk.kind, chunk.payload))
-    return data
+    return rebuild_stream(
+        (chunk.kind, change(chunk.kind, chunk.payload)) for chunk in split_chunks(_DATA)
+    )
+
+
+def _chunk(kind):
+    """The first chunk of a type in the small stream."""
+    return next(chunk for chunk in split_chunks(_DATA) if chunk.kind == kind)
 
 
 def _frames(data):
@@ -65,8 +77,8 @@ def test_a_range_of_frames_comes_out_alone(start, stop, frames):
 
 def test_a_flipped_byte_anywhere_is_refused_by_name():
     unnoticed = []
-    for place in range(len(_DATA)):
-        damaged = bytearray(_DATA)
+    for place in range(len(_SMALL)):
+        damaged = bytearray(_SMALL)
         damaged[place] ^= 1 << (place % 8)
         _, error = _frames(bytes(damaged))
         if error is None or not error.reject_id:
@@ -78,12 +90,12 @@ def test_a_flipped_byte_anywhere_is_refused_by_name():
 def test_a_stream_cut_anywhere_gives_its_whole_frames_and_says_that_it_was_cut():
     ends = [
         chunk.offset + chunk.byte_count()
-        for chunk in split_chunks(_DATA)
+        for chunk in split_chunks(_SMALL)
         if chunk.kind in (container.CANO, container.FRAM)
     ]
 
-    for size in range(len(_DATA)):
-        frames, error = _frames(_DATA[:size])
+    for size in range(len(_SMALL)):
+        frames, error = _frames(_SMALL[:size])
 
         assert frames == list(range(sum(end <= size for end in ends)))
         assert isinstance(error, TruncatedError)
@@ -96,7 +108,9 @@ def test_cameras_and_metadata_are_read():
 
     assert decoder.cameras == (CAMERA,)
     assert decoder.metadata == {"capture": "made by hand"}
-    assert decoder.tail == Tail(4, 1)
+    index, first = _chunk(container.INDX), _chunk(container.CANO)
+    assert decoder.tail == Tail(4, 1, index.offset)
+    assert decoder.index == (SeekPoint(first.offset, first.sequence, 0),)
 
 
 def test_a_wrong_state_crc_is_refused_after_the_frames_before():
@@ -119,6 +133,14 @@ def test_a_wrong_state_crc_is_refused_after_the_frames_before():
         (container.FRAM, 9, (1 << 12) + 1, CountLevelError),
         (container.TAIL, 0, 3, TailMismatchError),
         (container.TAIL, 4, 2, TailMismatchError),
+        (container.TAIL, 8, 0, TailMismatchError),
+        (container.TAIL, 12, 1, TailMismatchError),
+        (container.INDX, 0, 0, TrailingDataError),
+        (container.INDX, 0, 2, FieldError),
+        (container.INDX, 4, 9, IndexMismatchError),
+        (container.INDX, 8, 1, IndexMismatchError),
+        (container.INDX, 12, 4, IndexMismatchError),
+        (container.INDX, 16, 1, IndexMismatchError),
     ],
 )
 def test_counts_are_proved_before_they_are_used(kind, place, value, error):
@@ -131,16 +153,15 @@ def test_counts_are_proved_before_they_are_used(kind, place, value, error):
 
 def test_a_frame_before_any_canonical_one_is_refused():
     decoder = StreamDecoder()
-    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8))
-    frame = next(chunk for chunk in split_chunks(_DATA) if chunk.kind == container.FRAM)
+    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
 
     with pytest.raises(ChunkOrderError):
-        decoder.push(frame)
+        decoder.push(_chunk(container.FRAM))
 
 
 def test_a_chunk_before_the_header_is_refused():
     with pytest.raises(ChunkOrderError):
-        StreamDecoder().push(Chunk(container.META, wire.build_metadata({}), 8))
+        StreamDecoder().push(Chunk(container.META, wire.build_metadata({}), 8, 1))
 
 
 def test_a_canonical_frame_may_come_again():
@@ -148,25 +169,71 @@ def test_a_canonical_frame_may_come_again():
     decoder = StreamDecoder()
     for chunk in chunks[:-1]:
         decoder.push(chunk)
-    again = bytearray(next(chunk for chunk in chunks if chunk.kind == container.CANO).payload)
+    again = bytearray(_chunk(container.CANO).payload)
     again[:4] = (4).to_bytes(4, "little")
 
-    state = decoder.push(Chunk(container.CANO, bytes(again), 0))
+    state = decoder.push(Chunk(container.CANO, bytes(again), 0, 8))
 
     assert state is not None
     assert state.scene.frame == 4
     assert state.scene.phase == 0
     assert compute_digest(state.scene) == compute_digest(_STATES[0].scene)
     with pytest.raises(FrameOrderError):
-        decoder.push(Chunk(container.CANO, bytes(again), 0))
+        decoder.push(Chunk(container.CANO, bytes(again), 0, 8))
+
+
+def test_no_frame_follows_the_last_ordinal():
+    def change(kind, payload):
+        return b"\xff\xff\xff\xff" + payload[4:] if kind == container.CANO else payload
+
+    frames, error = _frames(_rebuilt(change))
+
+    assert frames == [(1 << 32) - 1]
+    assert isinstance(error, FrameOrderError)
+
+
+def test_an_unknown_chunk_that_is_pushed_all_the_same_changes_nothing():
+    decoder = StreamDecoder()
+    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
+
+    assert decoder.push(Chunk(b"oDds", b"whatever", 0, 1)) is None
+
+
+def test_nothing_is_skipped_where_nothing_was_sought():
+    decoder = StreamDecoder()
+    decoder.skip_to(())
+    for chunk in split_chunks(_DATA):
+        decoder.push(chunk)
+
+    assert decoder.tail is not None
+
+
+@pytest.mark.parametrize(("data", "code"), [(_DATA, 0), (_DATA[:-1], 1)])
+def test_the_conformance_command_ends_with_a_code(data, code, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(data)))
+
+    with pytest.raises(SystemExit) as end:
+        runpy.run_module("quarc_ref.decoder", run_name="__main__")
+
+    assert end.value.code == code
+    assert len(capsys.readouterr().out.splitlines()) == len(_STATES) + code
+
+
+def test_the_conformance_command_does_nothing_when_it_is_only_loaded(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", None)
+
+    loaded = runpy.run_module("quarc_ref.decoder.__main__")
+
+    assert callable(loaded["main"])
+    assert capsys.readouterr().out == ""
 
 
 def test_a_payload_beyond_the_level_is_refused():
     decoder = StreamDecoder()
-    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8))
+    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
 
     with pytest.raises(ChunkSizeError):
-        decoder.push(Chunk(container.META, bytes((1 << 22) + 1), 8))
+        decoder.push(Chunk(container.META, bytes((1 << 22) + 1), 8, 1))
 
 
 def test_a_refused_frame_leaves_the_decoder_as_it_was():
@@ -174,7 +241,7 @@ def test_a_refused_frame_leaves_the_decoder_as_it_was():
     decoder = StreamDecoder()
     for chunk in chunks[:4]:
         decoder.push(chunk)
-    broken = Chunk(container.FRAM, chunks[4].payload[:-1] + b"\0", 0)
+    broken = Chunk(container.FRAM, chunks[4].payload[:-1] + b"\0", 0, 4)
     with pytest.raises(BitstreamError):
         decoder.push(broken)
 

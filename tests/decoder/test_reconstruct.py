@@ -96,6 +96,17 @@ def test_the_last_gaussian_cannot_die(deaths):
         _begun(deaths=deaths)
 
 
+def test_a_newborn_without_an_id_left_is_refused():
+    moved = move(_begun(), make_symbols(_begun()))
+    births = make_births(moved, 4)
+
+    last = bear(replace(moved, next_id=(1 << 32) - 4), births)
+
+    assert last.scene.ids[-1] == (1 << 32) - 1
+    with pytest.raises(CountLevelError):
+        bear(replace(moved, next_id=(1 << 32) - 3), births)
+
+
 def test_the_newborn_follow_from_the_next_frame_and_the_bound_keep_their_anchors():
     moved = move(_begun(), make_symbols(_begun()))
     grown = bear(moved, make_births(moved, 4))

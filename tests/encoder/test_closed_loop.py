@@ -2,13 +2,21 @@ import io
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from quarc_ref.decoder import compute_digest
+from quarc_ref.decoder import StreamDecoder, compute_digest
 from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder.rotation import expand_rotations
+from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder import closed_loop
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.regrid import put_on_grid
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.errors import ClosedLoopError, EncodeError
 from quarc_ref.format.records import StreamHeader
+from tests import strategies
 from tests.streams import CAMERA, make_births, make_gaussians, make_symbols
 
 _HEADER = StreamHeader(gaussians_per_anchor=4)
@@ -82,6 +90,103 @@ def test_a_newborn_that_cannot_be_written_is_the_scenes_fault_and_not_the_stream
 
     with pytest.raises(EncodeError, match="parent"):
         loop.commit_births(births)
+
+
+_POSITIONS = "a Gaussian leaves the lattice"
+
+
+def _moved(header, sink=None):
+    """A loop in the middle of its second frame, after its motion."""
+    loop = ClosedLoop(sink or io.BytesIO(), header, (CAMERA,), {})
+    loop.commit_canonical(make_gaussians(header, 50), 0)
+    moved = loop.commit_motion(make_symbols(loop.begin_frame(3)))
+    return loop, moved
+
+
+@given(strategies.headers())
+@settings(max_examples=25)
+def test_a_frame_can_be_written_as_a_canonical_one(header):
+    sink = io.BytesIO()
+    loop, moved = _moved(header, sink)
+    births = make_births(moved, 4, 1)
+    grown = closed_loop.decode_births(moved, closed_loop.write_births(births), 4)
+
+    state = loop.commit_frame_as_canonical(births)
+    loop.begin_frame(1)
+    loop.commit_motion([0 * level for level in make_symbols(loop._begun)])
+    loop.commit_births(None)
+    loop.finish()
+
+    assert (state.scene.frame, state.scene.phase, state.next_id) == (1, 0, 51)
+    _check_near(state.scene, grown.scene, header)
+    decoder, last = StreamDecoder(), None
+    for chunk in split_chunks(sink.getvalue()):
+        last = decoder.push(chunk) or last
+    assert (last.scene.frame, last.scene.phase) == (2, 1)
+    assert [point.frame for point in decoder.index] == [0, 1]
+
+
+def _check_near(scene, exact, header):
+    """Every Gaussian is there, moved by no more than the grid of canonical frames moves it."""
+    nearest = np.abs(scene.positions[:, :, None] - exact.positions[:, None]).max(axis=0)
+    same = (scene.codes[:, :, None] == exact.codes[:, None]).all(axis=0)
+    dots = np.abs(scene.rotations.astype(float).T @ exact.rotations.astype(float)) / (1 << 44)
+    angle_ok = 1 - dots <= 3 * (1 / (1 << header.rotation_bits)) ** 2 + 1e-6
+    matches = (nearest <= (header.position_step + 1) // 2) & same & angle_ok
+    assert matches.any(axis=0).all()
+    assert matches.any(axis=1).all()
+
+
+def test_a_frame_that_canonical_steps_cannot_hold_is_the_scenes_fault():
+    header = StreamHeader(position_step=5000, translation_step=1, gaussians_per_anchor=1)
+    loop = ClosedLoop(io.BytesIO(), header, (CAMERA,), {})
+    gaussians = make_gaussians(header, 20)
+    gaussians.positions[:] = 0
+    gaussians.positions[0, 0] = 1677
+    loop.commit_canonical(gaussians, 0)
+    for _ in range(14):
+        begun = loop.begin_frame(0)
+        symbols = [0 * level for level in make_symbols(begun)]
+        for level in symbols:
+            level[0] = 60
+        loop.commit_motion(symbols)
+        if loop._moved.scene.positions.max() > 8_387_500:
+            break
+        loop.commit_births(None)
+
+    with pytest.raises(EncodeError, match=_POSITIONS):
+        loop.commit_frame_as_canonical(None)
+
+
+@pytest.mark.parametrize(("width", "fits"), [((1 << 20) - 1, True), (1 << 20, False)])
+def test_a_scene_that_is_too_wide_for_a_canonical_frame_is_the_scenes_fault(width, fits):
+    header = StreamHeader(position_step=2, sh_degree=0)
+    positions = np.array([[0, 2 * width], [0, 0], [0, 0]], np.int32) - 1000
+    rotations = np.array([[ROTATION_ONE] * 2, [0] * 2, [0] * 2, [0] * 2], np.int32)
+    scene = Scene(header, 0, 0, np.arange(2), positions, rotations, np.zeros((7, 2), np.int32))
+    if fits:
+        assert np.ptp(put_on_grid(scene).positions[0]) == width
+        return
+    with pytest.raises(EncodeError, match="wider"):
+        put_on_grid(scene)
+
+
+@given(st.integers(1, 14), st.integers(0, (1 << 32) - 1))
+def test_every_rotation_can_be_put_on_every_grid(bits, seed):
+    rng = np.random.default_rng(seed)
+    header = StreamHeader(rotation_bits=bits, sh_degree=0)
+    quaternions = rng.normal(size=(4, 200)) * rng.choice([1, 1, 0.01, 0], (4, 200))
+    quaternions[0] += ~quaternions.any(axis=0)
+    unit = np.round(quaternions / np.linalg.norm(quaternions, axis=0) * ROTATION_ONE)
+    scene = Scene(
+        header, 0, 0, np.arange(200), np.zeros((3, 200), np.int32), unit.astype(np.int32),
+        np.zeros((7, 200), np.int32),
+    )  # fmt: skip
+
+    again = expand_rotations(put_on_grid(scene).rotations, bits)
+
+    dots = np.abs((again.astype(float) * unit).sum(axis=0)) / ROTATION_ONE**2
+    assert np.all(1 - dots <= 3 * (1 / (1 << bits)) ** 2 + 1e-6)
 
 
 def test_contexts_of_the_last_frame_are_used_where_they_save_bytes():

@@ -10,9 +10,10 @@ from quarc_ref.evaluation.estimate import (
 )
 from quarc_ref.evaluation.inspect_stream import KINDS, count_frames, inspect_stream
 from quarc_ref.format import container, wire
-from quarc_ref.format.container import split_chunks
+from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.gaussian_planes import read_births
+from quarc_ref.format.records import Tail
 from tests.streams import CAMERA, make_gaussians, make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=40, frame_count=5)
@@ -115,9 +116,9 @@ def test_a_canonical_frame_that_comes_again_is_canonical_there_too():
     again = bytearray(_CHUNKS[0].payload)
     again[:4] = (5).to_bytes(4, "little")
     data = _DATA[: _CHUNKS[-1].offset + _CHUNKS[-1].byte_count()]
-    sequence = len(list(split_chunks(_DATA))) - 1
+    sequence = len(list(split_chunks(_DATA))) - 2
     data += container.build_chunk(b"CANO", sequence, bytes(again))
-    data += container.build_chunk(b"TAIL", sequence + 1, bytes([6, 0, 0, 0, 2, 0, 0, 0]))
+    data += container.build_chunk(b"TAIL", sequence + 1, wire.build_tail(Tail(6, 2, 0)))
 
     summary = inspect_stream(data)
 

@@ -1,115 +1,141 @@
-import itertools
 import zlib
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
-from quarc_ref.format.container import build_chunk, split_chunks
+from quarc_ref.format import container
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, HEAD_BYTES_LIMIT, LEVELS
+from quarc_ref.format.container import (
+    Chunk,
+    ChunkHeader,
+    build_chunk,
+    check_length,
+    check_place,
+    check_type,
+    parse_header,
+    take_payload,
+)
 from quarc_ref.format.errors import (
     BadChunkTypeError,
-    BadMagicError,
     BadSyncError,
-    BitstreamError,
     ChunkOrderError,
+    ChunkSizeError,
     HeaderCrcError,
     PayloadCrcError,
-    SequenceError,
-    TrailingDataError,
     TruncatedError,
     UnknownCriticalError,
 )
+from quarc_ref.format.records import StreamHeader
+
+_U32 = st.integers(0, (1 << 32) - 1)
 
 
-def _stream(*chunks, start=0):
-    numbered = zip(itertools.count(start), chunks, strict=False)
-    return MAGIC + b"".join(
-        build_chunk(kind, number, payload) for number, (kind, payload) in numbered
-    )
+@given(st.binary(min_size=4, max_size=4), _U32, st.binary(max_size=50), st.integers(0, 1 << 40))
+def test_a_chunk_comes_back(kind, sequence, payload, offset):
+    data = build_chunk(kind, sequence, payload)
+
+    header = parse_header(data[:CHUNK_HEADER_BYTES], offset)
+    chunk = take_payload(header, data[CHUNK_HEADER_BYTES:])
+
+    assert header == ChunkHeader(kind, sequence, len(payload), offset)
+    assert header.end - offset == chunk.byte_count() == len(data)
+    assert chunk == Chunk(kind, payload, offset, sequence)
 
 
-_SMALL = _stream((b"HEAD", b"first"), (b"meta", b""), (b"FRAM", b"third"), (b"TAIL", b"last"))
+def test_a_header_that_is_cut_is_that_and_damage_is_damage():
+    header = build_chunk(b"meta", 3, b"")[:CHUNK_HEADER_BYTES]
 
-
-def test_chunks_come_out_with_their_places():
-    chunks = list(split_chunks(_SMALL))
-
-    assert [chunk.kind for chunk in chunks] == [b"HEAD", b"meta", b"FRAM", b"TAIL"]
-    assert [chunk.payload for chunk in chunks] == [b"first", b"", b"third", b"last"]
-    assert [chunk.offset for chunk in chunks] == [8, 37, 61, 90]
-    assert sum(chunk.byte_count() for chunk in chunks) + len(MAGIC) == len(_SMALL)
-
-
-def test_a_stream_that_is_cut_gives_its_whole_chunks_and_says_so():
-    for size in range(len(_SMALL)):
-        whole = [offset for offset in (37, 61, 90, 118) if offset <= size]
-        chunks = split_chunks(_SMALL[:size])
-
-        assert [next(chunks).offset for _ in whole] == [8, 37, 61, 90][: len(whole)]
+    for size in range(CHUNK_HEADER_BYTES):
         with pytest.raises(TruncatedError):
-            next(chunks)
+            parse_header(header[:size], 5)
+        damaged = bytearray(header)
+        damaged[size] ^= 1
+        error = BadSyncError if size < 4 else HeaderCrcError
+        with pytest.raises(error) as caught:
+            parse_header(bytes(damaged), 5)
+        assert caught.value.offset == 5
+        with pytest.raises(BadSyncError if size < 4 else TruncatedError):
+            parse_header(bytes(damaged)[: size + 1][:19], 5)
 
 
-def test_a_flipped_byte_is_found_wherever_it_is():
-    for place in range(len(_SMALL)):
-        damaged = bytearray(_SMALL)
-        damaged[place] ^= 0x20
+def test_a_payload_that_is_cut_is_that_and_damage_is_damage():
+    data = build_chunk(b"meta", 3, b"payload")
+    header, rest = parse_header(data[:CHUNK_HEADER_BYTES], 5), data[CHUNK_HEADER_BYTES:]
 
-        with pytest.raises(BitstreamError):
-            list(split_chunks(bytes(damaged)))
+    for size in range(len(rest)):
+        with pytest.raises(TruncatedError) as caught:
+            take_payload(header, rest[:size])
+        assert caught.value.offset == 5
+        damaged = bytearray(rest)
+        damaged[size] ^= 1
+        with pytest.raises(PayloadCrcError):
+            take_payload(header, bytes(damaged))
+
+
+def test_a_header_crc_is_of_the_sixteen_bytes_before_it():
+    header = build_chunk(b"FRAM", 9, b"x")[:CHUNK_HEADER_BYTES]
+
+    assert header[16:] == zlib.crc32(header[:16]).to_bytes(4, "little")
+
+
+def _is_refused(kind: bytes) -> type[Exception] | None:
+    try:
+        check_type(ChunkHeader(kind, 1, 0, 0))
+    except (BadChunkTypeError, UnknownCriticalError) as error:
+        return type(error)
+    return None
 
 
 @pytest.mark.parametrize(
-    ("place", "error"),
+    ("kinds", "error"),
     [
-        (0, BadMagicError),
-        (8, BadSyncError),
-        (12, HeaderCrcError),
-        (24, HeaderCrcError),
-        (28, PayloadCrcError),
-        (33, PayloadCrcError),
+        (container.KNOWN, None),
+        ([b"abcd", b"aBcd", b"zZzz", b"indx"], None),
+        ([b"SNAP", b"SnAP", b"CaNO", b"ZZZZ"], UnknownCriticalError),
+        ([b"SNaP", b"SNAp", b"me1a", b"\0\0\0\0", b"meT\xe4", b"mETA"], BadChunkTypeError),
     ],
 )
-def test_damage_has_a_name_by_its_place(place, error):
-    damaged = bytearray(_SMALL)
-    damaged[place] ^= 1
-
-    with pytest.raises(error) as caught:
-        list(split_chunks(bytes(damaged)))
-    assert caught.value.offset == (0 if place == 0 else 8)
-
-
-def test_bytes_after_the_tail_are_refused():
-    with pytest.raises(TrailingDataError):
-        list(split_chunks(_SMALL + b"x"))
+def test_types_are_told_by_the_case_of_their_letters(kinds, error):
+    assert [_is_refused(kind) for kind in kinds] == [error] * len(kinds)
 
 
 @pytest.mark.parametrize(
-    ("data", "error"),
+    ("kind", "sequence", "before", "is_in_place"),
     [
-        (_stream((b"CANO", b"")), ChunkOrderError),
-        (_stream((b"HEAD", b""), (b"HEAD", b"")), ChunkOrderError),
-        (_stream((b"HEAD", b""), start=1), SequenceError),
-        (_stream((b"HEAD", b""), (b"SNAP", b"")), UnknownCriticalError),
-        (_stream((b"HEAD", b""), (b"SNaP", b"")), BadChunkTypeError),
-        (_stream((b"HEAD", b""), (b"me1a", b"")), BadChunkTypeError),
+        (b"HEAD", 0, b"", True),
+        (b"HEAD", 1, b"HEAD", False),
+        (b"CANO", 0, b"", False),
+        (b"INDX", 5, b"FRAM", True),
+        (b"TAIL", 6, b"INDX", True),
+        (b"TAIL", 6, b"FRAM", True),
+        (b"INDX", 6, b"INDX", False),
+        (b"meta", 6, b"INDX", False),
+        (b"FRAM", 6, b"INDX", False),
     ],
 )
-def test_order_and_types_are_minded(data, error):
-    with pytest.raises(error):
-        list(split_chunks(data))
+def test_head_is_first_and_nothing_comes_between_the_index_and_the_end(
+    kind, sequence, before, is_in_place
+):
+    header = ChunkHeader(kind, sequence, 0, 77)
+    if is_in_place:
+        check_place(header, before)
+        return
+    with pytest.raises(ChunkOrderError) as caught:
+        check_place(header, before)
+    assert caught.value.offset == 77
 
 
-@pytest.mark.parametrize("kind", [b"abcd", b"aBcd", b"zZzz"])
-def test_unknown_ancillary_chunks_are_let_pass(kind):
-    data = _stream((b"HEAD", b""), (kind, b"whatever"), (b"TAIL", b""))
+@pytest.mark.parametrize("level", [10, 20, 30])
+def test_a_level_bounds_payloads(level):
+    most = LEVELS[level].chunk_bytes
 
-    assert [chunk.kind for chunk in split_chunks(data)] == [b"HEAD", kind, b"TAIL"]
+    check_length(most, StreamHeader(level=level), 0)
+    with pytest.raises(ChunkSizeError):
+        check_length(most + 1, StreamHeader(level=level), 0)
 
 
-def test_a_length_of_four_billion_is_a_truncation_and_allocates_nothing():
-    header = bytearray(build_chunk(b"HEAD", 0, b"")[:CHUNK_HEADER_BYTES])
-    header[12:16] = b"\xff" * 4
-    header[16:20] = zlib.crc32(header[:16]).to_bytes(4, "little")
-
-    with pytest.raises(TruncatedError):
-        list(split_chunks(MAGIC + bytes(header)))
+def test_the_header_of_a_stream_is_bounded_before_its_level_is_known():
+    check_length(HEAD_BYTES_LIMIT, None, 0)
+    with pytest.raises(ChunkSizeError):
+        check_length(HEAD_BYTES_LIMIT + 1, None, 0)

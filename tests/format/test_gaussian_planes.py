@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.format.constants import KEY_CLASS_BITS
 from quarc_ref.format.errors import SymbolRangeError
 from quarc_ref.format.gaussian_planes import (
     read_births,
@@ -12,7 +13,9 @@ from quarc_ref.format.gaussian_planes import (
     write_canonical,
 )
 from quarc_ref.format.morton import interleave
+from quarc_ref.format.planes import PlaneWriter
 from quarc_ref.format.records import CanonicalChunk, StreamHeader
+from quarc_ref.format.values import code_unsigned
 from tests import strategies
 from tests.streams import make_gaussians
 
@@ -65,6 +68,15 @@ def test_the_newborn_of_a_frame_come_back(data):
 
     assert decoded.parents.tolist() == drawn.parents.tolist()
     assert _fields(decoded.residuals) == _fields(drawn.residuals)
+
+
+def test_a_parent_that_is_farther_than_any_number_may_be_is_refused():
+    writer = PlaneWriter()
+    far = np.array([1 << 61], dtype=np.int64)
+    code_unsigned(writer, np.zeros_like(far), KEY_CLASS_BITS, far)
+
+    with pytest.raises(SymbolRangeError, match="ascending"):
+        read_births(writer.section(), 7, 1)
 
 
 def test_the_order_of_the_sections_is_by_what_a_picture_needs_first():

@@ -13,11 +13,19 @@ from quarc_ref.format.errors import (
     UnsupportedFeatureError,
     UnsupportedVersionError,
 )
-from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader, Tail
+from quarc_ref.format.records import (
+    CanonicalChunk,
+    FrameChunk,
+    Section,
+    SeekPoint,
+    StreamHeader,
+    Tail,
+)
 from tests import strategies
 from tests.checks import check_reader
 from tests.streams import CAMERA
 
+_U32 = st.integers(0, (1 << 32) - 1)
 _TEXTS = st.dictionaries(st.text(max_size=20), st.text(max_size=50), max_size=4)
 
 
@@ -206,14 +214,29 @@ def test_metadata_that_are_no_utf8_are_refused():
 
 
 def test_a_tail_is_refused_in_part_and_with_more():
-    check_reader(wire.parse_tail, wire.build_tail(Tail(7, 1)), Tail(7, 1))
+    check_reader(wire.parse_tail, wire.build_tail(Tail(7, 1, 1 << 40)), Tail(7, 1, 1 << 40))
+
+
+def test_a_tail_is_as_long_as_the_format_says():
+    assert len(wire.build_tail(Tail(1, 1, 0))) == constants.TAIL_BYTES == wire.TAIL.sizeof()
+    assert wire.STREAM_HEADER.sizeof() <= constants.HEAD_BYTES_LIMIT
+
+
+@given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))
+def test_an_index_is_refused_in_part_and_with_more(points):
+    check_reader(wire.parse_index, wire.build_index(points), tuple(points))
+
+
+def test_an_index_of_four_billion_points_is_refused_at_once():
+    with pytest.raises(FieldError):
+        wire.parse_index(b"\xff" * 36)
 
 
 def test_a_count_beyond_its_field_cannot_be_written():
     with pytest.raises(EncodeError):
-        wire.build_tail(Tail(1 << 32, 0))
+        wire.build_tail(Tail(1 << 32, 0, 0))
 
 
 def test_bytes_after_the_last_field_have_a_name_of_their_own():
     with pytest.raises(TrailingDataError):
-        wire.parse_tail(wire.build_tail(Tail(1, 1)) + b"\0")
+        wire.parse_tail(wire.build_tail(Tail(1, 1, 0)) + b"\0")

@@ -1,27 +1,82 @@
-"""Reads SPEC.md: its marked tables, its sections, its reject ids."""
+"""Reads the text of SPEC.md: its marked tables, its sections, its made regions.
+
+Every function takes the text, so that a check can be tried on a text with a slip in it.
+"""
 
 import re
 from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+SPEC = ROOT / "SPEC.md"
 
 
 @cache
 def text() -> str:
-    return (ROOT / "SPEC.md").read_text("utf-8")
+    return SPEC.read_text("utf-8")
 
 
-def table(marker: str) -> list[list[str]]:
-    """The rows of the table under `<!-- spec:marker -->`, without its head."""
-    _, after = text().split(f"<!-- spec:{marker} -->\n", 1)
-    lines = after.split("\n\n", 1)[0].splitlines()
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+def lines_of(spec: str, marker: str) -> list[str]:
+    """The lines under `<!-- spec:marker -->` up to the first empty one."""
+    parts = spec.split(f"<!-- spec:{marker} -->\n")
+    assert len(parts) == 2, f"spec:{marker} is there {len(parts) - 1} times"
+    return parts[1].split("\n\n", 1)[0].splitlines()
 
 
-def sections() -> set[str]:
-    """The numbers of all sections: `5`, `5.3` and so on."""
-    return set(re.findall(r"^#{2,3} (\d+(?:\.\d+)?) ", text(), re.MULTILINE))
+def cells_of(line: str) -> list[str]:
+    return [cell.strip() for cell in line.strip().strip("|").split("|")]
+
+
+def table(spec: str, marker: str) -> list[list[str]]:
+    """The rows of the table under a marker, without its head."""
+    head, rule, *rows = [cells_of(line) for line in lines_of(spec, marker)]
+    assert all(set(cell) == {"-"} for cell in rule), marker
+    assert all(len(row) == len(head) for row in rows), marker
+    return rows
+
+
+def records(spec: str, marker: str) -> list[dict[str, str]]:
+    """The rows of a table by the names in its head."""
+    head = cells_of(lines_of(spec, marker)[0])
+    return [dict(zip(head, row, strict=True)) for row in table(spec, marker)]
+
+
+def made(spec: str, name: str) -> str:
+    """What stands between the comments of a region that `make_annexes` writes."""
+    begin, end = f"<!-- made:{name} -->\n", f"<!-- end:{name} -->"
+    assert spec.count(begin) == spec.count(end) == 1, name
+    return spec.split(begin)[1].split(end)[0]
+
+
+def replace_made(spec: str, name: str, body: str) -> str:
+    """The text with another body between the comments of a region."""
+    old = made(spec, name)
+    begin = f"<!-- made:{name} -->\n"
+    return spec.replace(begin + old, begin + body, 1)
+
+
+def dump(spec: str, marker: str) -> bytes:
+    """The bytes of the hex dump under a marker: `0010: 89 51 ...` in a fence."""
+    lines = [line for line in lines_of(spec, marker) if not line.startswith("```")]
+    data = b""
+    for line in lines:
+        offset, digits = line.split(":")
+        assert int(offset, 16) == len(data), f"{marker}: offset {offset}"
+        data += bytes.fromhex(digits)
+    return data
+
+
+def section(spec: str, number: str) -> str:
+    """The text of a section, up to the next heading."""
+    found = re.search(rf"^### {re.escape(number)} .*?(?=^##)", spec, re.MULTILINE | re.DOTALL)
+    assert found, number
+    return found[0]
+
+
+def sections(spec: str) -> set[str]:
+    """The numbers of all sections: `5`, `5.3`, `F.7` and so on."""
+    numbers = re.findall(r"^#{2,3} (\d+(?:\.\d+)?|[A-Z]\.\d+) ", spec, re.MULTILINE)
+    return {*numbers, *re.findall(r"^## Annex ([A-Z]):", spec, re.MULTILINE)}
 
 
 def section_references(source: str) -> list[str]:

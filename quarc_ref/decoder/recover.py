@@ -1,0 +1,149 @@
+"""Decoding past damage: SPEC 11.4.
+
+What is lost is said: every byte of a stream is either in a chunk that was
+taken or in a gap that is reported.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from quarc_ref.decoder.decode_stream import StreamDecoder
+from quarc_ref.decoder.follow import Follow, ask
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format import container, wire
+from quarc_ref.format.chunk_reader import ChunkReader
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import BitstreamError, TruncatedError, UnknownCriticalError
+from quarc_ref.format.resync import Search, canonical_frame, find_resumption
+from quarc_ref.format.source import Source, as_source
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A part of a stream that was left out.
+
+    Attributes:
+        offset: Where it begins, bytes.
+        byte_count: How long it is; None where the stream has not been read to
+            its end.
+        reject_id: What was wrong at its beginning (SPEC 3.3).
+        message: The same as a sentence.
+        frames_lost: How many frames are missing for it; None where that
+            cannot be told.
+    """
+
+    offset: int
+    byte_count: int | None
+    reject_id: str
+    message: str
+    frames_lost: int | None
+
+
+def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Scene | Gap]:
+    """Decode the frames of a stream that may be damaged.
+
+    After damage decoding goes on at the next CANO chunk whose CRCs hold; an
+    ancillary chunk that is damaged is left out alone. A stream that is cut
+    ends in a gap whose reject id is `truncated`.
+
+    Args:
+        stream: A stream.
+        follow: How long to wait for a stream that still grows; None not to.
+
+    Yields:
+        The scene of every frame that is whole, and what is missing between.
+
+    Raises:
+        BitstreamError: Nothing of the stream can be decoded: its HEAD is
+            damaged, or it has a critical chunk of an unknown type.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    recovery = _Recovery(as_source(stream), follow)
+    recovery.begin()
+    while not recovery.is_over:
+        yield from recovery.step()
+
+
+class _Recovery:
+    def __init__(self, source: Source, follow: Follow | None) -> None:
+        self.is_over = False
+        self._source = source
+        self._follow = follow
+        self._reader = ChunkReader(source)
+        self._decoder = StreamDecoder()
+        self._first: int | None = None  # ordinal of the stream's first frame
+        self._due: int | None = None  # ordinal of the frame to come
+
+    def begin(self) -> None:
+        """Take HEAD."""
+        self._push(self._read())
+
+    def step(self) -> Iterator[Scene | Gap]:
+        """Take a chunk, or find the way past what cannot be taken."""
+        try:
+            chunk = self._read()
+            self.is_over = chunk is None
+            scene = self._push(chunk)
+        except UnknownCriticalError:
+            raise
+        except BitstreamError as error:
+            yield from self._leave_out(error)
+        else:
+            if scene is not None:
+                yield scene
+
+    def _read(self) -> Chunk | None:
+        return ask(self._reader.read_chunk, self._follow)
+
+    def _push(self, chunk: Chunk | None) -> Scene | None:
+        state = None if chunk is None else self._decoder.push(chunk)
+        if state is None:
+            return None
+        if self._due is None:
+            self._first = state.scene.frame
+        self._due = state.scene.frame + 1
+        return state.scene
+
+    def _leave_out(self, error: BitstreamError) -> Iterator[Gap]:
+        offset, header = error.offset or 0, self._reader.current
+        if self._reader.is_past_tail:
+            self.is_over = True
+            size = self._source.size()
+            yield _gap(error, offset, size, None)
+        elif header is not None and header.is_ancillary and not isinstance(error, TruncatedError):
+            self._reader.skip(header)
+            yield _gap(error, offset, header.end, 0)
+        else:
+            self._decoder.lose()
+            yield from self._resume(error, offset)
+
+    def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
+        limit = self._decoder.header.limits.chunk_bytes
+        search = Search(self._reader.offset, self._reader.sequence, self._due or 0, limit)
+        follow = None if isinstance(error, TruncatedError) else self._follow
+        try:
+            chunk = ask(lambda: find_resumption(self._source, search), follow)
+        except TruncatedError as cut:
+            self.is_over = True
+            yield _gap(error, offset, cut.offset, None)
+            if not isinstance(error, TruncatedError):
+                yield _gap(cut, cut.offset or 0, cut.offset, None)
+            return
+        self._reader.seek(chunk.offset, chunk.sequence)
+        yield _gap(error, offset, chunk.offset, self._count_lost(chunk))
+
+    def _count_lost(self, chunk: Chunk) -> int | None:
+        """Return how many frames are missing before the chunk that decoding goes on at."""
+        before = self._due
+        if chunk.kind == container.CANO:
+            self._due = canonical_frame(chunk.payload)
+        elif self._first is not None:
+            self._due = self._first + wire.parse_tail(chunk.payload).frame_count
+        if before is None or self._due is None or self._due < before:
+            return None
+        return self._due - before
+
+
+def _gap(error: BitstreamError, offset: int, end: int | None, frames_lost: int | None) -> Gap:
+    byte_count = None if end is None else end - offset
+    return Gap(offset, byte_count, error.reject_id, str(error), frames_lost)

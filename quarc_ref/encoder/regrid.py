@@ -1,0 +1,45 @@
+"""A scene of the decoder put on the grid of canonical frames: SPEC 7.2, backwards.
+
+Integers in, integers out: no training, no floats. What is lost is at most half
+a `position_step` on an axis, and half a step of 2^-`rotation_bits` in each of
+the three coded components of a rotation.
+"""
+
+import numpy as np
+
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.arithmetic import divide_round
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import AXIS_BITS_LIMIT, ROTATION_FRACTION_BITS
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import Gaussians
+
+
+def put_on_grid(scene: Scene) -> Gaussians:
+    """Return a scene's Gaussians in the steps of its stream, in the order of the scene.
+
+    Raises:
+        EncodeError: The scene is wider than a canonical frame can say (SPEC 5.4).
+    """
+    header = scene.header
+    positions = divide_round(scene.positions.astype(np.int64), header.position_step)
+    if int(np.ptp(positions, axis=1).max()) >> AXIS_BITS_LIMIT:
+        message = f"the scene is wider than 2^{AXIS_BITS_LIMIT} steps: take a larger position_step"
+        raise EncodeError(message)
+    return Gaussians(
+        positions,
+        _code_rotations(scene.rotations.astype(np.int64), header.rotation_bits),
+        scene.codes.astype(np.int64),
+    )
+
+
+def _code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
+    """Return `[4, n]` index of the largest component and the other three, it being positive."""
+    count = rotations.shape[1]
+    largest = np.argmax(np.abs(rotations), axis=0)
+    columns = np.arange(count)
+    positive = rotations * np.sign(rotations[largest, columns])
+    is_other = np.arange(4)[:, None] != largest
+    others = positive.T[is_other.T].reshape(count, 3).T
+    coded = divide_round(others, 1 << (ROTATION_FRACTION_BITS - fraction_bits))
+    return np.concatenate([largest[None], coded])

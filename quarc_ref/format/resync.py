@@ -1,0 +1,107 @@
+"""After damage: the next chunk that decoding can go on at (SPEC 11.4).
+
+A search looks at every sync word once, and proves payloads in a bounded share
+of what it has passed: junk, also junk made to look like chunks, costs time in
+proportion to its length.
+"""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+
+from quarc_ref.format import container
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, SYNC, TAIL_BYTES
+from quarc_ref.format.container import Chunk, ChunkHeader
+from quarc_ref.format.errors import PayloadCrcError, TruncatedError
+from quarc_ref.format.source import Source
+
+WINDOW_BYTES = 1 << 20
+_EFFORT = 16
+_ALLOWANCE = LEVELS[30].chunk_bytes
+_FRAME_BYTES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What decoding can go on at.
+
+    Attributes:
+        offset: First byte to look at.
+        sequence: Least number of a chunk that is still to come.
+        frame: Least ordinal of a frame that is still to come.
+        limit: Most bytes of a payload, by the stream's level.
+    """
+
+    offset: int
+    sequence: int
+    frame: int
+    limit: int
+
+    def admits(self, header: ChunkHeader) -> bool:
+        """Tell whether a chunk may be one to go on at, by its header."""
+        if header.sequence < self.sequence or header.length > self.limit:
+            return False
+        if header.kind == container.TAIL:
+            return header.length == TAIL_BYTES
+        return header.kind == container.CANO and header.length >= _FRAME_BYTES
+
+    def allow(self, place: int) -> int:
+        """Return how many bytes of payloads may have been proved in vain before a place."""
+        return _EFFORT * (place - self.offset + min(self.limit, _ALLOWANCE))
+
+    def accepts(self, chunk: Chunk, source: Source) -> bool:
+        """Tell whether an admitted chunk is to come: a later frame, or the very end."""
+        if chunk.kind == container.TAIL:
+            return not source.read(chunk.offset + chunk.byte_count(), 1)
+        return canonical_frame(chunk.payload) >= self.frame
+
+
+def canonical_frame(payload: bytes) -> int:
+    """Return the ordinal of the frame in a CANO payload that is not parsed (SPEC 5.4)."""
+    return int.from_bytes(payload[:_FRAME_BYTES], "little")
+
+
+def find_resumption(source: Source, search: Search) -> Chunk:
+    """Return the first CANO, or TAIL at the very end, whose CRCs hold.
+
+    Args:
+        source: The stream.
+        search: What of it may come.
+
+    Raises:
+        TruncatedError: There is none; the offset is the end of what there is.
+    """
+    start, spent = search.offset, 0
+    while True:
+        window = source.read(start, WINDOW_BYTES)
+        for header in _find_headers(window, start):
+            if not search.admits(header) or spent > search.allow(header.offset):
+                continue
+            with suppress(PayloadCrcError, TruncatedError):
+                data = _read_payload(source, header, start, window)
+                chunk = container.take_payload(header, data)
+                if search.accepts(chunk, source):
+                    return chunk
+            spent += header.length
+        if len(window) < WINDOW_BYTES:
+            message = "the stream ends with no chunk to go on at"
+            raise TruncatedError(message, start + len(window))
+        start += WINDOW_BYTES - CHUNK_HEADER_BYTES + 1
+
+
+def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:
+    """Yield the headers in a window whose CRCs hold; `start` is its offset in the stream."""
+    place = window.find(SYNC)
+    while 0 <= place <= len(window) - CHUNK_HEADER_BYTES:
+        data = window[place : place + CHUNK_HEADER_BYTES]
+        if container.header_crc_holds(data):
+            yield container.parse_header(data, start + place)
+        place = window.find(SYNC, place + 1)
+
+
+def _read_payload(source: Source, header: ChunkHeader, start: int, window: bytes) -> bytes:
+    """Return payload and CRC, out of the window if they are in it."""
+    place = header.payload_offset - start
+    if header.end - start <= len(window):
+        return window[place : header.end - start]
+    return source.read(header.payload_offset, header.end - header.payload_offset)

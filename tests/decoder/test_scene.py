@@ -1,0 +1,37 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame
+from quarc_ref.format.records import StreamHeader
+from tests.streams import make_gaussians
+
+_HEADER = StreamHeader()
+_STATE = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 9))
+
+
+@pytest.mark.parametrize("name", ["positions", "rotations", "codes"])
+def test_a_scene_has_planes_of_one_length_and_kind(name):
+    plane = getattr(_STATE.scene, name)
+
+    for wrong in (plane[:, 1:], plane[1:], plane.astype(np.int64)):
+        with pytest.raises(ValueError, match=name):
+            replace(_STATE.scene, **{name: wrong})
+
+
+def test_a_scene_keeps_the_gaussians_of_a_mask_in_their_order():
+    kept = np.arange(9) % 2 == 0
+
+    scene = _STATE.scene.keep(kept)
+
+    assert scene.count == 5
+    assert scene.ids.tolist() == [0, 2, 4, 6, 8]
+    assert np.array_equal(scene.positions, _STATE.scene.positions[:, ::2])
+    assert np.array_equal(scene.codes, _STATE.scene.codes[:, ::2])
+
+
+def test_a_canonical_frame_has_no_anchors_to_ask_for():
+    with pytest.raises(ValueError, match="begin_frame"):
+        _ = _STATE.known_anchors
+    assert begin_frame(_STATE, 0).known_anchors.levels

@@ -1,0 +1,28 @@
+from dataclasses import replace
+
+import pytest
+
+from quarc_ref.format.records import StreamHeader
+from tests.streams import CAMERA
+
+
+@pytest.mark.parametrize(("timescale", "ticks", "pace"), [(30, 1, 30), (30_000, 1001, 29.97)])
+def test_the_pace_of_a_stream_is_its_clock_over_its_ticks(timescale, ticks, pace):
+    header = StreamHeader(timescale=timescale, frame_ticks=ticks)
+
+    assert header.frames_per_second == pytest.approx(pace, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rotation": (1, 0, 0)}, "9 numbers"),
+        ({"translation": (1.0,)}, "3 of translation"),
+        ({"fx": float("nan")}, "finite"),
+        ({"width": 0}, "positive"),
+        ({"near": -1.0}, "positive"),
+    ],
+)
+def test_an_impossible_camera_cannot_be_made(changes, message):
+    with pytest.raises(ValueError, match=message):
+        replace(CAMERA, **changes)

@@ -1,0 +1,73 @@
+"""The pages of Annex G: a stream as a dump, field by field, plane by plane, state by state."""
+
+from itertools import groupby
+
+from tests.spec.annex_vectors import render_table
+from tests.spec.plain_decoder import PlainFrame, PlainStream
+
+
+def dump(data: bytes, marker: str) -> str:
+    lines = [
+        f"{offset:04x}: {data[offset : offset + 16].hex(' ')}" for offset in range(0, len(data), 16)
+    ]
+    return "\n".join([f"<!-- spec:hex {marker} -->", "```", *lines, "```", ""])
+
+
+def fields(stream: PlainStream, marker: str) -> str:
+    rows = [
+        (f"{row.offset:04x}", row.data.hex(" ") or "none", row.field, row.value)
+        for row in stream.rows
+    ]
+    table = render_table(("offset", "bytes", "field", "value"), rows)
+    return f"<!-- spec:fields {marker} -->\n{table}"
+
+
+def planes(frame: PlainFrame, marker: str) -> str:
+    """The planes of a frame's sections in coding order; contexts, codes and bits side by side."""
+    rows = []
+    for (section, plane), runs in groupby(frame.runs, key=lambda run: (run.section, run.plane)):
+        cells = [(run.context, run.code, run.bits) for run in runs]
+        columns = (" ".join(map(_or_raw, column)) for column in zip(*cells, strict=True))
+        rows.append((section, plane, *columns))
+    table = render_table(("section", "plane", "contexts", "codes", "bits"), rows)
+    return f"<!-- spec:planes {marker} -->\n{table}"
+
+
+def _or_raw(value: int | str | None) -> str:
+    return "raw" if value is None else str(value)
+
+
+def notes(frame: PlainFrame, marker: str) -> str:
+    rows = [(name, _without_brackets(value)) for name, value in frame.notes]
+    return f"<!-- spec:notes {marker} -->\n" + render_table(("what", "numbers"), rows)
+
+
+def _without_brackets(value: str) -> str:
+    if value.startswith("[["):
+        return value[1:-1].replace("[", "(").replace("]", ")")
+    return value.removeprefix("[").removesuffix("]") or "none"
+
+
+def states(frame: PlainFrame, marker: str) -> str:
+    rows = [
+        (str(g.id), _listed(g.position), _listed(g.rotation), _listed(g.codes))
+        for g in frame.state.gaussians
+    ]
+    table = render_table(("id", "position", "rotation", "codes"), rows)
+    return f"<!-- spec:state {marker} -->\n{table}"
+
+
+def _listed(values: list[int]) -> str:
+    return ", ".join(map(str, values))
+
+
+def digests(stream: PlainStream, marker: str) -> str:
+    rows = []
+    for frame in stream.frames:
+        state = frame.state
+        serial = state.serialize()
+        numbers = (state.frame, state.phase, len(state.gaussians), len(serial))
+        crc = f"{frame.state_crc:08x}"
+        rows.append((*map(str, numbers), crc, f"`{state.digest()}`"))
+    head = ("frame", "phase", "N", "bytes", "state_crc", "SHA-256 of the serialization")
+    return f"<!-- spec:digests {marker} -->\n" + render_table(head, rows)

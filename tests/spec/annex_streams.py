@@ -1,0 +1,159 @@
+"""The two streams of Annex G, from records made by hand: no training, no drawing of lots."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
+from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame, motion_contexts
+from quarc_ref.format import wire
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import (
+    Births,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    SeekPoint,
+    StreamHeader,
+    Tail,
+)
+from tests.streams import CAMERA
+
+EMPTY = Section(b"", np.zeros(0, dtype=np.uint32))
+
+
+@dataclass
+class StreamWriter:
+    """Appends chunks, and holds the state as it goes."""
+
+    header: StreamHeader
+    data: bytes = MAGIC
+    sequence: int = 0
+    states: list[State] = field(default_factory=list)
+    seek_points: list[SeekPoint] = field(default_factory=list)
+
+    def chunk(self, kind: bytes, payload: bytes) -> None:
+        self.data += build_chunk(kind, self.sequence, payload)
+        self.sequence += 1
+
+    def canonical(self, gaussians: Gaussians, frame: int) -> None:
+        origin, axis_bits, ordered = sort_canonical(gaussians)
+        state = begin_canonical(self.header, frame, ordered)
+        crc = compute_state_crc(state.scene, all_fields=True)
+        sections = write_canonical(ordered, origin)
+        chunk = CanonicalChunk(frame, ordered.count, origin, axis_bits, sections, crc)
+        self.seek_points.append(SeekPoint(len(self.data), self.sequence, frame))
+        self.chunk(b"CANO", wire.build_canonical(chunk))
+        self.states.append(state)
+
+    def begin(self, deaths: int) -> State:
+        return begin_frame(self.states[-1], deaths)
+
+    def frame(
+        self, begun: State, symbols: list[Int64], births: Births | None, *, previous: bool
+    ) -> None:
+        """Write a FRAM chunk; the number of deaths is what `begun` lacks."""
+        deaths = self.states[-1].scene.count - begun.scene.count
+        motion = write_motion(motion_contexts(begun, previous=previous), symbols)
+        state = decode_motion(begun, motion, previous=previous)
+        section, count = EMPTY, 0
+        if births is not None:
+            section, count = write_births(births), births.residuals.count
+            state = decode_births(state, section, count)
+        crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
+        chunk = FrameChunk(state.scene.phase, previous, deaths, count, motion, section, crc)
+        self.chunk(b"FRAM", wire.build_frame(chunk))
+        self.states.append(state)
+
+    def tail(self, *, index: bool) -> None:
+        offset = len(self.data) if index else 0
+        if index:
+            self.chunk(b"INDX", wire.build_index(tuple(self.seek_points)))
+        tail = Tail(len(self.states), len(self.seek_points), offset)
+        self.chunk(b"TAIL", wire.build_tail(tail))
+
+
+def _columns(*rows: list[int]) -> Int64:
+    return np.array(rows, dtype=np.int64).T
+
+
+def make_still() -> StreamWriter:
+    """Stream A: one canonical frame of three Gaussians with SH rest."""
+    header = StreamHeader(level_count=1, timescale=25, up_axis=3, meters_per_unit=1.0)
+    writer = StreamWriter(header)
+    writer.chunk(b"HEAD", wire.build_stream_header(header))
+    red = [-40, -41, -39, 12, 52, -20, -25, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    green = [-38, -38, -38, 20, -19, 50, -21, 0, 0, 0, 1, 0, 0, 0, 0, 0]
+    blue = [-38, -30, -38, 20, -19, -19, 48, 0, 0, 0, 0, 0, 0, 0, 0, -2]
+    writer.canonical(
+        Gaussians(
+            _columns([1000, -200, 64], [1003, -205, 64], [1003, -205, 64]),
+            _columns([0, 0, 0, 0], [0, 12, -7, 90], [3, 0, 0, 181]),
+            _columns(red, green, blue),
+        ),
+        frame=0,
+    )
+    writer.tail(index=False)
+    return writer
+
+
+def make_moving() -> StreamWriter:
+    """Stream B: six Gaussians, motion, births, deaths, with cameras, metadata and an index."""
+    header = StreamHeader(
+        level=20,
+        rotation_components=4,
+        sh_degree=0,
+        level_count=2,
+        gaussians_per_anchor=2,
+        anchor_ratio=2,
+        resample_interval=3,
+        full_crc_interval=2,
+        seed=0x0123456789ABCDEF,
+    )
+    writer = StreamWriter(header)
+    writer.chunk(b"HEAD", wire.build_stream_header(header))
+    writer.chunk(b"came", wire.build_cameras((CAMERA,)))
+    writer.chunk(b"meta", wire.build_metadata({"title": "six Gaussians"}))
+    writer.canonical(_six(), frame=0)
+
+    begun = writer.begin(0)
+    fine = _columns([1, 0, -2, 0, 0, 0, 0], [0] * 7, [0, 0, 5, -1, 0, 0, 6])
+    coarse = _columns([3, 0, 0, 0, 0, 0, -4])
+    writer.frame(begun, [fine, coarse], None, previous=False)
+
+    begun = writer.begin(0)
+    fine = _columns([1, 0, -1, 0, 0, 0, 0], [0] * 7, [0, 0, 5, 0, 0, 0, 5])
+    rotations = _columns([0, 0, 0, 0], [2, -30, 0, 181])
+    codes = _columns([1, 0, 0, -30, 4, 4, 4], [0, 0, -1, 5, 0, 0, 0])
+    births = Births(
+        np.array([1, 4], dtype=np.int64),
+        Gaussians(_columns([6, -3, 0], [0, 0, -70]), rotations, codes),
+    )
+    writer.frame(begun, [fine, np.zeros_like(coarse)], births, previous=True)
+
+    begun = writer.begin(2)
+    still = [np.zeros_like(fine), _columns([0, 65, 0, 0, 0, 0, 0])]
+    writer.frame(begun, still, None, previous=True)
+    writer.tail(index=True)
+    return writer
+
+
+def _six() -> Gaussians:
+    return Gaussians(
+        _columns([0, 0, 0], [5, 0, 0], [5, 0, 0], [60, 60, 3], [64, 60, 0], [-30, 8, 90]),
+        _columns([0, 0, 0, 0], [0, 0, 0, 9], [1, -3, 4, 5], [2, 0, 0, 0], [3, 100, 0, 0], [0] * 4),
+        _columns(
+            [-40, -40, -40, 16, 0, 0, 0],
+            [-40, -40, -40, -9, 10, -10, 0],
+            [-41, -40, -38, 16, 40, 40, 40],
+            [-36, -36, -36, 3, -12, 0, 12],
+            [-36, -37, -36, -9, -12, 0, 13],
+            [-44, -40, -40, 30, 0, 0, -30],
+        ),
+    )

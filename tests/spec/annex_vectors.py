@@ -1,0 +1,137 @@
+"""The tables of Annex F: inputs, and how the package and its slow twin answer them.
+
+A table is made from its inputs by the package. It is checked from its own
+cells: both must give the outputs that stand in the text.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.decoder.philox import philox
+from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, turn
+from quarc_ref.format import arithmetic
+from quarc_ref.format.ans import encode_bits
+from quarc_ref.format.morton import interleave
+from tests.spec.plain_planes import PlainCoder
+
+Answer = Callable[..., str]
+
+
+@dataclass(frozen=True)
+class VectorTable:
+    """A table of known answers.
+
+    Attributes:
+        marker: In the text: `<!-- spec:vectors marker -->`.
+        head: Names of the columns, the answer last.
+        inputs: Cells of each row but the answer.
+        package: What gives the answer of a row's cells.
+        twin: What gives it too, from the text's words alone.
+    """
+
+    marker: str
+    head: tuple[str, ...]
+    inputs: tuple[tuple[str, ...], ...]
+    package: Answer
+    twin: Answer
+
+    def render(self) -> str:
+        rows = [(*cells, self.package(*cells)) for cells in self.inputs]
+        return f"<!-- spec:vectors {self.marker} -->\n" + render_table(self.head, rows)
+
+
+def render_table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return text.replace("| --- |", "|---|").replace(" --- |", "---|").replace("|  |", "| |") + "\n"
+
+
+def numbers(cell: str, base: int = 10) -> list[int]:
+    return [int(number, base) for number in cell.replace(",", " ").split()]
+
+
+def words(values: list[int]) -> str:
+    return " ".join(f"{value:08x}" for value in values)
+
+
+def listed(values: object) -> str:
+    return ", ".join(map(str, values))
+
+
+def _column(values: list[int]) -> np.ndarray:
+    return np.array(values, dtype=np.int64)[:, None]
+
+
+def answer_philox(counter: str, key: str) -> str:
+    k = numbers(key, 16)
+    drawn = philox(np.array(numbers(counter, 16), dtype=np.uint64)[:, None], k[0] | k[1] << 32)
+    return words(drawn[:, 0].tolist())
+
+
+def answer_divide(numerator: str, denominator: str) -> str:
+    return str(arithmetic.divide_round(np.int64(numerator), int(denominator)))
+
+
+def answer_normalize(vector: str, guard: str) -> str:
+    return listed(_normalize(_column(numbers(vector)), int(guard))[:, 0].tolist())
+
+
+def answer_expand(bits: str, index: str, others: str) -> str:
+    coded = _column([int(index), *numbers(others)])
+    return listed(expand_rotations(coded, int(bits))[:, 0].tolist())
+
+
+def answer_turn(rotation: str, sums: str) -> str:
+    residual = normalize_sums(_column(numbers(sums)))
+    turned = turn(_column(numbers(rotation)).astype(np.int32), residual)
+    return listed(turned[:, 0].tolist())
+
+
+def answer_encode(bits: str, weights: str) -> str:
+    runs = [
+        (np.array([bit == "1"]), weight)
+        for bit, weight in zip(bits.replace(" ", ""), numbers(weights), strict=True)
+    ]
+    return words(encode_bits(runs)) or "none"
+
+
+def answer_decode(bits: str, weights: str) -> str:
+    """The words, if they decode to the bits and to nothing else."""
+    found = answer_encode(bits, weights)
+    coder = PlainCoder(numbers(found.replace("none", ""), 16))
+    assert [coder.bit(weight) for weight in numbers(weights)] == [int(b) for b in bits.split()]
+    assert coder.state == 0
+    assert not coder.words
+    return found
+
+
+def answer_morton(point: str) -> str:
+    return str(interleave(_column(numbers(point)))[0])
+
+
+def answer_slow_morton(point: str) -> str:
+    places = [(v, 2 - axis) for axis, v in enumerate(numbers(point))]
+    return str(sum((v >> b & 1) << (3 * b + place) for v, place in places for b in range(21)))
+
+
+def answer_dequantize(code: str, step: str) -> str:
+    product = np.float32(int(code)) * np.array([int(step, 16)], "<u4").view("<f4")[0]
+    return f"{product.view('<u4'):08x}"
+
+
+def answer_slow_dequantize(code: str, step: str) -> str:
+    """By doubles, in which the product of 16 and 24 bits is exact, and one rounding."""
+    exact = float(np.array([int(step, 16)], "<u4").view("<f4")[0]) * int(code)
+    return f"{np.float32(exact).view('<u4'):08x}"
+
+
+def slow_crc(data: bytes) -> int:
+    """SPEC 4.5, step by step."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ (0xEDB88320 if crc & 1 else 0)
+    return crc ^ 0xFFFFFFFF

@@ -1,0 +1,111 @@
+"""The bounds of Annex E, each computed from the constants and the ranges of the header."""
+
+from collections.abc import Iterator
+from math import isqrt
+
+from quarc_ref.format import constants as c
+from tests.spec.annex_vectors import render_table
+
+U16, U32, U64 = (1 << 16) - 1, (1 << 32) - 1, (1 << 64) - 1
+MOTION = c.LEVEL_COUNT_LIMIT * c.SYMBOL_LIMIT
+BIASED = 2 * c.POSITION_LIMIT
+SIGNED_LIMIT = (1 << ((1 << c.CLASS_BITS) - 1)) - 1
+KEY_LIMIT = (1 << ((1 << c.KEY_CLASS_BITS) - 1)) - 1
+SUM_LEAST = c.LEVEL_COUNT_LIMIT - MOTION
+SUM_GREATEST = c.LEVEL_COUNT_LIMIT * c.ROTATION_UNITY_LIMIT + MOTION
+SUM_SQUARE = SUM_GREATEST**2 + 3 * MOTION**2
+# A unit quaternion rounded to Q22: its norm is above 2^22 by less than 2 where 8 guard bits were
+# used, by less than 6 where 20 were and the vector was short; a product of both, rounded, by 10.
+PRODUCT = c.ROTATION_ONE + 10
+PRODUCT_SUM = (c.ROTATION_ONE + 2) * (c.ROTATION_ONE + 6)
+
+Bound = tuple[str, int, int, str]
+
+
+def bounds() -> list[Bound]:
+    """Name, least, greatest, section of everything that a decoder computes with."""
+    return [*_of_fields(), *_of_anchors(), *_of_frames(), *_of_rotations(), *_of_planes()]
+
+
+def _of_fields() -> Iterator[Bound]:
+    yield "bytes of a payload; any CRC; any ordinal, phase or count", 0, U32, "5"
+    yield "bytes of a serialization", 8 + 60, 8 + 96 * U32, "9.1"
+    yield "`origin`, each axis", -(1 << 31), (1 << 31) - 1, "5.4"
+    yield "position less the origin, each axis", 0, (1 << c.AXIS_BITS_LIMIT) - 1, "5.4"
+    yield "id of a Gaussian", 0, U32, "7.1"
+    yield "id that the next newborn gets", 1, 1 << 32, "7.1"
+
+
+def _of_anchors() -> Iterator[Bound]:
+    yield "A_l", 1, U32, "6.1"
+    yield "product of a round of Philox", 0, U32 * 0xD2511F53, "6.2"
+    yield "rank: word x 2^32 + id", 0, U64, "6.2"
+    yield "position + LATTICE_OFFSET", 1, BIASED + 1, "6.3"
+    yield "difference of two positions, each axis", -BIASED, BIASED, "6.4"
+    yield "squared distance", 0, 3 * BIASED**2, "6.4"
+
+
+def _of_frames() -> Iterator[Bound]:
+    canonical = (1 << 31) * U16
+    coded = ((1 << 31) - 1 + (1 << c.AXIS_BITS_LIMIT) - 1) * U16
+    moved = c.POSITION_LIMIT + MOTION * U16
+    born = c.POSITION_LIMIT + SIGNED_LIMIT * U16
+    code = c.CODE_LIMIT + SIGNED_LIMIT
+    yield "canonical position before its check", -canonical, coded, "7.2"
+    yield "moved position before its check", -moved, moved, "7.5"
+    yield "newborn position before its check", -born, born, "7.6"
+    yield "position of the state", -c.POSITION_LIMIT, c.POSITION_LIMIT, "7.1"
+    yield "symbol", -c.SYMBOL_LIMIT, c.SYMBOL_LIMIT, "8.7"
+    yield "motion, each channel", -MOTION, MOTION, "7.1"
+    yield "sum of magnitudes over the channels of a motion", 0, 7 * MOTION, "8.7"
+    yield "newborn code before its check", -code, code, "7.6"
+    yield "code of the state", -c.CODE_LIMIT, c.CODE_LIMIT, "7.1"
+
+
+def _of_rotations() -> Iterator[Bound]:
+    one, numerator = c.ROTATION_ONE, c.ROTATION_FRACTION_BITS + c.SUM_GUARD_BITS
+    doubled = 2 * (SUM_GREATEST << numerator) + isqrt(SUM_SQUARE << (2 * c.SUM_GUARD_BITS))
+    squared = PRODUCT**2 << (2 * c.PRODUCT_GUARD_BITS)
+    yield "a u, b u, c u", -one, one, "7.2"
+    yield "v, of an expanded rotation", -2 * one**2, one**2, "7.2"
+    yield "component of a rotation of the state", -one, one, "7.1"
+    yield "L x `rotation_unity` + W'", SUM_LEAST, SUM_GREATEST, "7.5"
+    yield "sum of squares of (L x `rotation_unity` + W', X, Y, Z)", 0, SUM_SQUARE, "7.3"
+    yield "the same x 2^40", 0, SUM_SQUARE << (2 * c.SUM_GUARD_BITS), "7.3"
+    yield "v_i x 2^42", -(SUM_GREATEST << numerator), SUM_GREATEST << numerator, "7.3"
+    yield "2 abs(v_i x 2^42) + n", 0, doubled, "4.2"
+    yield "partial sums of a component of q x d", -4 * one**2, 4 * one**2, "7.5"
+    yield "component of q x d before division", -PRODUCT_SUM, PRODUCT_SUM, "7.5"
+    yield "component of q x d after division", -PRODUCT, PRODUCT, "7.5"
+    yield "sum of squares of q x d, x 2^16", 1 << 16, squared, "7.3"
+
+
+def _of_planes() -> Iterator[Bound]:
+    rows = c.SH_REST_PLANES - 1
+    inner = (rows << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
+    mantissa = ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1
+    yield "weight of a 1", 256, c.WEIGHT_TOTAL - 256, "8.2"
+    yield "state of the coder", 0, U64, "8.3"
+    yield "class by Unsigned(KEY_CLASS_BITS)", 0, (1 << c.KEY_CLASS_BITS) - 1, "8.4"
+    yield "number by Unsigned(KEY_CLASS_BITS)", 0, KEY_LIMIT, "8.4"
+    yield "number by Signed(CLASS_BITS)", -SIGNED_LIMIT, SIGNED_LIMIT, "8.4"
+    yield "difference of ascending numbers", 0, 1 << 60, "8.4"
+    yield "sum of differences, where a decoder stops above 2^61", 0, (1 << 61) + (1 << 60), "8.4"
+    yield "Morton key", 0, (1 << (3 * c.AXIS_BITS_LIMIT)) - 1, "8.5"
+    yield "context of a plane", 0, mantissa, "8.4"
+
+
+def bits_of(least: int, greatest: int) -> str:
+    """`u24`: 24 bits unsigned; `i25`: 25 bits of two's complement."""
+    if least >= 0:
+        return f"u{max(1, greatest.bit_length())}"
+    return f"i{max(greatest, -least - 1).bit_length() + 1}"
+
+
+def widths() -> str:
+    rows = [
+        (name, str(least), str(greatest), bits_of(least, greatest), section)
+        for name, least, greatest, section in bounds()
+    ]
+    head = ("quantity", "least", "greatest", "bits", "section")
+    return "<!-- spec:widths -->\n" + render_table(head, rows)

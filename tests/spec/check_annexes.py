@@ -1,0 +1,116 @@
+"""Checks of the annexes of a text: known answers, widths, and the two streams."""
+
+import re
+
+from quarc_ref.decoder import decode
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.scene import Scene
+from tests.spec import annex_widths, spec_text
+from tests.spec.annex_pages import fields
+from tests.spec.annex_vectors import numbers
+from tests.spec.make_annexes import make_regions, streams
+from tests.spec.plain_decoder import decode_plain
+from tests.spec.vector_tables import TABLES
+
+# Random123's file of known answers: philox4x32, 10 rounds.
+_RANDOM123 = [
+    [*["00000000 " * 4], *["00000000 " * 2], "6627e8d5 e169c58d bc57ac4c 9b00dbd8"],
+    [*["ffffffff " * 4], *["ffffffff " * 2], "408f276d 41c83b0e a20bc7c6 6d5451fd"],
+    [
+        "243f6a88 85a308d3 13198a2e 03707344",
+        "a4093822 299f31d0",
+        "d16cfe09 94fdcceb 5001e420 24126ea1",
+    ],
+]
+_MADE: dict[str, str] = {}
+
+
+def made_regions() -> dict[str, str]:
+    """What `make_annexes` makes of the text as it stands, made once."""
+    if not _MADE:
+        _MADE.update(make_regions(spec_text.text()))
+    return _MADE
+
+
+def check_regions(spec: str) -> None:
+    """The made regions are those that `make_annexes` makes today, and no others."""
+    regions = made_regions()
+    assert sorted(re.findall(r"<!-- made:(\S+) -->", spec)) == sorted(regions)
+    for name, body in regions.items():
+        assert spec_text.made(spec, name) == body, f"{name}: python -m tests.spec.make_annexes"
+
+
+def check_vectors(spec: str) -> None:
+    for table in TABLES:
+        rows = spec_text.table(spec, f"vectors {table.marker}")
+        assert len(rows) == len(table.inputs)
+        for *cells, answer in rows:
+            assert table.package(*cells) == table.twin(*cells) == answer, (table.marker, cells)
+
+
+def check_random123(spec: str) -> None:
+    rows = spec_text.table(spec, "vectors philox")
+    known = [[cell.strip() for cell in row] for row in _RANDOM123]
+    assert rows[: len(known)] == known
+
+
+def check_widths(spec: str) -> None:
+    sections = spec_text.sections(spec)
+    for name, least, greatest, bits, section in spec_text.table(spec, "widths"):
+        assert bits == annex_widths.bits_of(int(least), int(greatest)), name
+        assert section in sections, name
+        assert int(bits[1:]) <= 64, name
+
+
+def check_dumps(spec: str) -> None:
+    """The dumps are the records' bytes, and the rows of the fields are the dumps' bytes."""
+    for name, data in streams().items():
+        dump = spec_text.dump(spec, f"hex {name}")
+        assert dump == data, name
+        offset = 0
+        for row in spec_text.records(spec, f"fields {name}"):
+            assert int(row["offset"], 16) == offset, row
+            taken = bytes.fromhex(row["bytes"].replace("none", ""))
+            assert dump[offset : offset + len(taken)] == taken, row
+            offset += len(taken)
+        assert offset == len(dump), name
+
+
+def check_fields(spec: str) -> None:
+    """The plain decoder, by the text's tables, finds in the dump what the rows say."""
+    for name in streams():
+        stream = decode_plain(spec, spec_text.dump(spec, f"hex {name}"))
+        body = spec_text.made(spec, f"stream-{name}")
+        assert fields(stream, name) in body, name
+
+
+def check_states(spec: str) -> None:
+    """The package decodes the dumps to the digests and the states of the text."""
+    for name in streams():
+        scenes = list(decode(spec_text.dump(spec, f"hex {name}")))
+        rows = spec_text.records(spec, f"digests {name}")
+        for scene, row in zip(scenes, rows, strict=True):
+            assert compute_digest(scene) == row["SHA-256 of the serialization"].strip("`")
+            assert (scene.frame, scene.phase, scene.count) == (
+                int(row["frame"]),
+                int(row["phase"]),
+                int(row["N"]),
+            )
+            said = spec_text.table(spec, f"state {name}{scene.frame}")
+            assert [[numbers(cell) for cell in cells] for cells in said] == _columns(scene)
+
+
+def _columns(scene: Scene) -> list[list[list[int]]]:
+    parts = (scene.ids[None], scene.positions, scene.rotations, scene.codes)
+    return [[part[:, i].tolist() for part in parts] for i in range(scene.count)]
+
+
+CHECKS = (
+    check_regions,
+    check_vectors,
+    check_random123,
+    check_widths,
+    check_dumps,
+    check_fields,
+    check_states,
+)

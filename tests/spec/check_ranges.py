@@ -1,0 +1,116 @@
+"""Holds the `range` column of SPEC 5 against what the package accepts and refuses.
+
+A payload is packed by the text's own table, with one field at the edge of its
+range or just past it.
+"""
+
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+
+import numpy as np
+
+from quarc_ref.format import constants, wire
+from quarc_ref.format.errors import FieldError
+from quarc_ref.format.records import StreamHeader
+from tests.spec import spec_text
+from tests.streams import CAMERA
+
+_PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "f32": "f"}
+_GREATEST = {"u8": (1 << 8) - 1, "u16": (1 << 16) - 1, "u32": (1 << 32) - 1, "u64": (1 << 64) - 1}
+_TINY = float(np.finfo(np.float32).smallest_subnormal)
+_NO_NUMBERS = (float("nan"), float("inf"), -float("inf"))
+_VERSION = {
+    "version_major": constants.VERSION_MAJOR,
+    "version_minor": constants.VERSION_MINOR,
+    "incompatible_features": 0,
+    "compatible_features": 0,
+}
+_EMPTY_FRAME = {"origin": (0, 0, 0), "frame": 0, "phase": 1}
+Values = dict[str, object]
+Cases = tuple[list[float], list[float]]
+
+_PAYLOADS: dict[str, tuple[Values, Callable[[bytes], object], bytes]] = {
+    "STREAM_HEADER": ({**_VERSION, **asdict(StreamHeader())}, wire.parse_stream_header, b""),
+    "CANONICAL": (_EMPTY_FRAME, wire.parse_canonical, b""),
+    "FRAME": (_EMPTY_FRAME, wire.parse_frame, b""),
+    "CAMERA": (asdict(CAMERA), wire.parse_cameras, b"\x01\x00"),
+}
+
+
+def check_ranges(spec: str) -> None:
+    for marker, (values, parse, prefix) in _PAYLOADS.items():
+        rows = spec_text.records(spec, f"syntax {marker}")
+        for row in rows:
+            if row["field"] in _VERSION:
+                continue
+            for fine, value in _cases(spec, row):
+                payload = prefix + _pack(rows, {**values, row["field"]: value})
+                assert _accepts(parse, payload) == fine, (marker, row["field"], value)
+
+
+def _accepts(parse: Callable[[bytes], object], payload: bytes) -> bool:
+    try:
+        parse(payload)
+    except FieldError:
+        return False
+    return True
+
+
+def _cases(spec: str, row: dict[str, str]) -> Iterator[tuple[bool, object]]:
+    kind = row["type"]
+    count, _, inner = kind.rpartition(" x ")
+    if inner not in _PACKED:
+        return
+    good, bad = _edges(spec, row["range"], inner)
+    for fine, values in ((True, good), (False, bad)):
+        for value in values:
+            yield fine, (value,) * int(count) if count else value
+
+
+def _edges(spec: str, said: str, kind: str) -> Cases:
+    """Return the values that a range lets just in, and those that it just does not."""
+    words = said.split()
+    greatest = _GREATEST.get(kind, (1 << 31) - 1)
+    if kind == "f32":
+        return _edges_of_floats(words)
+    if not words:
+        return [0, greatest], []
+    if words[0] == "of":
+        levels = [int(row[0]) for row in spec_text.table(spec, "levels")]
+        return levels, [level for level in range(256) if level not in levels]
+    least = int(words[1] if words[0] == ">=" else words[0])
+    most = greatest if words[0] == ">=" else int(words[2])
+    return [least, most], [value for value in (least - 1, most + 1) if 0 <= value <= greatest]
+
+
+def _edges_of_floats(words: list[str]) -> Cases:
+    if words == ["finite"]:
+        return [0.0, -1e30], list(_NO_NUMBERS)
+    if words == [">", "0"]:
+        return [_TINY, 1e30], [0.0, -_TINY, *_NO_NUMBERS]
+    least, below, x, reaching, most = words
+    assert (float(least), x, reaching) == (0.0, "x", "<=")
+    past = float(np.nextafter(np.float32(most), np.float32(np.inf)))
+    if below == "<=":
+        return [0.0, -0.0, float(most)], [-_TINY, past, *_NO_NUMBERS]
+    assert below == "<"
+    return [_TINY, float(most)], [0.0, -_TINY, past, *_NO_NUMBERS]
+
+
+def _pack(rows: list[dict[str, str]], values: Values) -> bytes:
+    packed = b""
+    for row in rows:
+        kind, value = row["type"], values.get(row["field"], 0)
+        if kind == "text8":
+            packed += bytes([len(str(value))]) + str(value).encode()
+        elif kind.endswith(("section", "sections")):
+            count = 1 if kind == "section" else int(kind.split()[0])
+            packed += bytes(constants.SECTION_HEADER_BYTES) * count
+        else:
+            numbers = value if isinstance(value, tuple) else (value,)
+            packed += struct.pack(f"<{len(numbers)}{_PACKED[kind.rpartition(' x ')[2]]}", *numbers)
+    return packed
+
+
+CHECKS = (check_ranges,)

@@ -1,0 +1,155 @@
+"""Checks of a text against the package: constants, levels, reject ids, sections, syntax.
+
+Each takes the whole text and raises where text and package differ, so that
+`test_spec_mutations` can hold it against texts with a slip.
+"""
+
+import re
+import zlib
+
+from construct import Bytes, Const, Construct, FormatField, Prefixed, Renamed
+
+from quarc_ref.decoder import philox
+from quarc_ref.format import constants, errors, wire
+from tests.spec import spec_text
+
+SYNTAX = (
+    *("CHUNK_HEADER", "STREAM_HEADER", "CANONICAL", "FRAME", "CAMERAS", "CAMERA"),
+    *("METADATA", "ENTRY", "TAIL", "INDEX", "SEEK_POINT", "SECTION"),
+)
+_FORMATS = {"<B": "u8", ">B": "u8", "<H": "u16", "<L": "u32", "<Q": "u64", "<l": "i32", "<f": "f32"}
+
+
+def _leaves(kind: type) -> list[type]:
+    below = kind.__subclasses__()
+    return [leaf for each in below for leaf in _leaves(each)] if below else [kind]
+
+
+def check_constants(spec: str) -> None:
+    said = {name: float(value) for name, value, _ in spec_text.table(spec, "constants")}
+    coded = {
+        name: float(value)
+        for name, value in vars(constants).items()
+        if name.isupper() and isinstance(value, int | float) and name != "UNLIMITED"
+    }
+    assert said == coded
+    assert len(said) == len(spec_text.table(spec, "constants"))
+
+
+def check_sections_of_constants(spec: str) -> None:
+    for name, _, meaning in spec_text.table(spec, "constants"):
+        assert set(re.findall(r"section (\d+(?:\.\d+)?)", meaning)) <= spec_text.sections(spec), (
+            name
+        )
+
+
+def check_levels(spec: str) -> None:
+    said = {int(row[0]): tuple(map(int, row[1:])) for row in spec_text.table(spec, "levels")}
+    assert said == {level: tuple(limits) for level, limits in constants.LEVELS.items()}
+
+
+def check_rejects(spec: str) -> None:
+    rows = spec_text.table(spec, "rejects")
+    said = [row[0] for row in rows]
+    assert sorted(said) == sorted(leaf.reject_id for leaf in _leaves(errors.BitstreamError))
+    for row in rows:
+        assert set(re.findall(r"\d+(?:\.\d+)?", row[2])) <= spec_text.sections(spec), row
+        assert row[3] in {"refuse", "resume", "resume, skip"}, row
+        assert row[4] == ("nothing" if row[0] in _AT_HEAD else "frames before"), row
+
+
+def check_words(spec: str) -> None:
+    for value in (constants.MAGIC, constants.SYNC):
+        assert f"`{value.hex(' ').upper()}`" in spec, value
+
+
+def check_version(spec: str) -> None:
+    version = f"{constants.VERSION_MAJOR}.{constants.VERSION_MINOR}"
+    assert spec.startswith(f"# The .quarc stream, version {version}\n")
+    assert f"\n- {version}: " in spec
+
+
+def check_formulas(spec: str) -> None:
+    """The numbers that stand in formulas and in no table."""
+    ranks = spec_text.section(spec, "6.2")
+    assert [int(word, 16) for word in re.findall(r"0x([0-9A-F]{8})", ranks)] == [
+        *(int(multiplier) for multiplier in philox._MULTIPLIERS),
+        *philox._KEY_STEPS,
+    ]
+    crc = re.findall(r"0x([0-9A-F]{8})", spec_text.section(spec, "4.5"))
+    reflected = int(f"{int(crc[0], 16):032b}"[::-1], 2)
+    assert [int(word, 16) for word in crc[1:]] == [
+        *((1 << 32) - 1, zlib.crc32(b"123456789"), (1 << 32) - 1, reflected, (1 << 32) - 1),
+    ]
+    color = spec_text.section(spec, "10.2")
+    kernels = (spec_text.ROOT / "quarc_ref/rendering/projection_kernels.py").read_text("utf-8")
+    for name in ("C0", "C1"):
+        said = re.search(rf"{name} = ([\d.]+\d)", color)[1]
+        assert f"SH_{name} = np.float32({said})" in kernels, name
+
+
+def check_syntax(spec: str) -> None:
+    for name in SYNTAX:
+        layout = getattr(wire, name)
+        said = [(row[0], row[1]) for row in spec_text.table(spec, f"syntax {name}")]
+        assert said == _rows(layout), name
+
+
+def _rows(layout: Construct) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
+    for field in layout.subcons:
+        repeated = _peel(field)
+        if field.name == "version":
+            rows += _rows(repeated)
+        elif hasattr(repeated, "parsebuildfrom"):
+            count, items = (_peel(part) for part in repeated.subcons)
+            rows += [("count", _describe("", count)), (field.name, _repeat("count", items.subcon))]
+        else:
+            rows.append((field.name, _describe(field.name, repeated)))
+    return rows
+
+
+def _peel(layout: Construct) -> Construct:
+    """Take off what adds a name, a check or a computed value to a layout."""
+    wrappers = ("Renamed", "Rebuild", "OneOf", "Validator", "ExprValidator")
+    while isinstance(layout, Renamed) or type(layout).__name__ in wrappers:
+        layout = layout.subcon
+    return layout
+
+
+def _describe(name: str, layout: Construct) -> str:
+    """The type of a field, as the text's tables write it."""
+    layout = _peel(layout)
+    if layout is wire.SECTION:
+        return "section"
+    if isinstance(layout, FormatField):
+        return _FORMATS[layout.fmtstr]
+    if isinstance(layout, Bytes | Const):
+        size = len(layout.value) if isinstance(layout, Const) else layout.length
+        return f"{size} bytes" if isinstance(size, int) else _BYTES_OF_SECTION[name]
+    if hasattr(layout, "count"):
+        return _repeat(layout.count, layout.subcon)
+    assert isinstance(layout.subcon, Prefixed), layout
+    return {"u8": "text8", "u32": "text32"}[_describe("", layout.subcon.lengthfield)]
+
+
+def _repeat(count: int | str, layout: Construct) -> str:
+    inner = _peel(layout)
+    for name in SYNTAX:
+        if inner is getattr(wire, name):
+            return f"{count} sections" if name == "SECTION" else f"{count} x {name}"
+    return f"{count} x {_describe('', inner)}"
+
+
+_AT_HEAD = ("bad-magic", "unsupported-version", "unsupported-feature")
+_BYTES_OF_SECTION = {"table": "bytes", "words": "u32 each"}
+CHECKS = (
+    check_constants,
+    check_sections_of_constants,
+    check_levels,
+    check_rejects,
+    check_words,
+    check_version,
+    check_formulas,
+    check_syntax,
+)

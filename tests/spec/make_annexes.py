@@ -1,0 +1,67 @@
+"""Writes the made regions of SPEC.md anew: `python -m tests.spec.make_annexes`.
+
+All comes from hand-built records and from the text's own syntax tables, so that
+two runs give the same bytes. Run it after a change to the format, and read the
+difference before it is committed.
+"""
+
+from functools import cache
+
+from tests.spec import annex_examples, annex_pages, annex_widths, spec_text, vector_tables
+from tests.spec.annex_streams import make_moving, make_still
+from tests.spec.plain_decoder import PlainStream, decode_plain
+
+
+@cache
+def streams() -> dict[str, bytes]:
+    return {"A": make_still().data, "B": make_moving().data}
+
+
+def make_regions(spec: str) -> dict[str, str]:
+    """Return the text of every made region.
+
+    Args:
+        spec: Whose syntax tables name the fields of the streams.
+    """
+    regions = {
+        "overview": annex_examples.overview(),
+        "widths": annex_widths.widths(),
+        "codes": vector_tables.codes_table(),
+        "coder-steps": annex_examples.coder_steps(),
+        "sampler": annex_examples.sampler(),
+        "planes": annex_examples.planes(),
+    }
+    for table in vector_tables.TABLES:
+        regions[f"vectors-{table.marker}"] = table.render()
+    for name, data in streams().items():
+        regions[f"stream-{name}"] = make_page(name, data, decode_plain(spec, data))
+    return {name: f"\n{body}\n" for name, body in regions.items()}
+
+
+def make_page(name: str, data: bytes, stream: PlainStream) -> str:
+    parts = [
+        f"{len(data)} bytes:\n\n" + annex_pages.dump(data, name),
+        "The frames:\n\n" + annex_pages.digests(stream, name),
+        "The fields:\n\n" + annex_pages.fields(stream, name),
+    ]
+    for frame in stream.frames:
+        marker = f"{name}{frame.state.frame}"
+        parts += [
+            f"Frame {frame.state.frame}, {frame.kind}, its planes in coding order:\n\n"
+            + annex_pages.planes(frame, marker),
+            "What they say, and what follows from the state:\n\n"
+            + annex_pages.notes(frame, marker),
+            "Its state:\n\n" + annex_pages.states(frame, marker),
+        ]
+    return "\n".join(parts)
+
+
+def main() -> None:
+    spec = spec_text.SPEC.read_text("utf-8")
+    for name, body in make_regions(spec).items():
+        spec = spec_text.replace_made(spec, name, body)
+    spec_text.SPEC.write_text(spec, "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,209 @@
+"""SPEC 6 to 9 in plain Python integers: a second decoder, of the annexes' streams.
+
+It follows the text's words, shares the slow twins of `tests.oracle` and no
+line of the package, and keeps what it meets on the way: planes, symbols,
+anchors, states.
+"""
+
+import copy
+import zlib
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from tests import oracle
+from tests.spec import plain_planes
+from tests.spec.plain_fields import FieldReader, PlainChunk, Row
+from tests.spec.plain_motion import read_motion
+from tests.spec.plain_planes import PlainSection, Run, open_section
+from tests.spec.plain_state import PlainGaussian, PlainLevel, PlainState, Vector
+
+_CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations", "SH rest")
+
+
+@dataclass
+class PlainFrame:
+    """What a frame's chunk was found to hold, and the state that it makes."""
+
+    kind: str
+    state: PlainState
+    runs: list[Run]
+    notes: list[tuple[str, str]]
+    state_crc: int
+
+
+@dataclass
+class PlainStream:
+    rows: list[Row]
+    chunks: list[PlainChunk]
+    frames: list[PlainFrame]
+
+
+def decode_plain(spec: str, data: bytes) -> PlainStream:
+    """Decode a whole stream by the text's tables; anything amiss is an AssertionError."""
+    reader = FieldReader(spec, data)
+    chunks = reader.chunks()
+    header = chunks[0].fields
+    frames: list[PlainFrame] = []
+    for chunk in chunks:
+        if chunk.kind in {"CANO", "FRAM"}:
+            before = frames[-1].state if frames else None
+            frames.append(_Frame(header, chunk.fields).decode(before))
+    return PlainStream(reader.rows, chunks, frames)
+
+
+class _Frame:
+    def __init__(self, header: dict[str, Any], fields: dict[str, Any]) -> None:
+        self.header, self.fields = header, fields
+        self.runs: list[Run] = []
+        self.notes: list[tuple[str, str]] = []
+        self.rest = 9 if header["sh_degree"] else 0
+
+    def decode(self, before: PlainState | None) -> PlainFrame:
+        kind = "CANO" if "gaussian_count" in self.fields else "FRAM"
+        state = self._canonical() if before is None or kind == "CANO" else self._follow(before)
+        whole = state.phase % self.header["full_crc_interval"] == 0
+        crc = zlib.crc32(state.serialize(codes=whole))
+        assert crc == self.fields["state_crc"], "state-crc"
+        return PlainFrame(kind, state, self.runs, self.notes, crc)
+
+    def _close(self, section: PlainSection) -> None:
+        section.close()
+        self.runs += section.runs
+
+    def _note(self, name: str, value: object) -> None:
+        self.notes.append((name, str(value)))
+
+    def _canonical(self) -> PlainState:
+        """SPEC 7.2 and 8.5."""
+        count, step = self.fields["gaussian_count"], self.header["position_step"]
+        stored = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
+        opened = [open_section(name, section) for name, section in stored]
+        keys = plain_planes.ascending(opened[0], "keys", count, 6)
+        assert max(keys) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
+        heights = {1: 3, 2: 1, 3: 3, 5: self.rest}
+        dc, opacity, scales, rest = (
+            plain_planes.rows(opened[i], "codes", count, height, apart=True)
+            for i, height in heights.items()
+        )
+        rotations = self._rotations(opened[4], count)
+        for section in opened:
+            self._close(section)
+        self._note("keys", keys)
+        gaussians = []
+        for i, key in enumerate(keys):
+            offsets = [sum((key >> (3 * b + 2 - a) & 1) << b for b in range(20)) for a in range(3)]
+            position = [(o + v) * step for o, v in zip(self.fields["origin"], offsets, strict=True)]
+            codes = [row[i] for row in scales + opacity + dc + rest]
+            motion = [0] * (3 + self.header["rotation_components"])
+            gaussians.append(PlainGaussian(i, position, rotations[i], codes, motion))
+        return PlainState(self.fields["frame"], 0, count, gaussians, [])
+
+    def _rotations(self, section: PlainSection, count: int) -> list[Vector]:
+        bits = self.header["rotation_bits"]
+        largest = plain_planes.fixed(section, "index", [0] * count, 2)
+        others = plain_planes.rows(section, "components", count, 3, apart=False)
+        coded = [(j, [row[i] for row in others]) for i, j in enumerate(largest)]
+        self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in coded])
+        return [oracle.expand_rotation(j, abc, bits) for j, abc in coded]
+
+    def _follow(self, before: PlainState) -> PlainState:
+        """SPEC 7.4 to 7.7."""
+        assert self.fields["phase"] == before.phase + 1, "frame-order"
+        before = copy.deepcopy(before)
+        dying = sorted(before.gaussians, key=lambda g: (g.codes[3], g.id))
+        dead = {g.id for g in dying[: self.fields["death_count"]]}
+        left = [g for g in before.gaussians if g.id not in dead]
+        self._note("ids of the dead", sorted(dead))
+        state = PlainState(before.frame + 1, before.phase + 1, before.next_id, left, before.levels)
+        sampled = before.phase % self.header["resample_interval"] == 0
+        state.levels = self._sample(state) if sampled else self._bind_newborn(state)
+        self._note("anchors are sampled", "yes" if sampled else "no")
+        self._note_anchors(state)
+        self._move(state)
+        self._bear(state)
+        return state
+
+    def _note_anchors(self, state: PlainState) -> None:
+        for number, level in enumerate(state.levels, 1):
+            self._note(f"level {number}: ids of the anchors' Gaussians", level.owners)
+            self._note(f"level {number}: positions of the anchors", level.positions)
+            if number < len(state.levels):
+                self._note(f"level {number}: parents of the anchors", level.parents)
+            followed = [level.binding[g.id] for g in state.gaussians]
+            self._note(f"level {number}: anchors that the Gaussians follow", followed)
+
+    def _sample(self, state: PlainState) -> list[PlainLevel]:
+        """SPEC 6."""
+        ids = [g.id for g in state.gaussians]
+        positions = [tuple(g.position) for g in state.gaussians]
+        count = -(-len(ids) // self.header["gaussians_per_anchor"])
+        levels = []
+        for number in range(1, self.header["level_count"] + 1):
+            chosen = oracle.sample(ids, positions, state.phase, self.header["seed"], number, count)
+            anchors = [positions[i] for i in chosen]
+            bound = oracle.bind(positions, anchors)
+            binding = dict(zip(ids, bound, strict=True))
+            owners = [ids[i] for i in chosen]
+            levels.append(PlainLevel(owners, [list(p) for p in anchors], [], binding))
+            count = max(1, count // self.header["anchor_ratio"])
+        for level, above in pairwise(levels):
+            level.parents = [above.binding[owner] for owner in level.owners]
+        return levels
+
+    def _bind_newborn(self, state: PlainState) -> list[PlainLevel]:
+        for level in state.levels:
+            for g in state.gaussians:
+                if g.id not in level.binding:
+                    anchors = [tuple(p) for p in level.positions]
+                    level.binding[g.id] = oracle.bind([tuple(g.position)], anchors)[0]
+        return state.levels
+
+    def _move(self, state: PlainState) -> None:
+        """SPEC 8.7 and 7.5."""
+        previous = {g.id: g.motion for g in state.gaussians}
+        if not self.fields["previous_contexts"]:
+            previous = {}
+        channels = 3 + self.header["rotation_components"]
+        section = open_section("motion", self.fields["motion"])
+        read_motion(section, channels, previous, state.levels)
+        self._close(section)
+        for number, level in enumerate(state.levels, 1):
+            self._note(f"level {number}: symbols of the anchors", level.symbols)
+        step, unity = self.header["translation_step"], self.header["rotation_unity"]
+        for g in state.gaussians:
+            followed = [level.symbols[level.binding[g.id]] for level in state.levels]
+            g.motion = [sum(channel) for channel in zip(*followed, strict=True)]
+            moved = zip(g.position, g.motion[:3], strict=True)
+            turn = [0] * (7 - len(g.motion)) + g.motion[3:]
+            rotation = g.rotation
+            if any(turn):
+                turn[0] += len(state.levels) * unity
+                rotation = oracle.turn(g.rotation, turn)
+            g.position, g.rotation = [p + step * t for p, t in moved], rotation
+
+    def _bear(self, state: PlainState) -> None:
+        """SPEC 8.6 and 7.6."""
+        count, step = self.fields["birth_count"], self.header["position_step"]
+        section = open_section("births", self.fields["births"])
+        parents = plain_planes.ascending(section, "parents", count, 6)
+        position, dc, opacity, scales = (
+            plain_planes.rows(section, name, count, height, apart=False)
+            for name, height in (("positions", 3), ("SH DC", 3), ("opacity", 1), ("log-scales", 3))
+        )
+        rotations = self._rotations(section, count)
+        rest = plain_planes.rows(section, "SH rest", count, self.rest, apart=False)
+        self._close(section)
+        before = list(state.gaussians)
+        for i, parent in enumerate(parents):
+            origin = before[parent]
+            residuals = [row[i] for row in scales + opacity + dc + rest]
+            self._note(f"newborn {state.next_id}: parent", parent)
+            self._note(f"newborn {state.next_id}: position residual", [row[i] for row in position])
+            self._note(f"newborn {state.next_id}: code residuals", residuals)
+            moved = zip(origin.position, position, strict=True)
+            codes = [c + r for c, r in zip(origin.codes, residuals, strict=True)]
+            place = [p + step * row[i] for p, row in moved]
+            motion = [0] * len(origin.motion)
+            state.gaussians.append(PlainGaussian(state.next_id, place, rotations[i], codes, motion))
+            state.next_id += 1

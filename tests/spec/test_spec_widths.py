@@ -1,0 +1,81 @@
+"""The bounds of Annex E hold for the arithmetic, and the extremes reach them."""
+
+from math import isqrt
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests import oracle
+from tests.spec import annex_widths
+
+BOUNDS = {name: (least, greatest) for name, least, greatest, _ in annex_widths.bounds()}
+ONE = 1 << 22
+
+
+def _within(name: str, *values: int) -> bool:
+    least, greatest = BOUNDS[name]
+    return all(least <= value <= greatest for value in values)
+
+
+@st.composite
+def sums(draw) -> list[int]:
+    """What the symbols of up to three levels can add up to, not all 0."""
+    levels, unity = draw(st.integers(1, 3)), draw(st.sampled_from([1, 2, 100, 255, 256]))
+    reach = 65 * levels
+    edge = st.one_of(st.sampled_from([-reach, -1, 0, 1, reach]), st.integers(-reach, reach))
+    vector = [levels * unity + draw(edge), draw(edge), draw(edge), draw(edge)]
+    return vector if any(vector) else [1, 0, 0, 0]
+
+
+@st.composite
+def rotations(draw) -> list[int]:
+    """Rotations that a state can hold: expanded ones, turned or not."""
+    bits = draw(st.integers(1, 14))
+    others = [0, 0, 0]
+    for place in draw(st.permutations(range(3))):
+        left = isqrt((1 << (2 * bits)) - sum(v * v for v in others))
+        others[place] = draw(st.one_of(st.sampled_from([-left, 0, left]), st.integers(-left, left)))
+    rotation = oracle.expand_rotation(draw(st.integers(0, 3)), others, bits)
+    return oracle.turn(rotation, draw(sums())) if draw(st.booleans()) else rotation
+
+
+@given(rotations(), sums())
+def test_a_step_of_rotation_stays_within_the_widths(rotation, vector):
+    squared = sum(v * v for v in vector)
+    residual = oracle.normalize(vector, 20)
+    products = oracle.hamilton(rotation, residual)
+    divided = [oracle.divide_round(v, ONE) for v in products]
+
+    assert _within("L x `rotation_unity` + W'", vector[0])
+    assert _within("the same x 2^40", squared << 40)
+    assert _within("v_i x 2^42", *(v << 42 for v in vector))
+    assert _within(
+        "2 abs(v_i x 2^42) + n", *(2 * abs(v << 42) + isqrt(squared << 40) for v in vector)
+    )
+    assert _within("component of q x d before division", *products)
+    assert _within("component of q x d after division", *divided)
+    assert _within("sum of squares of q x d, x 2^16", sum(v * v for v in divided) << 16)
+    for unit in (rotation, residual, oracle.normalize(divided, 8)):
+        assert _within("component of a rotation of the state", *unit)
+
+
+def test_the_widths_are_reached():
+    """By the extremes that the text allows: bounds that nothing reaches would prove little."""
+    extreme = [963, 195, 195, 195]
+
+    assert sum(v * v for v in extreme) << 40 == BOUNDS["the same x 2^40"][1]
+    assert BOUNDS["L x `rotation_unity` + W'"] == (3 * 1 - 195, 3 * 256 + 195)
+    assert BOUNDS["squared distance"][1] == 3 * (2 * 8388607) ** 2
+    assert BOUNDS["product of a round of Philox"][1] == 0xFFFFFFFF * 0xD2511F53
+    assert BOUNDS["state of the coder"][1] == (1 << 64) - 1
+
+
+def test_all_but_the_unsigned_fit_an_int64():
+    wide = {name for name, (_, greatest) in BOUNDS.items() if greatest >= 1 << 63}
+
+    assert wide == {
+        "product of a round of Philox",
+        "rank: word x 2^32 + id",
+        "state of the coder",
+    }
+    assert all(least >= -(1 << 63) for least, _ in BOUNDS.values())
