@@ -62,14 +62,14 @@ _DEMO = replace(
     _DRAFT,
     canonical=replace(
         _DRAFT.canonical,
-        iterations=1200,
+        iterations=1000,
         initial_gaussians=8000,
         max_gaussians=20_000,
-        densify_until=900,
+        densify_until=750,
         noise=0.0,
         exposure_rate=0.0,
     ),
-    motion=replace(_DRAFT.motion, iterations=150, price_weight=5e-4),
+    motion=replace(_DRAFT.motion, iterations=180, price_weight=5e-4),
     births=replace(_DRAFT.births, iterations=60, error=0.04, max_births=800),
 )
 PRESETS = {"paper": _PAPER, "draft": _DRAFT, "demo": _DEMO}
