@@ -117,7 +117,7 @@ def read_births(section: Section, code_planes: int, count: int) -> Births:
 def _walk_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
-    """Walk the sections in their order: what a picture needs first comes first."""
+    """Walk the sections in their order."""
     keys_planes, dc_planes, opacity_planes, scale_planes, rotation_planes, rest_planes = planes
     codes = gaussians.codes
     keys = _code_ascending(keys_planes, KEY_CLASS_BITS, keys)

@@ -1,4 +1,4 @@
-"""The two streams of Annex G, from records made by hand: no training, no drawing of lots."""
+"""Streams A and B of Annex G, from records made by hand: no training, no drawing of lots."""
 
 from dataclasses import dataclass, field
 
@@ -79,7 +79,7 @@ class StreamWriter:
         self.chunk(b"TAIL", wire.build_tail(tail))
 
 
-def _columns(*rows: list[int]) -> Int64:
+def columns(*rows: list[int]) -> Int64:
     return np.array(rows, dtype=np.int64).T
 
 
@@ -93,9 +93,9 @@ def make_still() -> StreamWriter:
     blue = [-38, -30, -38, 20, -19, -19, 48, 0, 0, 0, 0, 0, 0, 0, 0, -2]
     writer.canonical(
         Gaussians(
-            _columns([1000, -200, 64], [1003, -205, 64], [1003, -205, 64]),
-            _columns([0, 0, 0, 0], [0, 12, -7, 90], [3, 0, 0, 181]),
-            _columns(red, green, blue),
+            columns([1000, -200, 64], [1003, -205, 64], [1003, -205, 64]),
+            columns([0, 0, 0, 0], [0, 12, -7, 90], [3, 0, 0, 181]),
+            columns(red, green, blue),
         ),
         frame=0,
     )
@@ -123,22 +123,22 @@ def make_moving() -> StreamWriter:
     writer.canonical(_six(), frame=0)
 
     begun = writer.begin(0)
-    fine = _columns([1, 0, -2, 0, 0, 0, 0], [0] * 7, [0, 0, 5, -1, 0, 0, 6])
-    coarse = _columns([3, 0, 0, 0, 0, 0, -4])
+    fine = columns([1, 0, -2, 0, 0, 0, 0], [0] * 7, [0, 0, 5, -1, 0, 0, 6])
+    coarse = columns([3, 0, 0, 0, 0, 0, -4])
     writer.frame(begun, [fine, coarse], None, previous=False)
 
     begun = writer.begin(0)
-    fine = _columns([1, 0, -1, 0, 0, 0, 0], [0] * 7, [0, 0, 5, 0, 0, 0, 5])
-    rotations = _columns([0, 0, 0, 0], [2, -30, 0, 181])
-    codes = _columns([1, 0, 0, -30, 4, 4, 4], [0, 0, -1, 5, 0, 0, 0])
+    fine = columns([1, 0, -1, 0, 0, 0, 0], [0] * 7, [0, 0, 5, 0, 0, 0, 5])
+    rotations = columns([0, 0, 0, 0], [2, -30, 0, 181])
+    codes = columns([1, 0, 0, -30, 4, 4, 4], [0, 0, -1, 5, 0, 0, 0])
     births = Births(
         np.array([1, 4], dtype=np.int64),
-        Gaussians(_columns([6, -3, 0], [0, 0, -70]), rotations, codes),
+        Gaussians(columns([6, -3, 0], [0, 0, -70]), rotations, codes),
     )
     writer.frame(begun, [fine, np.zeros_like(coarse)], births, previous=True)
 
     begun = writer.begin(2)
-    still = [np.zeros_like(fine), _columns([0, 65, 0, 0, 0, 0, 0])]
+    still = [np.zeros_like(fine), columns([0, 65, 0, 0, 0, 0, 0])]
     writer.frame(begun, still, None, previous=True)
     writer.tail(index=True)
     return writer
@@ -146,9 +146,9 @@ def make_moving() -> StreamWriter:
 
 def _six() -> Gaussians:
     return Gaussians(
-        _columns([0, 0, 0], [5, 0, 0], [5, 0, 0], [60, 60, 3], [64, 60, 0], [-30, 8, 90]),
-        _columns([0, 0, 0, 0], [0, 0, 0, 9], [1, -3, 4, 5], [2, 0, 0, 0], [3, 100, 0, 0], [0] * 4),
-        _columns(
+        columns([0, 0, 0], [5, 0, 0], [5, 0, 0], [60, 60, 3], [64, 60, 0], [-30, 8, 90]),
+        columns([0, 0, 0, 0], [0, 0, 0, 9], [1, -3, 4, 5], [2, 0, 0, 0], [3, 100, 0, 0], [0] * 4),
+        columns(
             [-40, -40, -40, 16, 0, 0, 0],
             [-40, -40, -40, -9, 10, -10, 0],
             [-41, -40, -38, 16, 40, 40, 40],

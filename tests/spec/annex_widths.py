@@ -34,6 +34,13 @@ def _of_fields() -> Iterator[Bound]:
     yield "position less the origin, each axis", 0, (1 << c.AXIS_BITS_LIMIT) - 1, "5.4"
     yield "id of a Gaussian", 0, U32, "7.1"
     yield "id that the next newborn gets", 1, 1 << 32, "7.1"
+    yield "that id + `birth_count`", 1, (1 << 32) + U32, "7.6"
+    yield "N - deaths + births", 1, 2 * U32, "7.6"
+    yield "ordinal + 1, phase + 1, sequence + 1", 1, 1 << 32, "7.4"
+    yield "`seed`", 0, U64, "5.3"
+    yield "24 + `length`: bytes of a chunk", 24, 24 + U32, "5.2"
+    yield "4 x `word_count`", 0, 4 * U32, "8.1"
+    yield "`index_offset`, `offset` of a seek point", 0, U64, "5.9"
 
 
 def _of_anchors() -> Iterator[Bound]:
@@ -66,18 +73,22 @@ def _of_rotations() -> Iterator[Bound]:
     one, numerator = c.ROTATION_ONE, c.ROTATION_FRACTION_BITS + c.SUM_GUARD_BITS
     doubled = 2 * (SUM_GREATEST << numerator) + isqrt(SUM_SQUARE << (2 * c.SUM_GUARD_BITS))
     squared = PRODUCT**2 << (2 * c.PRODUCT_GUARD_BITS)
+    scaled = PRODUCT << (c.ROTATION_FRACTION_BITS + c.PRODUCT_GUARD_BITS)
     yield "a u, b u, c u", -one, one, "7.2"
     yield "v, of an expanded rotation", -2 * one**2, one**2, "7.2"
     yield "component of a rotation of the state", -one, one, "7.1"
     yield "L x `rotation_unity` + W'", SUM_LEAST, SUM_GREATEST, "7.5"
     yield "sum of squares of (L x `rotation_unity` + W', X, Y, Z)", 0, SUM_SQUARE, "7.3"
     yield "the same x 2^40", 0, SUM_SQUARE << (2 * c.SUM_GUARD_BITS), "7.3"
-    yield "v_i x 2^42", -(SUM_GREATEST << numerator), SUM_GREATEST << numerator, "7.3"
+    yield "v_i x 2^42", -(MOTION << numerator), SUM_GREATEST << numerator, "7.3"
     yield "2 abs(v_i x 2^42) + n", 0, doubled, "4.2"
     yield "partial sums of a component of q x d", -4 * one**2, 4 * one**2, "7.5"
     yield "component of q x d before division", -PRODUCT_SUM, PRODUCT_SUM, "7.5"
+    yield "2 abs(component of q x d before division) + 2^22", one, 2 * PRODUCT_SUM + one, "4.2"
     yield "component of q x d after division", -PRODUCT, PRODUCT, "7.5"
     yield "sum of squares of q x d, x 2^16", 1 << 16, squared, "7.3"
+    yield "v_i x 2^30, of 7.2 and of q x d", -scaled, scaled, "7.3"
+    yield "2 abs(v_i x 2^30) + n", 0, 2 * scaled + isqrt(squared), "4.2"
 
 
 def _of_planes() -> Iterator[Bound]:

@@ -8,13 +8,16 @@ difference before it is committed.
 from functools import cache
 
 from tests.spec import annex_examples, annex_pages, annex_widths, spec_text, vector_tables
+from tests.spec.annex_stream_c import make_deep
 from tests.spec.annex_streams import make_moving, make_still
 from tests.spec.plain_decoder import PlainStream, decode_plain
+
+_WITHOUT_PLANES = {"C"}
 
 
 @cache
 def streams() -> dict[str, bytes]:
-    return {"A": make_still().data, "B": make_moving().data}
+    return {"A": make_still().data, "B": make_moving().data, "C": make_deep().data}
 
 
 def make_regions(spec: str) -> dict[str, str]:
@@ -46,11 +49,14 @@ def make_page(name: str, data: bytes, stream: PlainStream) -> str:
     ]
     for frame in stream.frames:
         marker = f"{name}{frame.state.frame}"
+        title = f"Frame {frame.state.frame}, {frame.kind}"
+        if name not in _WITHOUT_PLANES:
+            parts.append(
+                f"{title}, its planes in coding order:\n\n{annex_pages.planes(frame, marker)}"
+            )
+            title = "What they say"
         parts += [
-            f"Frame {frame.state.frame}, {frame.kind}, its planes in coding order:\n\n"
-            + annex_pages.planes(frame, marker),
-            "What they say, and what follows from the state:\n\n"
-            + annex_pages.notes(frame, marker),
+            f"{title}, and what follows from the state:\n\n{annex_pages.notes(frame, marker)}",
             "Its state:\n\n" + annex_pages.states(frame, marker),
         ]
     return "\n".join(parts)

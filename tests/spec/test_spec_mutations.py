@@ -153,17 +153,17 @@ def test_two_rows_of_syntax_in_another_order_are_seen():
     _expect_red(swapped(), check_tables.check_syntax, 50)
 
 
-@pytest.mark.parametrize("name", ["A", "B"])
+@pytest.mark.parametrize("name", ["A", "B", "C"])
 def test_a_wrong_byte_of_a_dump_is_seen(name):
     _expect_red(_mutate_lines(f"hex {name}", _other_digit), check_annexes.check_dumps, 300)
 
 
-@pytest.mark.parametrize("name", ["A", "B"])
+@pytest.mark.parametrize("name", ["A", "B", "C"])
 def test_a_wrong_cell_of_the_fields_is_seen(name):
     _expect_red(_mutate_lines(f"fields {name}", _other_cell), check_annexes.check_regions, 300)
 
 
-@pytest.mark.parametrize("name", ["A", "B"])
+@pytest.mark.parametrize("name", ["A", "B", "C"])
 def test_a_wrong_digest_or_number_of_a_frame_is_seen(name):
     _expect_red(_mutate_lines(f"digests {name}", _other_cell), check_annexes.check_regions, 6)
 

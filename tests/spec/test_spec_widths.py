@@ -54,7 +54,13 @@ def test_a_step_of_rotation_stays_within_the_widths(rotation, vector):
     )
     assert _within("component of q x d before division", *products)
     assert _within("component of q x d after division", *divided)
+    assert _within(
+        "2 abs(component of q x d before division) + 2^22", *(2 * abs(v) + ONE for v in products)
+    )
+    norm = isqrt(sum(v * v for v in divided) << 16)
     assert _within("sum of squares of q x d, x 2^16", sum(v * v for v in divided) << 16)
+    assert _within("v_i x 2^30, of 7.2 and of q x d", *(v << 30 for v in divided))
+    assert _within("2 abs(v_i x 2^30) + n", *(2 * abs(v << 30) + norm for v in divided))
     for unit in (rotation, residual, oracle.normalize(divided, 8)):
         assert _within("component of a rotation of the state", *unit)
 
@@ -64,6 +70,9 @@ def test_the_widths_are_reached():
     extreme = [963, 195, 195, 195]
 
     assert sum(v * v for v in extreme) << 40 == BOUNDS["the same x 2^40"][1]
+    assert BOUNDS["v_i x 2^42"] == (-195 << 42, 963 << 42)
+    assert BOUNDS["v_i x 2^30, of 7.2 and of q x d"][1] > ONE << 30
+    assert BOUNDS["2 abs(v_i x 2^30) + n"][1] > 1 << 53
     assert BOUNDS["L x `rotation_unity` + W'"] == (3 * 1 - 195, 3 * 256 + 195)
     assert BOUNDS["squared distance"][1] == 3 * (2 * 8388607) ** 2
     assert BOUNDS["product of a round of Philox"][1] == 0xFFFFFFFF * 0xD2511F53
@@ -77,5 +86,7 @@ def test_all_but_the_unsigned_fit_an_int64():
         "product of a round of Philox",
         "rank: word x 2^32 + id",
         "state of the coder",
+        "`seed`",
+        "`index_offset`, `offset` of a seek point",
     }
     assert all(least >= -(1 << 63) for least, _ in BOUNDS.values())

@@ -1,0 +1,170 @@
+"""A stream with one fault for every reject id and every reaction of SPEC 3.3.
+
+The stream has canonical frames 0, 3 and 6, and a `meta` before frame 4. A
+fault is in that `meta`, in frame 3 or 4, or at either end.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
+from quarc_ref.format import wire
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.constants import LEVELS, MAGIC
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.gaussian_planes import write_births
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import FrameChunk, Section, SeekPoint, StreamHeader, Tail
+from tests.streams import make_births, make_stream
+
+HEADER = StreamHeader(
+    rotation_components=4, rotation_unity=1, gaussians_per_anchor=4, seed=7, resample_interval=2
+)
+FRAME_COUNT = 9
+_BARE, STATES = make_stream(HEADER, 12, FRAME_COUNT, canonical_every=3)
+_HEAD, _CANO, _META, _FRAM, _INDX, _TAIL = 0, 6, 7, 8, 13, 14  # frame 3, before 4, frame 4
+
+Payloads = list[tuple[bytes, bytes]]
+Change = Callable[[bytes], bytes]
+
+
+class Case(NamedTuple):
+    """A stream with a fault, what is said of it, the frames at which it is met and left behind."""
+
+    reject_id: str
+    reaction: str
+    data: bytes
+    frame: int = 4
+    resumed: int = 6
+
+
+def _payloads() -> Payloads:
+    payloads = [(chunk.kind, chunk.payload) for chunk in split_chunks(_BARE)]
+    payloads.insert(_META, (b"meta", wire.build_metadata({"title": "before frame 4"})))
+    points, offset = [], len(MAGIC)
+    for number, (kind, payload) in enumerate(payloads[:_INDX]):
+        if kind == b"CANO":
+            points.append(SeekPoint(offset, number, int.from_bytes(payload[:4], "little")))
+        offset += len(build_chunk(kind, number, payload))
+    tail = wire.build_tail(Tail(FRAME_COUNT, len(points), offset))
+    return [*payloads[:_INDX], (b"INDX", wire.build_index(points)), (b"TAIL", tail)]
+
+
+_PAYLOADS = _payloads()
+_PIECES = [build_chunk(kind, number, data) for number, (kind, data) in enumerate(_PAYLOADS)]
+WHOLE = MAGIC + b"".join(_PIECES)
+
+
+def _put(place: int, *pieces: bytes) -> bytes:
+    """Other bytes in place of a chunk."""
+    return MAGIC + b"".join([*_PIECES[:place], *pieces, *_PIECES[place + 1 :]])
+
+
+def _flip(place: int, at: int) -> bytes:
+    piece = _PIECES[place]
+    return _put(place, piece[:at] + bytes([piece[at] ^ 1]) + piece[at + 1 :])
+
+
+def _change(place: int, change: Change) -> bytes:
+    """Another payload, with a CRC that holds."""
+    kind, payload = _PAYLOADS[place]
+    return _put(place, build_chunk(kind, place, change(payload)))
+
+
+def _byte(place: int, at: int, value: int) -> bytes:
+    return _change(place, lambda payload: payload[:at] + bytes([value]) + payload[at + 1 :])
+
+
+def _longer(place: int) -> bytes:
+    return _change(place, lambda payload: payload + b"\0")
+
+
+def _spoil_end(place: int) -> bytes:
+    return _change(place, lambda payload: payload[:-1] + bytes([payload[-1] ^ 1]))
+
+
+def _frame(**fields: object) -> bytes:
+    frame: FrameChunk = wire.parse_frame(_PAYLOADS[_FRAM][1])
+    return _change(_FRAM, lambda _: wire.build_frame(replace(frame, **fields)))
+
+
+def _canonical(**fields: object) -> bytes:
+    chunk = wire.parse_canonical(_PAYLOADS[_CANO][1])
+    return _change(_CANO, lambda _: wire.build_canonical(replace(chunk, **fields)))
+
+
+def _section(table: bytes, *words: int) -> Section:
+    return Section(table, np.array(words, dtype=np.uint32))
+
+
+def _without_norm() -> Section:
+    """Symbols of w that add up to minus the identity at every Gaussian."""
+    begun = begin_frame(STATES[3], 0)
+    symbols = [np.zeros((7, level.owners.size), np.int64) for level in begun.known_anchors.levels]
+    for level in symbols:
+        level[3] = -1
+    return write_motion(motion_contexts(begun, previous=True), symbols)
+
+
+def _born(parent: int = 0, component: int = 0, code: int = 0) -> bytes:
+    """Two newborn, the codes of one as far above the parent's as those of the other below."""
+    births = make_births(STATES[3], 2)
+    births.parents[:] = parent
+    births.residuals.rotations[1:] = component
+    births.residuals.codes[:] = [code, -code]
+    return _frame(motion=_section(b""), birth_count=2, births=write_births(births))
+
+
+def cases() -> list[Case]:
+    table = wire.parse_frame(_PAYLOADS[_FRAM][1]).motion.table
+    words = wire.parse_frame(_PAYLOADS[_FRAM][1]).motion.words.tolist()
+    level, at_end = LEVELS[HEADER.level], (FRAME_COUNT, FRAME_COUNT)
+    far = HEADER.position_step * (1 << 23)
+    return [
+        Case("bad-magic", "refuse", b"x" + WHOLE),
+        Case("truncated", "resume", WHOLE[: WHOLE.index(_PIECES[_FRAM]) + 30], 4, FRAME_COUNT),
+        Case("bad-sync", "resume", _flip(_FRAM, 0)),
+        Case("header-crc", "resume", _flip(_FRAM, 9)),
+        Case("payload-crc", "resume", _flip(_FRAM, 20)),
+        Case("payload-crc", "skip", _flip(_META, 20)),
+        Case("sequence", "resume", _put(_FRAM)),
+        Case("bad-chunk-type", "resume", _put(_FRAM, build_chunk(b"FR1M", _FRAM, b""))),
+        Case("chunk-order", "resume", _put(_FRAM, build_chunk(*_at(_HEAD, _FRAM)))),
+        Case("unknown-critical", "refuse", _put(_FRAM, build_chunk(b"SNAP", _FRAM, b""))),
+        Case("chunk-exceeds-level", "resume", _longer_than(level.chunk_bytes)),
+        Case("trailing-data", "resume", _longer(_FRAM)),
+        Case("trailing-data", "skip", _byte(_META, 0, 0)),
+        Case("tail-mismatch", "resume", _byte(_TAIL, 0, FRAME_COUNT + 1), *at_end),
+        Case("index-mismatch", "resume", _byte(_INDX, 4, 0), *at_end),
+        Case("unsupported-version", "refuse", _byte(_HEAD, 1, 8)),
+        Case("unsupported-feature", "refuse", _byte(_HEAD, 2, 1)),
+        Case("field", "resume", _byte(_FRAM, 4, 2)),
+        Case("field", "skip", _byte(_META, 0, 2)),
+        Case("bad-probability", "resume", _frame(motion=_section(b"\xf0" + table[1:], *words))),
+        Case("table-length", "resume", _frame(motion=_section(b"", *words))),
+        Case("invalid-words", "resume", _frame(motion=_section(table, *words, 0))),
+        Case("unconsumed-words", "resume", _frame(birth_count=0, births=_section(b"", 1))),
+        Case("symbol-range", "resume", _canonical(axis_bits=0), 3),
+        Case("count-exceeds-level", "resume", _frame(birth_count=level.births + 1)),
+        Case("count", "resume", _frame(death_count=STATES[3].scene.count)),
+        Case("frame-order", "resume", _frame(phase=5)),
+        Case("position-range", "resume", _canonical(origin=(far, 0, 0)), 3),
+        Case("code-range", "resume", _born(code=(1 << 15) - 1)),
+        Case("rotation-range", "resume", _born(component=1 << HEADER.rotation_bits)),
+        Case("degenerate-rotation", "resume", _frame(death_count=0, motion=_without_norm())),
+        Case("parent-range", "resume", _born(parent=STATES[3].scene.count)),
+        Case("state-crc", "resume", _spoil_end(_FRAM)),
+    ]
+
+
+def _at(place: int, sequence: int) -> tuple[bytes, int, bytes]:
+    """The chunk of one place with the number of another."""
+    kind, payload = _PAYLOADS[place]
+    return kind, sequence, payload
+
+
+def _longer_than(limit: int) -> bytes:
+    return _put(_FRAM, build_chunk(b"FRAM", _FRAM, bytes(limit + 1)))

@@ -1,0 +1,53 @@
+"""The reaction column of SPEC 3.3 is what `recover` does: every row, every reaction of it."""
+
+import pytest
+
+from quarc_ref.decoder import Gap, compute_digest, decode, recover
+from quarc_ref.format.errors import BitstreamError
+from tests.spec import spec_text
+from tests.spec.faulty_streams import FRAME_COUNT, STATES, WHOLE, Case, cases
+
+CASES = cases()
+DIGESTS = [compute_digest(state.scene) for state in STATES]
+
+
+def _recover(data: bytes) -> tuple[list[int], list[Gap]]:
+    """The frames and the gaps of a stream; every scene is one of the whole stream."""
+    events = list(recover(data))
+    gaps = [event for event in events if isinstance(event, Gap)]
+    scenes = [event for event in events if not isinstance(event, Gap)]
+    assert all(compute_digest(scene) == DIGESTS[scene.frame] for scene in scenes)
+    return [scene.frame for scene in scenes], gaps
+
+
+def test_the_stream_without_a_fault_is_whole():
+    assert _recover(WHOLE) == (list(range(FRAME_COUNT)), [])
+
+
+def test_every_reaction_of_the_text_has_a_case_and_no_other():
+    said = {
+        (row["reject id"], reaction)
+        for row in spec_text.records(spec_text.text(), "rejects")
+        for reaction in row["reaction"].split(", ")
+    }
+
+    assert {(case.reject_id, case.reaction) for case in CASES} == said
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.reject_id}, {case.reaction}")
+def test_a_reader_that_recovers_reacts_as_the_text_says(case: Case):
+    with pytest.raises(BitstreamError) as met:
+        list(decode(case.data))
+    assert met.value.reject_id == case.reject_id
+
+    if case.reaction == "refuse":
+        with pytest.raises(BitstreamError) as met:
+            list(recover(case.data))
+        assert met.value.reject_id == case.reject_id
+        return
+    frames, gaps = _recover(case.data)
+    assert [gap.reject_id for gap in gaps] == [case.reject_id]
+    if case.reaction == "skip":
+        assert frames == list(range(FRAME_COUNT))
+        return
+    assert frames == [*range(case.frame), *range(case.resumed, FRAME_COUNT)]
