@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from quarc_ref.evaluation.twin_coders import TwinCoders
+from quarc_ref.format.entropy import decoding_with
+
 settings.register_profile("dev", max_examples=50, deadline=None)
 settings.register_profile(
     "ci",
@@ -19,6 +22,14 @@ settings.register_profile("thorough", max_examples=5000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))
 
 _BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def both_entropy_decoders():
+    """Every section of every stream is decoded by both decoders, which must agree."""
+    coders = TwinCoders()
+    with decoding_with(coders.open):
+        yield coders
 
 
 @pytest.fixture(scope="session")

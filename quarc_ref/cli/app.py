@@ -9,7 +9,14 @@ from typing import Annotated
 import typer
 
 from quarc_ref import __version__
-from quarc_ref.cli import capture_verbs, stream_verbs
+from quarc_ref.cli import (
+    capture_verbs,
+    decode_verb,
+    edit_verbs,
+    encode_verb,
+    inspect_verb,
+    stream_verbs,
+)
 from quarc_ref.cli.faults import heed_termination
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 
@@ -21,10 +28,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("encode")(capture_verbs.encode)
-app.command("decode")(stream_verbs.decode_frames)
+app.command("encode")(encode_verb.encode)
+app.command("decode")(decode_verb.decode_frames)
 app.command("verify")(stream_verbs.verify)
 app.command("info")(stream_verbs.info)
+app.command("inspect")(inspect_verb.inspect)
+app.command("cut")(edit_verbs.cut)
+app.command("join")(edit_verbs.join)
 app.command("eval")(capture_verbs.evaluate)
 app.command("synth")(capture_verbs.synth)
 app.command("demo")(capture_verbs.demo)

@@ -1,86 +1,33 @@
-"""The verbs that need a capture: encode, eval, synth, demo."""
+"""The verbs that read or make a capture beside `encode`: eval, synth, demo."""
 
-import time
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from statistics import mean
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.encoder_options import configure, open_asked, require_device
+from quarc_ref.cli.encoder_options import configure
 from quarc_ref.cli.faults import UsageError, regain_signals, reported_faults
-from quarc_ref.cli.options import AsJson, CaptureFolder, Force, Quiet, StreamFile
+from quarc_ref.cli.options import (
+    AsJson,
+    CaptureFolder,
+    Force,
+    Quiet,
+    Seed,
+    Settings,
+    StreamFile,
+)
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.stream_verbs import describe
-from quarc_ref.cli.targets import written_file, written_folder
+from quarc_ref.cli.targets import written_folder
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
 
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, such as motion.rate=5e-4."),
-]
-Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
-_PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs; demo: shorter still."
 _DEMO_FILES = ("capture", "demo.quarc", "report")
 _REPORT_FILES = ("index.html", "*.png")
-
-
-def encode(
-    capture: CaptureFolder,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="Stream to write.")
-    ],
-    frames: Annotated[
-        int | None, typer.Option("--frames", min=1, help="Frames to encode.", show_default="all")
-    ] = None,
-    downscale: Annotated[
-        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
-    ] = 1,
-    preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "draft",
-    settings: Settings = None,
-    seed: Seed = 0,
-    held_out: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--held-out",
-            metavar="NAME",
-            help="Camera to keep for eval; may be given again.",
-            show_default="the first",
-        ),
-    ] = None,
-    device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where to train.")
-    ] = "auto",
-    as_json: AsJson = False,
-    force: Force = False,
-    quiet: Quiet = False,
-) -> None:
-    """Encode multi-view video into a stream."""
-    with reported_faults():
-        config = configure(preset, settings or [], seed)
-        with (
-            TerminalProgress(quiet=quiet) as progress,
-            written_file(output, force=force) as sink,
-        ):
-            from quarc_ref.encoder import EncodeOptions
-            from quarc_ref.encoder import encode as encode_capture
-
-            require_device(device)
-            opened = open_asked(capture, downscale, held_out or [])
-            begun = time.monotonic()
-            encode_capture(opened, sink, EncodeOptions(config, frames, device, progress))
-        seconds = round(time.monotonic() - begun, 1)
-        from quarc_ref.evaluation.inspect_stream import inspect_stream
-
-        summary = inspect_stream(output.read_bytes())
-        if as_json:
-            print_json({"file": str(output), **summary.as_json(), "seconds": seconds})
-        else:
-            print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})
 
 
 def evaluate(

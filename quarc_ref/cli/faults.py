@@ -4,22 +4,24 @@
 its work: an unreadable capture, a full disk, an interruption, a fault of ours.
 """
 
+import os
 import signal
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import NoReturn
 
 import typer
 
 from quarc_ref.cli.output import escape_controls
 from quarc_ref.datasets.errors import CaptureError
-from quarc_ref.format.errors import BitstreamError, QuarcError
+from quarc_ref.format.errors import BitstreamError, EditError, QuarcError
 
 STREAM_IS_BAD = 1
 USAGE = 2
 TOOL_FAILED = 3
+_NOTHING_PUT = "interrupted; nothing was put in the place of the target"
 
 
 class UsageError(Exception):
@@ -31,16 +33,18 @@ def reported_faults() -> Iterator[None]:
     """Turn the faults of a command into a line on stderr and an exit code."""
     try:
         yield
+    except typer.Exit:
+        raise
     except BitstreamError as error:
         _leave(f"the stream is refused: {error}", STREAM_IS_BAD)
-    except UsageError as error:
+    except (UsageError, EditError) as error:
         _leave(str(error), USAGE)
     except ImportError as error:
         _leave(_name_extra(error), TOOL_FAILED)
+    except KeyboardInterrupt as error:
+        _leave(str(error) or _NOTHING_PUT, TOOL_FAILED)
     except (CaptureError, QuarcError, OSError, RuntimeError) as error:
         _leave(_sentence(error), TOOL_FAILED)
-    except KeyboardInterrupt:
-        _leave("interrupted; nothing was put in the place of the target", TOOL_FAILED)
     except Exception as error:  # Python's own code for it, 1, would blame the stream
         traceback.print_exc()
         _leave(f"a fault of this program: {error!r}", TOOL_FAILED)
@@ -56,7 +60,16 @@ def regain_signals() -> None:
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
 
 
+def _close_standard_output() -> None:
+    """Keep Python from trying to flush a pipe that is closed when it ends."""
+    with suppress(OSError):  # where it is no file at all
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _sentence(error: Exception) -> str:
+    if isinstance(error, BrokenPipeError):
+        _close_standard_output()
+        return "standard output was closed by its reader"
     if isinstance(error, OSError) and error.strerror:
         place = f"{error.filename}: " if error.filename else ""
         return f"{place}{error.strerror}"

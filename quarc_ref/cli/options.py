@@ -1,17 +1,64 @@
 """Options and arguments that several verbs share, and how they are read."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from quarc_ref.cli.faults import UsageError
+
+if TYPE_CHECKING:
+    from quarc_ref.decoder import Follow
+
+STANDARD_STREAM = "-"
+
+
+def is_file(name: str) -> bool:
+    """Tell whether the name of a stream is a path, and neither a URL nor `-`."""
+    return name != STANDARD_STREAM and not name.startswith(("http://", "https://"))
+
+
+def name_stream(name: str) -> str:
+    """Return what a stream is called in what is shown of it."""
+    return "standard input" if name == STANDARD_STREAM else name.rstrip("/").rpartition("/")[2]
+
+
+def check_file(name: str) -> str:
+    """Return the name of a stream, which must be there if it is a path.
+
+    Raises:
+        BadParameter: It is not there, or a folder.
+    """
+    if is_file(name) and not Path(name).is_file():
+        what = "is a folder" if Path(name).is_dir() else "does not exist"
+        message = f"{name!r} {what}."
+        raise typer.BadParameter(message)
+    return name
+
 
 StreamFile = Annotated[
     Path,
     typer.Argument(
         metavar="FILE", help="A .quarc stream.", show_default=False, exists=True, dir_okay=False
     ),
+]
+StreamName = Annotated[
+    str,
+    typer.Argument(
+        metavar="FILE",
+        help="A .quarc stream: a file, an http(s) URL, or - for standard input.",
+        show_default=False,
+        callback=check_file,
+    ),
+]
+Patience = Annotated[
+    float,
+    typer.Option(
+        "--patience", min=0, metavar="SECONDS", help="How long --follow waits for more, each time."
+    ),
+]
+FollowIt = Annotated[
+    bool, typer.Option("--follow", help="Wait for a stream that is still being written.")
 ]
 CaptureFolder = Annotated[
     Path,
@@ -23,6 +70,11 @@ CaptureFolder = Annotated[
         file_okay=False,
     ),
 ]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, such as motion.rate=5e-4."),
+]
+Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[bool, typer.Option("--force", "-f", help="Replace what exists.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
@@ -46,3 +98,10 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
         message = f"--frames {text} is empty: it takes the frames from A up to, and without, B"
         raise UsageError(message)
     return start, stop
+
+
+def choose_follow(name: str, patience: float, *, follow: bool) -> "Follow | None":
+    """Return how long to wait for more of a stream; a pipe waits by itself."""
+    from quarc_ref.decoder import Follow
+
+    return Follow(patience=patience) if follow and name != STANDARD_STREAM else None

@@ -3,7 +3,9 @@
 import json
 import sys
 import time
+from collections.abc import Iterable, Sequence
 from types import TracebackType
+from typing import Literal
 
 from rich.console import Console
 from rich.progress import (
@@ -17,6 +19,7 @@ from rich.progress import (
 from rich.table import Table
 
 _SECONDS_BETWEEN_LINES = 5.0
+_AS_WIDE_AS_IT_IS = 1 << 12
 
 
 def print_json(values: dict[str, object]) -> None:
@@ -33,6 +36,24 @@ def print_table(title: str, rows: dict[str, str]) -> None:
     for name, value in rows.items():
         table.add_row(escape_controls(name), escape_controls(value))
     Console(markup=False, emoji=False).print(table)
+
+
+def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print rows under headings on standard output, as wide as they are.
+
+    Args:
+        title: Above the table.
+        headings: One to a column. One that begins with `<` stands, without it,
+            over a column of text; the others are columns of numbers.
+        rows: The cells, as they are: a stream may name anything.
+    """
+    table = Table(title=escape_controls(title), title_justify="left", box=None, pad_edge=False)
+    for heading in headings:
+        justify: Literal["left", "right"] = "left" if heading.startswith("<") else "right"
+        table.add_column(heading.removeprefix("<"), justify=justify, header_style="dim")
+    for row in rows:
+        table.add_row(*map(escape_controls, row))
+    Console(markup=False, emoji=False, width=_AS_WIDE_AS_IT_IS).print(table)
 
 
 def escape_controls(text: str) -> str:
@@ -53,7 +74,7 @@ class TerminalProgress:
         quiet: Whether to show nothing.
     """
 
-    _ONCE = ("synth", "canonical", "frames", "inspect", "evaluate", "decode")
+    _ONCE = ("synth", "canonical", "frames", "inspect", "evaluate", "decode", "seek")
 
     def __init__(self, *, quiet: bool) -> None:
         console = Console(stderr=True)
@@ -84,10 +105,10 @@ class TerminalProgress:
         self._bars.stop()
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """See `encoder.progress.Progress`."""
+        """See `encoder.progress.Progress`; a total of 0 is one that is not known."""
         if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=total)
-        self._bars.update(self._tasks[stage], completed=done, total=total)
+            self._tasks[stage] = self._bars.add_task(stage, total=total or None)
+        self._bars.update(self._tasks[stage], completed=done, total=total or None)
         if self._lines and stage in self._ONCE:
             self._print_line(stage, done, total)
 
@@ -96,4 +117,4 @@ class TerminalProgress:
         if now >= self._next_line or (done == total and stage in self._told):
             self._told.add(stage)
             self._next_line = now + _SECONDS_BETWEEN_LINES
-            sys.stderr.write(f"{stage} {done}/{total}\n")
+            sys.stderr.write(f"{stage} {done}/{total}\n" if total else f"{stage} {done}\n")

@@ -1,98 +1,144 @@
-"""The verbs that need a stream alone: info, verify, decode."""
+"""The verbs that need a stream alone: info, verify."""
 
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
-from quarc_ref.cli.options import AsJson, Force, Quiet, StreamFile, parse_frames
+from quarc_ref.cli.faults import reported_faults
+from quarc_ref.cli.options import (
+    AsJson,
+    FollowIt,
+    Patience,
+    Quiet,
+    StreamName,
+    choose_follow,
+    name_stream,
+)
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
-from quarc_ref.cli.targets import written_folder
 from quarc_ref.format.errors import BitstreamError
 
 if TYPE_CHECKING:
-    from quarc_ref.decoder import Scene
-    from quarc_ref.evaluation.inspect_stream import StreamSummary
+    from quarc_ref.decoder import Follow, Source
+    from quarc_ref.evaluation.prove_stream import Proof
+    from quarc_ref.evaluation.stream_summary import StreamSummary
 
-_MADE = ("frame_*.ply", "frame_*.npz")
 
-
-def info(file: StreamFile, as_json: AsJson = False, quiet: Quiet = False) -> None:
+def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
     """Show what a stream is made of: counts, real bytes by kind, the paper's estimate beside."""
     with reported_faults():
+        from quarc_ref.decoder import open_source
         from quarc_ref.evaluation.inspect_stream import inspect_stream
 
-        with TerminalProgress(quiet=quiet) as progress:
-            summary = inspect_stream(file.read_bytes(), progress.advance)
+        with TerminalProgress(quiet=quiet) as progress, open_source(file) as source:
+            summary = inspect_stream(source, progress.advance)
         if as_json:
             print_json(summary.as_json())
         else:
-            print_table(file.name, describe(summary))
+            print_table(name_stream(file), describe(summary))
 
 
-def verify(file: StreamFile, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Decode a stream from end to end and check every CRC and every state."""
-    with reported_faults():
-        from quarc_ref.decoder import compute_digest, decode
-
-        frames, digest, data = 0, None, file.read_bytes()
-        try:
-            with TerminalProgress(quiet=quiet) as progress:
-                for scene in _counted(decode(data), data, progress):
-                    frames, digest = frames + 1, compute_digest(scene)
-        except BitstreamError as error:
-            if as_json:
-                print_json({"valid": False, "frames": frames, "refused": error.reject_id})
-            raise
-        if as_json:
-            print_json({"valid": True, "frames": frames, "state_sha256": digest})
-        else:
-            lines = {"valid": "yes", "frames": str(frames), "last state": str(digest)}
-            print_table(file.name, lines)
-
-
-def decode_frames(
-    file: StreamFile,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
-    to: Annotated[
-        Literal["ply", "npz"], typer.Option("--to", help="3DGS PLY, or NumPy arrays.")
-    ] = "ply",
-    frames: Annotated[
-        str | None,
+def verify(
+    file: StreamName,
+    deep: Annotated[
+        bool,
         typer.Option(
-            "--frames", metavar="A:B", help="Frames from A up to, and without, B; all by default."
+            "--deep",
+            help="Prove also that both entropy decoders agree, that every seek point leads to "
+            "the same states, and how far the stream is within its level.",
         ),
-    ] = None,
+    ] = False,
+    follow: FollowIt = False,
+    patience: Patience = 10.0,
     as_json: AsJson = False,
-    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Decode frames into files that other programs read: DIR/frame_0000.ply and so on."""
-    with reported_faults(), TerminalProgress(quiet=quiet) as progress:
-        from quarc_ref.decoder import decode
+    """Decode a stream from end to end and check every CRC and every state."""
+    with reported_faults(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
+        from quarc_ref.decoder import open_source
 
-        start, stop = parse_frames(frames)
-        names: list[str] = []
-        with written_folder(output, _MADE, force=force) as folder:
-            data = file.read_bytes()
-            for scene in _counted(decode(data, start, stop), data, progress):
-                name = f"frame_{scene.frame:04}.{to}"
-                (folder / name).write_bytes(_export(scene, to))
-                names.append(name)
-            if not names:
-                message = f"the stream holds no frame of {frames or ':'}"
-                raise UsageError(message)
-    if as_json:
-        print_json({"folder": str(output), "files": names})
-    else:
-        print_table(str(output), {"files": f"{len(names)}, {names[0]} to {names[-1]}"})
+        source = stack.enter_context(open_source(file))
+        waiting = choose_follow(file, patience, follow=follow)
+        run, proof = _Run(progress), None
+        try:
+            if deep:
+                proof = run.prove(source, waiting)
+            else:
+                run.decode(source, waiting)
+        except BitstreamError as error:
+            if as_json:
+                print_json({"valid": False, "frames": run.frames, "refused": error.reject_id})
+            raise
+        if as_json:
+            proved = {"proved": proof.as_json()} if proof else {}
+            print_json({"valid": True, "frames": run.frames, "state_sha256": run.digest, **proved})
+        else:
+            lines = {"valid": "yes", "frames": f"{run.frames}", "last state": str(run.digest)}
+            print_table(name_stream(file), lines | (describe_proof(proof) if proof else {}))
+
+
+class _Run:
+    """A stream decoded from its beginning, as far as it goes.
+
+    Attributes:
+        frames: How many there were.
+        digest: Of the last state.
+    """
+
+    def __init__(self, progress: TerminalProgress) -> None:
+        self.frames = 0
+        self.digest: str | None = None
+        self._progress = progress
+
+    def decode(self, source: "Source", follow: "Follow | None") -> None:
+        """Decode every frame."""
+        from quarc_ref.decoder import compute_digest, decode
+        from quarc_ref.evaluation.inspect_stream import count_frames
+
+        total = 0 if follow else count_frames(source)
+        for scene in decode(source, follow=follow):
+            self.digest = compute_digest(scene)
+            self._note("decode", self.frames + 1, total)
+
+    def prove(self, source: "Source", follow: "Follow | None") -> "Proof":
+        """Decode every frame, and prove the rest; what comes once is read into memory."""
+        from quarc_ref.decoder import BytesSource
+        from quarc_ref.evaluation.prove_stream import prove_stream
+
+        if source.size() is None:
+            source = BytesSource(source.read(0, _ALL))
+        proof = prove_stream(source, self._note, follow)
+        self.digest = proof.sha256
+        return proof
+
+    def _note(self, stage: str, done: int, total: int) -> None:
+        if stage == "decode":
+            self.frames = done
+        self._progress.advance(stage, done, total)
+
+
+def describe_proof(proof: "Proof") -> dict[str, str]:
+    """Return the lines of `verify --deep` as names and values."""
+    bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
+    coders = f"both decoders give the same {bits}"
+    if proof.coders == 1:
+        coders = f"one decoder gives {bits}; constriction, the other, is not installed"
+    level = "; ".join(
+        f"{proof.most[key]:,} of {proof.allowed[key]:,} {name}" for key, name in _BOUNDS.items()
+    )
+    return {
+        "chunks": f"{proof.chunks:,}, every CRC holds",
+        "states": f"{proof.frames:,}, every CRC holds",
+        "entropy": coders,
+        "seek points": f"{proof.seek_points:,}, from which {proof.frames_sought:,} frames "
+        "have the same digests as from the beginning",
+        f"level {proof.level / 10:.1f}": f"kept, with at most {level}",
+    }
 
 
 def describe(summary: "StreamSummary") -> dict[str, str]:
     """Return the lines of `info` as names and values."""
-    from quarc_ref.evaluation.inspect_stream import KINDS
+    from quarc_ref.evaluation.stream_summary import KINDS
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     rates, header = summary.kilobytes_per_frame(), summary.header
@@ -125,25 +171,10 @@ def _count_frames(count: int) -> str:
     return "frame" if count == 1 else f"{count} frames"
 
 
-def _counted(
-    scenes: "Iterator[Scene]", data: bytes, progress: TerminalProgress
-) -> "Iterator[Scene]":
-    """Yield scenes, and tell how far into the stream each of them is."""
-    from quarc_ref.evaluation.inspect_stream import count_frames
-
-    total = count_frames(data)
-    for scene in scenes:
-        progress.advance("decode", min(scene.frame + 1, total), total)
-        yield scene
-
-
-def _export(scene: "Scene", to: str) -> bytes:
-    from quarc_ref.decoder import dequantize
-    from quarc_ref.export.arrays_npz import build_npz
-    from quarc_ref.export.gaussian_ply import build_ply
-
-    splats = dequantize(scene)
-    return build_ply(splats) if to == "ply" else build_npz(scene, splats)
-
-
 _AXES = ("unknown", "+x", "-x", "+y", "-y", "+z", "-z")
+_ALL = 1 << 62
+_BOUNDS = {
+    "gaussians": "Gaussians",
+    "births": "births in a frame",
+    "chunk_bytes": "bytes in a payload",
+}

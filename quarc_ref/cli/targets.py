@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.options import STANDARD_STREAM
 
 
 @contextmanager
@@ -18,15 +20,80 @@ def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     Raises:
         UsageError: The target exists, and `force` is not given or it is a folder.
     """
-    _refuse_existing(target, force=force)
-    if target.is_dir():
-        message = f"{target} is a folder"
-        raise UsageError(message)
+    _refuse_target(target, force=force)
     beside = _beside(target, "part")
     try:
         with beside.open("wb") as sink:
             yield sink
         beside.replace(target)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def written_stream(target: Path, *, force: bool, live: bool = False) -> Iterator[BinaryIO]:
+    """Open what a stream is written to.
+
+    Args:
+        target: A file, or `-` for standard output.
+        force: Whether to replace a file.
+        live: Whether to write the file in its own place, so that others can
+            read along; what has been written then stays, whatever happens.
+
+    Raises:
+        UsageError: The target cannot be written so.
+    """
+    if str(target) == STANDARD_STREAM:
+        if live or sys.stdout.isatty():
+            message = "a stream on standard output needs a pipe or a file behind it, and no --live"
+            raise UsageError(message)
+        yield sys.stdout.buffer
+    elif live:
+        with _grown_file(target, force=force) as sink:
+            yield sink
+    else:
+        with written_file(target, force=force) as sink:
+            yield sink
+
+
+@contextmanager
+def _grown_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
+    _refuse_target(target, force=force)
+    target.unlink(missing_ok=True)  # who reads the old file keeps it
+    with target.open("xb") as sink:
+        try:
+            yield sink
+        except KeyboardInterrupt as error:
+            message = f"interrupted; {target} holds the frames that were written"
+            raise KeyboardInterrupt(message) from error
+
+
+@contextmanager
+def grown_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterator[Path]:
+    """Make a folder, empty, whose files are seen as soon as they are made, and stay.
+
+    Args:
+        target: Where the folder is to be.
+        made: As `written_folder` has it.
+        force: Whether to replace what was made in it before.
+
+    Raises:
+        UsageError: The target exists, and is not to be replaced.
+    """
+    _refuse_existing(target, force=force)
+    _refuse_foreign(target, made)
+    target.mkdir(exist_ok=True)
+    for path in target.iterdir():
+        path.unlink()
+    yield target
+
+
+def put_file(path: Path, data: bytes) -> None:
+    """Write a small file, which is seen only once it is whole."""
+    beside = _beside(path, "part")
+    try:
+        beside.write_bytes(data)
+        beside.replace(path)
     finally:
         beside.unlink(missing_ok=True)
 
@@ -53,6 +120,13 @@ def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Itera
         _put_in_place(beside, target)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
+
+
+def _refuse_target(target: Path, *, force: bool) -> None:
+    _refuse_existing(target, force=force)
+    if target.is_dir():
+        message = f"{target} is a folder"
+        raise UsageError(message)
 
 
 def _refuse_existing(target: Path, *, force: bool) -> None:

@@ -20,7 +20,7 @@ class Scene:
         header: What the stream chose for itself.
         frame: Ordinal of the frame in the stream.
         phase: Frames since the canonical one, 0 there.
-        ids: `[N]` 0 to N - 1 in the canonical frame, then counted on by birth since the canonical frame, ascending.
+        ids: `[N]` ascending: 0 to N - 1 in the canonical frame, then counted on by birth.
         positions: `[3, N]` xyz in lattice units, magnitudes below 2^23.
         rotations: `[4, N]` unit quaternions wxyz, Q22.
         codes: `[code_planes, N]` log-scale 3, opacity logit 1, SH DC 3, SH rest 9.

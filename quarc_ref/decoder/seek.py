@@ -13,6 +13,7 @@ from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.container import TAIL_CHUNK_BYTES, Chunk
 from quarc_ref.format.errors import BitstreamError, IndexMismatchError, TruncatedError
 from quarc_ref.format.records import SeekPoint
+from quarc_ref.format.source import Source
 
 _FRAME_BYTES = 4
 
@@ -49,7 +50,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoint, ...]:
 def _read_index(reader: ChunkReader, size: int) -> tuple[SeekPoint, ...] | None:
     """Return the entries of INDX; None in a stream without, or without its end yet."""
     tail_offset = size - TAIL_CHUNK_BYTES
-    chunk = _read_tail(reader, tail_offset)
+    chunk = read_tail_chunk(reader.source, size)
     if chunk is None:
         return None
     tail = wire.parse_tail(chunk.payload)
@@ -67,10 +68,11 @@ def _read_index(reader: ChunkReader, size: int) -> tuple[SeekPoint, ...] | None:
     return points
 
 
-def _read_tail(reader: ChunkReader, offset: int) -> Chunk | None:
+def read_tail_chunk(source: Source, size: int) -> Chunk | None:
     """Return the TAIL chunk at the end of a stream; None where there is none that is proved."""
+    offset = size - TAIL_CHUNK_BYTES
     with suppress(BitstreamError):
-        data = reader.source.read(max(0, offset), TAIL_CHUNK_BYTES)
+        data = source.read(max(0, offset), TAIL_CHUNK_BYTES)
         header = container.parse_header(data[:CHUNK_HEADER_BYTES], offset)
         if header.kind == container.TAIL and header.end == offset + TAIL_CHUNK_BYTES:
             return container.take_payload(header, data[CHUNK_HEADER_BYTES:])

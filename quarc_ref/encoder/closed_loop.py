@@ -18,8 +18,7 @@ from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame, m
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import MAGIC
-from quarc_ref.format.container import Chunk, build_chunk
+from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError, ClosedLoopError, EncodeError, StateError
 from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
 from quarc_ref.format.motion_planes import write_motion
@@ -30,10 +29,9 @@ from quarc_ref.format.records import (
     FrameChunk,
     Gaussians,
     Section,
-    SeekPoint,
     StreamHeader,
-    Tail,
 )
+from quarc_ref.format.stream_writer import StreamWriter
 
 EMPTY = Section(b"", np.zeros(0, dtype=np.uint32))
 
@@ -60,16 +58,12 @@ class ClosedLoop:
         cameras: tuple[Camera, ...],
         metadata: dict[str, str],
     ) -> None:
-        self._sink = sink
         self._header = header
         self._decoder = StreamDecoder()
-        self._offset = sink.write(MAGIC)
-        self._sequence = 0
-        self._frame_count = 0
-        self._points: list[SeekPoint] = []
-        self._write(container.HEAD, wire.build_stream_header(header))
-        self._write(container.CAME, wire.build_cameras(cameras))
-        self._write(container.META, wire.build_metadata(metadata))
+        self._decoded: State | None = None
+        self._writer = StreamWriter(sink, wire.build_stream_header(header), self._decode)
+        self._writer.write(container.CAME, wire.build_cameras(cameras))
+        self._writer.write(container.META, wire.build_metadata(metadata))
 
     def commit_canonical(self, gaussians: Gaussians, frame: int) -> State:
         """Write a canonical frame; return the decoder's state of it."""
@@ -83,7 +77,6 @@ class ClosedLoop:
             write_canonical(ordered, origin),
             compute_state_crc(expected.scene, all_fields=True),
         )
-        self._points.append(SeekPoint(self._offset, self._sequence, frame))
         return self._push(container.CANO, wire.build_canonical(chunk), expected)
 
     def begin_frame(self, death_count: int) -> State:
@@ -155,9 +148,7 @@ class ClosedLoop:
 
     def finish(self) -> None:
         """Write the index and the end of the stream."""
-        tail = Tail(self._frame_count, len(self._points), self._offset)
-        self._write(container.INDX, wire.build_index(self._points))
-        self._write(container.TAIL, wire.build_tail(tail))
+        self._writer.finish()
 
     def _bear(self, births: Births | None) -> tuple[State, Section]:
         """Return the state with the newborn of a frame, as the decoder has it, and their section.
@@ -175,22 +166,18 @@ class ClosedLoop:
 
     def _push(self, kind: bytes, payload: bytes, expected: State) -> State:
         """Write a frame's chunk and take the decoder's state of it."""
-        decoded = self._write(kind, payload)
+        self._writer.write(kind, payload)
+        decoded = self._decoded
         if decoded is None or compute_digest(decoded.scene) != compute_digest(expected.scene):
             message = f"frame {expected.scene.frame} decodes to another state than was committed"
             raise ClosedLoopError(message)
         self.state = decoded
-        self._frame_count += 1
         return decoded
 
-    def _write(self, kind: bytes, payload: bytes) -> State | None:
-        data = build_chunk(kind, self._sequence, payload)
+    def _decode(self, chunk: Chunk) -> None:
+        """Show the decoder a chunk before it is written."""
         try:
-            state = self._decoder.push(Chunk(kind, payload, self._offset, self._sequence))
+            self._decoded = self._decoder.push(chunk)
         except BitstreamError as error:
-            message = f"the decoder refuses what was written: {error}"
+            message = f"the decoder refuses what would be written: {error}"
             raise ClosedLoopError(message) from error
-        self._sink.write(data)
-        self._sequence += 1
-        self._offset += len(data)
-        return state

@@ -28,9 +28,11 @@ WarmStart = Literal["anchors", "projection"]
 
 @dataclass(frozen=True, slots=True)
 class CanonicalSettings(Checked):
-    """Training of frame 0 (method of 3DGS; paper section 3).
+    """Canonical frames: training of frame 0 (method of 3DGS; paper section 3), and when again.
 
     Attributes:
+        every: Frames from a canonical frame to the next, which is a point of
+            random access; 0 for frame 0 alone (paper).
         iterations: Paper 15 000.
         initial_gaussians: Initial points taken, at most; the paper takes all.
         max_gaussians: Bound on their number; the paper has none.
@@ -60,6 +62,7 @@ class CanonicalSettings(Checked):
         rotation_rate: Learning rate (1e-3).
     """
 
+    every: Count = 0
     iterations: Some = 15_000
     initial_gaussians: Some = 1 << 20
     max_gaussians: Some = 1 << 20

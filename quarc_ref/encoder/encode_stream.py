@@ -4,6 +4,8 @@ points ──> train_canonical ──> commit_canonical ──> state of frame 0
 state ──> begin_frame ──> fit_motion ──> commit_motion
                                              │
           state of the next frame <── commit_births <── fit_births
+
+Every `canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`.
 """
 
 from dataclasses import dataclass, field
@@ -78,7 +80,10 @@ def encode(capture: Capture, sink: BinaryIO, options: EncodeOptions | None = Non
         motion = fit_motion(studio, state, begun, config.motion)
         moved = loop.commit_motion(motion.symbols)
         births = fit_births(studio, moved, motion.statistics, config)
-        state = loop.commit_births(births)
+        if config.canonical.every and frame % config.canonical.every == 0:
+            state = loop.commit_frame_as_canonical(births)
+        else:
+            state = loop.commit_births(births)
         studio.views.forget_before(frame)
     loop.finish()
     options.progress.advance("frames", frame_count, frame_count)

@@ -11,7 +11,7 @@ import numpy as np
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Scene, Splats, decode, dequantize
-from quarc_ref.evaluation.inspect_stream import StreamSummary, inspect_stream
+from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.metrics import (
     PSNR_VARIANT,
     SSIM_VARIANT,
@@ -19,6 +19,7 @@ from quarc_ref.evaluation.metrics import (
     measure_psnr,
     measure_ssim,
 )
+from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.format.records import Camera
 from quarc_ref.rendering.pictures import render_picture
 

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from quarc_ref.evaluation.inspect_stream import KILOBYTE, KINDS, StreamSummary
 from quarc_ref.evaluation.metrics import Picture
+from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
 
 _BLUE, _ORANGE, _GREEN, _GRAY = "#3b6ea8", "#d9822b", "#4f9d69", "#9aa3ad"
 _KIND_COLORS = {"canonical": _GREEN, "motion": _BLUE, "births": _ORANGE, "overhead": _GRAY}

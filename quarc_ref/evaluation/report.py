@@ -14,9 +14,9 @@ from string import Template
 import numpy as np
 
 from quarc_ref.evaluation.evaluate import Evaluation, View
-from quarc_ref.evaluation.inspect_stream import KINDS, StreamSummary
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
 from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
+from quarc_ref.evaluation.stream_summary import KINDS, StreamSummary
 
 DIFFERENCE_GAIN = 4
 

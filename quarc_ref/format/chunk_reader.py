@@ -93,10 +93,23 @@ class ChunkReader:
         """
         while (header := self.read_header()) is not None:
             if header.kind in container.KNOWN:
-                return self._read_known(header)
+                return self.take(header)
             self._prove_unread(header)
             self.skip(header)
         return None
+
+    def take(self, header: ChunkHeader) -> Chunk:
+        """Return the chunk, of whatever type, whose header `read_header` gave; go on behind it.
+
+        Raises:
+            ContainerError: What is wrong with the bytes.
+        """
+        data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
+        chunk = container.take_payload(header, data)
+        if header.kind == container.HEAD:
+            self._stream = _parse_head(chunk)
+        self.skip(header)
+        return chunk
 
     def skip(self, header: ChunkHeader) -> None:
         """Go on behind a chunk."""
@@ -105,14 +118,6 @@ class ChunkReader:
     def seek(self, offset: int, sequence: int) -> None:
         """Go on at a chunk that is known to begin somewhere, after HEAD has been read."""
         self.offset, self.sequence, self._before = offset, sequence, b""
-
-    def _read_known(self, header: ChunkHeader) -> Chunk:
-        data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
-        chunk = container.take_payload(header, data)
-        if header.kind == container.HEAD:
-            self._stream = _parse_head(chunk)
-        self.skip(header)
-        return chunk
 
     def _prove_unread(self, header: ChunkHeader) -> None:
         """Check the CRC of a payload that is not kept, in pieces."""

@@ -4,7 +4,9 @@ The only importer of constriction. Its models get integer weights less 1, the
 one form in which its arithmetic is exact and equal to `ans` word for word.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, Protocol
 
 import numpy as np
@@ -56,7 +58,30 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
 
 
 def open_words(words: UInt32) -> BitDecoder:
-    """Return a decoder of the words.
+    """Return a decoder of the words: that of `decoding_with`, else the fastest there is.
+
+    Raises:
+        InvalidWordsError: No encoder writes such words.
+    """
+    return (_opener.get() or open_fastest)(words)
+
+
+@contextmanager
+def decoding_with(opener: Callable[[UInt32], BitDecoder]) -> Iterator[None]:
+    """Let `open_words` open another decoder, as long as this context lasts.
+
+    Args:
+        opener: Takes words as `open_words` does. It must give the same bits.
+    """
+    token = _opener.set(opener)
+    try:
+        yield
+    finally:
+        _opener.reset(token)
+
+
+def open_fastest(words: UInt32) -> BitDecoder:
+    """Return constriction's decoder where there is one, else the one in plain Python.
 
     Raises:
         InvalidWordsError: No encoder writes such words.
@@ -85,3 +110,6 @@ class _ConstrictionBitDecoder:
 def _model(weight: int) -> Any:  # noqa: ANN401, constriction has no types
     shares = np.array([WEIGHT_TOTAL - weight - 1, weight - 1], dtype=np.float64)
     return Categorical(shares, lazy=True)
+
+
+_opener: ContextVar[Callable[[UInt32], BitDecoder] | None] = ContextVar("opener", default=None)

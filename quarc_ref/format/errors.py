@@ -7,7 +7,9 @@
     │   └── StateError          what the frame would make of the scene
     ├── SourceError             what holds the bytes cannot be read
     ├── EncodeError             your scene or setting cannot be written
-    └── ClosedLoopError         encoder and decoder disagree: our fault
+    ├── EditError               your streams cannot be cut or joined so
+    ├── ClosedLoopError         encoder and decoder disagree: our fault
+    └── ProofError              two ways to the same result do not meet: our fault
 
 Each leaf of `BitstreamError` carries the stable `reject_id` of its SPEC row.
 Malformed bytes raise a leaf of `BitstreamError` and nothing else.
@@ -104,7 +106,7 @@ class TrailingDataError(ContainerError):
 
 
 class TailMismatchError(ContainerError):
-    """The totals of TAIL are not those of the stream."""
+    """A field of TAIL is not that of the stream."""
 
     reject_id = "tail-mismatch"
 
@@ -239,5 +241,13 @@ class EncodeError(QuarcError):
     """The scene, or a setting, cannot be written into a stream."""
 
 
+class EditError(QuarcError):
+    """Streams cannot be cut or joined as asked."""
+
+
 class ClosedLoopError(QuarcError):
     """The encoder's state is not the decoder's: a fault of this package."""
+
+
+class ProofError(QuarcError):
+    """Two ways that must lead to the same result do not: a fault of this package."""

@@ -8,7 +8,10 @@ from quarc_ref import __version__
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 from tests.cli.commands import run
 
-VERBS = ["encode", "decode", "verify", "info", "eval", "synth", "demo"]
+VERBS = [
+    *("encode", "decode", "verify", "info", "inspect", "cut", "join"),
+    *("eval", "synth", "demo"),
+]
 HEAVY = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat"}
 
 _LIST_MODULES = """
@@ -62,7 +65,7 @@ def test_help_loads_nothing_that_takes_time():
     assert not _loaded("encode", "--help") & (HEAVY | {"numpy", "construct", "constriction"})
 
 
-@pytest.mark.parametrize("verb", ["info", "verify"])
+@pytest.mark.parametrize("verb", ["info", "verify", "inspect"])
 def test_what_needs_a_stream_alone_loads_nothing_that_pictures_need(verb, stream_file):
     assert not _loaded(verb, stream_file, "--json") & HEAVY
 

@@ -1,4 +1,5 @@
 import errno
+import json
 import signal
 import subprocess
 import sys
@@ -166,3 +167,67 @@ def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
     assert encoding.returncode == 3
     assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
     assert _names(tmp_path) == []
+
+
+def test_every_nth_frame_can_be_canonical_and_the_metadata_says_so(capture, tmp_path):
+    every = ["--canonical-every", 1, "--frames", 3]
+    printed = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
+    frames = run_json("inspect", tmp_path / "a.quarc")["per_frame"]
+
+    assert [frame["kind"] for frame in frames] == ["canonical"] * 3
+    assert "canonical.every=1" in printed["metadata"]["settings"].split()
+    assert run_json("cut", tmp_path / "a.quarc", "--frames", "2:", "-o", tmp_path / "b")["frames"]
+
+
+def test_a_stream_goes_to_standard_output_alone(capture, encoded):
+    result = run("encode", capture, "-o", "-", *TINY_OPTIONS, "-q")
+
+    assert result.exit_code == 0
+    assert result.stdout_bytes == encoded.file.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "options", [["--json"], ["--live"], ["--canonical-every", "0"], ["--canonical-every", "x"]]
+)
+def test_what_does_not_fit_a_stream_on_standard_output_is_a_usage_error(options, capture):
+    result = run("encode", capture, "-o", "-", *TINY_OPTIONS, *options)
+
+    assert result.exit_code == 2
+    assert result.stdout == ""
+
+
+def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
+    capture, encoded, tmp_path, monkeypatch
+):
+    file, seen = tmp_path / "a.quarc", []
+    fit = encode_stream.fit_motion
+
+    def read_along(*arguments):
+        seen.append(run("decode", file, "-o", tmp_path / "out", "--recover", "--force", "--json"))
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+        return fit(*arguments)
+
+    monkeypatch.setattr(encode_stream, "fit_motion", read_along)
+    result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--live")
+
+    assert result.exit_code == 3
+    assert result.stderr.splitlines()[-1] == (
+        f"quarc-ref: interrupted; {file} holds the frames that were written"
+    )
+    files = [json.loads(each.stdout)["files"] for each in seen]
+    assert files == [["frame_0000.ply"], ["frame_0000.ply", "frame_0001.ply"]]
+    whole = encoded.file.read_bytes()
+    assert whole.startswith(file.read_bytes())
+
+
+def test_a_live_encode_that_ends_is_as_any_other(capture, encoded, tmp_path):
+    (tmp_path / "a.quarc").write_text("old")
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--live"]
+    refused = run(*command)
+    kept = (tmp_path / "a.quarc").read_text()
+
+    assert (refused.exit_code, kept) == (2, "old")
+    assert run(*command, "--force").exit_code == 0
+    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+    assert _names(tmp_path) == ["a.quarc"]

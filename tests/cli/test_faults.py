@@ -5,7 +5,15 @@ import typer
 
 from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.datasets.errors import TruncatedVideoError
-from quarc_ref.format.errors import ClosedLoopError, EncodeError, HeaderCrcError, StateCrcError
+from quarc_ref.format.errors import (
+    ClosedLoopError,
+    EditError,
+    EncodeError,
+    HeaderCrcError,
+    ProofError,
+    SourceError,
+    StateCrcError,
+)
 
 
 def _leave(error):
@@ -31,7 +39,11 @@ def _leave(error):
         (RuntimeError(), 3, "RuntimeError()"),
         (ModuleNotFoundError("No module", name="torch"), 3, "pip install 'quarc-ref[encode]'"),
         (ModuleNotFoundError("No module", name="gsplat"), 3, "pip install 'quarc-ref[gpu]'"),
-        (KeyboardInterrupt(), 3, "interrupted"),
+        (KeyboardInterrupt(), 3, "interrupted; nothing was put"),
+        (KeyboardInterrupt("interrupted; the file holds"), 3, "interrupted; the file holds"),
+        (EditError("frame 3 is not canonical"), 2, "frame 3 is not canonical"),
+        (SourceError("the server is silent"), 3, "the server is silent"),
+        (ProofError("two results"), 3, "two results"),
     ],
 )
 def test_a_fault_becomes_one_line_and_its_code(error, code, said, capsys):

@@ -172,3 +172,17 @@ def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):
         encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
 
     assert [state.scene.frame for state in _whole_frames(sink.getvalue())] == [0, 1, 2]
+
+
+def test_every_nth_frame_is_canonical_and_near_to_its_own_pictures():
+    capture = make_capture()
+    config = replace(SMALL, canonical=replace(SMALL.canonical, every=2))
+
+    frames = inspect_stream(data := _encode(config)).frames
+    scenes = list(decode(data))
+
+    assert [frame.canonical for frame in frames] == [True, False, True, False]
+    assert frames[2].gaussians == inspect_stream(_encode(frames=3)).frames[2].gaussians
+    for frame in (2, 3):
+        stale = _error(replace(scenes[0], frame=frame), capture)
+        assert _error(scenes[frame], capture) < 0.8 * stale

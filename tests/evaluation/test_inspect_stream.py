@@ -8,7 +8,8 @@ from quarc_ref.evaluation.estimate import (
     estimate_gaussians,
     estimate_motion,
 )
-from quarc_ref.evaluation.inspect_stream import KINDS, count_frames, inspect_stream
+from quarc_ref.evaluation.inspect_stream import count_frames, inspect_stream
+from quarc_ref.evaluation.stream_summary import KINDS
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError

@@ -1,0 +1,141 @@
+"""The verb `decode`: frames of a stream as files of their own."""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.faults import STREAM_IS_BAD, UsageError, reported_faults
+from quarc_ref.cli.options import (
+    AsJson,
+    FollowIt,
+    Force,
+    Patience,
+    Quiet,
+    StreamName,
+    choose_follow,
+    parse_frames,
+)
+from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, print_table
+from quarc_ref.cli.targets import grown_folder, put_file, written_folder
+
+if TYPE_CHECKING:
+    from quarc_ref.decoder import Follow, Gap, Scene, Source
+
+_MADE = ("frame_*.ply", "frame_*.npz")
+
+
+def decode_frames(
+    file: StreamName,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
+    to: Annotated[
+        Literal["ply", "npz"], typer.Option("--to", help="3DGS PLY, or NumPy arrays.")
+    ] = "ply",
+    frames: Annotated[
+        str | None,
+        typer.Option(
+            "--frames", metavar="A:B", help="Frames from A up to, and without, B; all by default."
+        ),
+    ] = None,
+    follow: FollowIt = False,
+    patience: Patience = 10.0,
+    past_damage: Annotated[
+        bool, typer.Option("--recover", help="Go on past damage, and report what is missing.")
+    ] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Decode frames into files that other programs read: DIR/frame_0000.ply and so on.
+
+    With --follow a file is there as soon as its frame is, else all come at the end.
+    """
+    with reported_faults(), TerminalProgress(quiet=quiet) as progress:
+        from quarc_ref.decoder import open_source
+        from quarc_ref.evaluation.inspect_stream import count_frames
+
+        wanted = parse_frames(frames)
+        waiting = choose_follow(file, patience, follow=follow)
+        written = _Written(to)
+        make = grown_folder if follow else written_folder
+        with make(output, _MADE, force=force) as folder, open_source(file) as source:
+            total = 0 if follow else count_frames(source)
+            for scene in _decode(source, wanted, waiting, written.gaps if past_damage else None):
+                written.add(folder, scene)
+                progress.advance("decode", min(scene.frame + 1, total), total)
+            if not written.names and not written.gaps:
+                message = f"the stream holds no frame of {frames or ':'}"
+                raise UsageError(message)
+            if not written.names:
+                written.show(output, as_json=as_json, past_damage=past_damage)
+                raise typer.Exit(STREAM_IS_BAD)
+        written.show(output, as_json=as_json, past_damage=past_damage)
+        if written.gaps:
+            raise typer.Exit(STREAM_IS_BAD)
+
+
+def _decode(
+    source: "Source",
+    wanted: tuple[int, int | None],
+    follow: "Follow | None",
+    gaps: "list[Gap] | None",
+) -> "Iterator[Scene]":
+    """Yield the scenes wanted; where there is a list for gaps, go on past damage."""
+    from quarc_ref.decoder import Gap, decode, recover
+
+    start, stop = wanted
+    if gaps is None:
+        yield from decode(source, start, stop, follow)
+        return
+    for item in recover(source, follow):
+        if isinstance(item, Gap):
+            gaps.append(item)
+            _tell(item)
+        elif stop is not None and item.frame >= stop:
+            return
+        elif item.frame >= start:
+            yield item
+
+
+class _Written:
+    """What `decode` has made, and what is missing."""
+
+    def __init__(self, to: str) -> None:
+        self.names: list[str] = []
+        self.gaps: list[Gap] = []
+        self._to = to
+
+    def add(self, folder: Path, scene: "Scene") -> None:
+        """Write the file of a frame."""
+        self.names.append(f"frame_{scene.frame:04}.{self._to}")
+        put_file(folder / self.names[-1], _export(scene, self._to))
+
+    def show(self, output: Path, *, as_json: bool, past_damage: bool) -> None:
+        """Print what there is."""
+        if as_json:
+            gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
+            print_json({"folder": str(output), "files": self.names, **gaps})
+            return
+        ends = f", {self.names[0]} to {self.names[-1]}" if self.names else ""
+        lines = {"files": f"{len(self.names)}{ends}"}
+        print_table(str(output), lines | ({"gaps": f"{len(self.gaps)}"} if past_damage else {}))
+
+
+def _tell(gap: "Gap") -> None:
+    """Report a gap on stderr."""
+    size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
+    lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
+    line = f"gap at byte {gap.offset}, {size}, frames lost: {lost}: {gap.message}"
+    sys.stderr.write(f"quarc-ref: {escape_controls(line)}\n")
+
+
+def _export(scene: "Scene", to: str) -> bytes:
+    from quarc_ref.decoder import dequantize
+    from quarc_ref.export.arrays_npz import build_npz
+    from quarc_ref.export.gaussian_ply import build_ply
+
+    splats = dequantize(scene)
+    return build_ply(splats) if to == "ply" else build_npz(scene, splats)

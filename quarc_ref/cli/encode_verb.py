@@ -1,0 +1,105 @@
+"""The verb `encode`: a capture to a stream, in a file, in a file that grows, or in a pipe."""
+
+import time
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.encoder_options import configure, open_asked, require_device
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import (
+    STANDARD_STREAM,
+    AsJson,
+    CaptureFolder,
+    Force,
+    Quiet,
+    Seed,
+    Settings,
+)
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.stream_verbs import describe
+from quarc_ref.cli.targets import written_stream
+
+_PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs; demo: shorter still."
+
+
+def encode(
+    capture: CaptureFolder,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Stream to write; - for standard output."
+        ),
+    ],
+    frames: Annotated[
+        int | None, typer.Option("--frames", min=1, help="Frames to encode.", show_default="all")
+    ] = None,
+    downscale: Annotated[
+        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
+    ] = 1,
+    preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "draft",
+    settings: Settings = None,
+    canonical_every: Annotated[
+        int | None,
+        typer.Option(
+            "--canonical-every",
+            min=1,
+            metavar="N",
+            help="Make every N-th frame canonical: decoding, cut and join can begin there.",
+            show_default="frame 0 alone",
+        ),
+    ] = None,
+    seed: Seed = 0,
+    held_out: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--held-out",
+            metavar="NAME",
+            help="Camera to keep for eval; may be given again.",
+            show_default="the first",
+        ),
+    ] = None,
+    device: Annotated[
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where to train.")
+    ] = "auto",
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Write FILE in its place, so that others can follow it."),
+    ] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Encode multi-view video into a stream."""
+    with reported_faults():
+        to_pipe = str(output) == STANDARD_STREAM
+        if to_pipe and as_json:
+            message = "-o - and --json both write to standard output"
+            raise UsageError(message)
+        every = [] if canonical_every is None else [f"canonical.every={canonical_every}"]
+        config = configure(preset, [*(settings or []), *every], seed)
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_stream(output, force=force, live=live) as sink,
+        ):
+            from quarc_ref.encoder import EncodeOptions
+            from quarc_ref.encoder import encode as encode_capture
+
+            require_device(device)
+            opened = open_asked(capture, downscale, held_out or [])
+            begun = time.monotonic()
+            encode_capture(opened, sink, EncodeOptions(config, frames, device, progress))
+        if not to_pipe:
+            _show(output, round(time.monotonic() - begun, 1), as_json=as_json)
+
+
+def _show(output: Path, seconds: float, *, as_json: bool) -> None:
+    """Print what the file is made of."""
+    from quarc_ref.evaluation.inspect_stream import inspect_stream
+
+    summary = inspect_stream(output.read_bytes())
+    if as_json:
+        print_json({"file": str(output), **summary.as_json(), "seconds": seconds})
+    else:
+        print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})

@@ -1,0 +1,51 @@
+"""How large the symbols of a stream's motion are: histograms of their magnitudes."""
+
+from dataclasses import dataclass
+from itertools import zip_longest
+
+import numpy as np
+
+from quarc_ref.format.arrays import Int64
+
+_TRANSLATION_ROWS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Magnitudes:
+    """How many symbols have each magnitude, from 0 up to the greatest there is.
+
+    Attributes:
+        translation: Of x, y and z.
+        rotation: Of x, y and z, and of w where residuals have one.
+    """
+
+    translation: tuple[int, ...]
+    rotation: tuple[int, ...]
+
+    def __add__(self, other: "Magnitudes") -> "Magnitudes":
+        return Magnitudes(
+            _sum(self.translation, other.translation), _sum(self.rotation, other.rotation)
+        )
+
+    def as_json(self) -> dict[str, list[int]]:
+        """Return both, with what the figures are as names."""
+        return {"translation": list(self.translation), "rotation": list(self.rotation)}
+
+
+def count_magnitudes(symbols: tuple[Int64, ...]) -> Magnitudes:
+    """Return the histograms of a frame's symbols.
+
+    Args:
+        symbols: `[c, a]` of each level's anchors; none in a canonical frame.
+    """
+    if not symbols:
+        return Magnitudes((), ())
+    magnitudes = np.abs(np.concatenate(symbols, axis=1))
+    return Magnitudes(
+        tuple(np.bincount(magnitudes[:_TRANSLATION_ROWS].reshape(-1)).tolist()),
+        tuple(np.bincount(magnitudes[_TRANSLATION_ROWS:].reshape(-1)).tolist()),
+    )
+
+
+def _sum(counts: tuple[int, ...], others: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(mine + theirs for mine, theirs in zip_longest(counts, others, fillvalue=0))

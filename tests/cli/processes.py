@@ -1,0 +1,38 @@
+"""The command in processes of their own, which pipes and growing files need."""
+
+import subprocess
+import sys
+
+COMMAND = [sys.executable, "-c", "from quarc_ref.cli.app import main; main()"]
+
+# Writes a stream frame by frame, each when a line comes in, and says when it is there.
+SLOW_ENCODER = """
+import sys
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.records import StreamHeader
+from tests.streams import CAMERA, make_gaussians, make_symbols
+
+header = StreamHeader(gaussians_per_anchor=4)
+with open(sys.argv[1], "wb") as sink:
+    loop = ClosedLoop(sink, header, (CAMERA,), {})
+    state = loop.commit_canonical(make_gaussians(header, 30), 0)
+    print(0, flush=True)
+    for line in sys.stdin:
+        begun = loop.begin_frame(0)
+        loop.commit_motion(make_symbols(begun, begun.scene.frame))
+        loop.commit_births(None)
+        print(begun.scene.frame, flush=True)
+    loop.finish()
+"""
+
+
+def run_piped(*arguments, data=b""):
+    """What a command line does with bytes on its standard input."""
+    command = [*COMMAND, *map(str, arguments)]
+    return subprocess.run(command, input=data, capture_output=True, timeout=60, check=False)
+
+
+def start(*arguments, program=None, **pipes):
+    """Begin a command line, or a program with its arguments."""
+    command = COMMAND if program is None else [sys.executable, "-c", program]
+    return subprocess.Popen([*command, *map(str, arguments)], **pipes)

@@ -1,0 +1,138 @@
+import pytest
+
+from quarc_ref.decoder import compute_digest, decode
+from quarc_ref.format.records import StreamHeader
+from tests.cli.commands import run, run_json
+from tests.streams import make_stream
+
+_DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
+_DIGESTS = [compute_digest(state.scene) for state in _STATES]
+
+
+@pytest.fixture
+def long_file(tmp_path):
+    path = tmp_path / "long.quarc"
+    path.write_bytes(_DATA)
+    return path
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("frames", "first", "last"),
+    [(":", 0, 9), ("3:6", 3, 6), ("6:", 6, 9), (":4", 0, 4), ("3:99", 3, 9)],
+)
+def test_a_cut_has_the_frames_of_the_range_with_their_ordinals(
+    frames, first, last, long_file, tmp_path
+):
+    printed = run_json("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
+
+    data = (tmp_path / "cut.quarc").read_bytes()
+    assert printed == {
+        "file": str(tmp_path / "cut.quarc"),
+        "frames": last - first,
+        "bytes": len(data),
+    }
+    found = [(scene.frame, compute_digest(scene)) for scene in decode(data)]
+    assert found == list(enumerate(_DIGESTS))[first:last]
+
+
+def test_the_parts_joined_are_the_whole(long_file, tmp_path):
+    parts = []
+    for frames in (":3", "3:6", "6:"):
+        parts.append(tmp_path / f"{len(parts)}.quarc")
+        assert run("cut", long_file, "--frames", frames, "-o", parts[-1]).exit_code == 0
+    shown = run("join", *parts, "-o", tmp_path / "joined.quarc")
+
+    assert shown.exit_code == 0
+    assert f"{len(_DATA):,} bytes" in shown.stdout
+    assert (tmp_path / "joined.quarc").read_bytes() == _DATA
+
+
+@pytest.mark.parametrize(
+    ("frames", "said"),
+    [
+        ("4:", "frames are 3 and 6"),
+        ("7:", "frame is 6"),
+        ("9:", "no frame 9"),
+        ("3:3", "empty"),
+        ("3", "A:B"),
+    ],
+)
+def test_a_cut_that_cannot_be_made_is_a_usage_error_and_makes_nothing(
+    frames, said, long_file, tmp_path
+):
+    result = run("cut", long_file, "--frames", frames, "-o", tmp_path / "cut.quarc")
+
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert _names(tmp_path) == ["long.quarc"]
+
+
+def test_streams_that_do_not_fit_are_a_usage_error_that_names_why(long_file, tmp_path):
+    other, _ = make_stream(StreamHeader(position_step=3), frame_count=1)
+    (tmp_path / "other.quarc").write_bytes(other)
+    result = run("join", long_file, tmp_path / "other.quarc", "-o", tmp_path / "joined.quarc")
+
+    assert result.exit_code == 2
+    assert "stream 2 differs from the first in position_step (4 and 3)" in result.stderr
+    assert _names(tmp_path) == ["long.quarc", "other.quarc"]
+
+
+def test_a_damaged_stream_is_neither_cut_nor_joined(long_file, tmp_path):
+    long_file.write_bytes(_DATA[:-1])
+    cut = run("cut", long_file, "--frames", "6:", "-o", tmp_path / "a.quarc")
+    joined = run("join", long_file, long_file, "-o", tmp_path / "b.quarc")
+
+    assert (cut.exit_code, joined.exit_code) == (1, 1)
+    assert "truncated" in cut.stderr
+    assert _names(tmp_path) == ["long.quarc"]
+
+
+def test_the_frames_before_damage_can_be_cut_out(long_file, tmp_path):
+    long_file.write_bytes(_DATA[:-1])
+
+    assert run("cut", long_file, "--frames", "3:6", "-o", tmp_path / "a.quarc").exit_code == 0
+    assert run_json("verify", tmp_path / "a.quarc")["frames"] == 3
+
+
+@pytest.mark.parametrize("verb", ["cut", "join"])
+def test_a_target_that_exists_is_replaced_by_force_alone(verb, long_file, tmp_path):
+    target = tmp_path / "old.quarc"
+    target.write_text("mine")
+    command = [verb, long_file, "-o", target, *(["--frames", ":"] if verb == "cut" else [])]
+
+    refused = run(*command)
+    kept = target.read_bytes()
+    forced = run(*command, "--force")
+
+    assert (refused.exit_code, kept) == (2, b"mine")
+    assert forced.exit_code == 0
+    assert target.read_bytes() == _DATA
+
+
+def test_join_cannot_read_a_pipe_twice(long_file, tmp_path):
+    result = run("join", long_file, "-", "-o", tmp_path / "b.quarc")
+
+    assert result.exit_code == 2
+    assert "twice" in result.stderr
+
+
+@pytest.mark.parametrize("verb", ["cut", "join", "inspect"])
+def test_a_stream_that_is_not_there_is_a_usage_error(verb, tmp_path):
+    more = {"cut": ["--frames", ":", "-o", tmp_path / "x"], "join": ["-o", tmp_path / "x"]}
+    for path in (tmp_path / "none.quarc", tmp_path):
+        result = run(verb, path, *more.get(verb, []))
+        assert result.exit_code == 2
+        assert "FILE" in result.stderr
+
+
+@pytest.mark.parametrize("verb", ["cut", "join"])
+def test_a_stream_and_json_do_not_both_go_to_standard_output(verb, long_file):
+    more = ["--frames", ":"] if verb == "cut" else []
+    result = run(verb, long_file, *more, "-o", "-", "--json")
+
+    assert result.exit_code == 2
+    assert result.stdout == ""

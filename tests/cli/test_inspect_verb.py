@@ -1,0 +1,126 @@
+import re
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format import container
+from quarc_ref.format.chunk_reader import split_chunks
+from tests.cli.commands import run, run_json
+from tests.streams import make_stream, rebuild_stream
+
+_DATA, _STATES = make_stream(gaussian_count=40, frame_count=6, canonical_every=4)
+_CHUNKS = list(split_chunks(_DATA))
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "some.quarc"
+    path.write_bytes(_DATA)
+    return path
+
+
+def _tables(text):
+    """The tables of what was printed: title, and the cells of each row."""
+    tables = {}
+    for block in text.strip().split("\n\n"):
+        title, _, *rows = block.splitlines()
+        tables[title.strip()] = [re.split(r" {2,}", row.strip()) for row in rows]
+    return tables
+
+
+def test_every_chunk_is_listed_also_one_that_is_unknown(tmp_path):
+    chunks = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
+    tail = (_CHUNKS[-1].kind, _CHUNKS[-1].payload[:8] + bytes(8))
+    data = rebuild_stream([*chunks, (b"nOte", b"hello"), tail])
+    (tmp_path / "a.quarc").write_bytes(data)
+
+    listed = run_json("inspect", tmp_path / "a.quarc")["chunks"]
+
+    kinds = [*(chunk.kind.decode() for chunk in _CHUNKS[:-2]), "nOte", "TAIL"]
+    assert [chunk["type"] for chunk in listed] == kinds
+    assert [chunk["sequence"] for chunk in listed] == [*range(len(kinds))]
+    assert listed[0]["offset"] == 8
+    assert sum(chunk["bytes"] for chunk in listed) == len(data) - 8
+
+
+def test_every_frame_has_its_figures(file):
+    printed = run_json("inspect", file)
+    frames = printed["per_frame"]
+
+    assert [frame["frame"] for frame in frames] == [*range(6)]
+    moved = ["moved"] * 3
+    assert [frame["kind"] for frame in frames] == ["canonical", *moved, "canonical", "moved"]
+    assert [frame["gaussians"] for frame in frames] == [state.scene.count for state in _STATES]
+    assert [frame["sha256"] for frame in frames] == [compute_digest(s.scene) for s in _STATES]
+    sizes = [chunk.byte_count() for chunk in _CHUNKS if chunk.kind in {b"CANO", b"FRAM"}]
+    assert [frame["bytes"]["chunk"] for frame in frames] == sizes
+    for kind in ("canonical", "motion", "births"):
+        assert sum(frame["bytes"][kind] for frame in frames) == printed["bytes"][kind]
+        estimate = sum(frame["estimate_bytes"][kind] for frame in frames)
+        assert estimate == pytest.approx(printed["estimate_bytes"][kind], abs=1)
+
+
+def test_the_symbols_are_those_of_the_stream_by_magnitude(file):
+    printed = run_json("inspect", file)
+
+    symbols = np.concatenate([level for state in _STATES for level in state.symbols], axis=1)
+    counted = {
+        "translation": [int((np.abs(symbols[:3]) == size).sum()) for size in range(4)],
+        "rotation": [int((np.abs(symbols[3:]) == size).sum()) for size in range(4)],
+    }
+    assert printed["symbols"] == counted
+    assert counted["translation"][3] > 0
+    sums = [sum(frame["symbols"]["rotation"]) for frame in printed["per_frame"]]
+    assert sum(sums) == symbols[3:].size
+    assert sums[0] == sums[4] == 0
+
+
+def test_people_are_shown_the_same_figures(file):
+    printed, tables = run_json("inspect", file), _tables(run("inspect", file).stdout)
+
+    assert [*tables] == ["some.quarc: chunks", "frames", "symbols", "bytes"]
+    assert [row[0] for row in tables["some.quarc: chunks"]] == [
+        chunk["type"] for chunk in printed["chunks"]
+    ]
+    for row, frame in zip(tables["frames"], printed["per_frame"], strict=True):
+        counts = [frame["gaussians"], frame["births"], frame["deaths"], frame["bytes"]["chunk"]]
+        assert row[:6] == [f"{frame['frame']}", frame["kind"], *(f"{count:,}" for count in counts)]
+        if frame["kind"] == "moved":
+            assert row[6] == f"{frame['bytes']['motion']:,}"
+            assert row[8] == f"{frame['bytes']['births']:,}"
+    for size, row in enumerate(tables["symbols"]):
+        assert row[1] == f"{printed['symbols']['translation'][size]:,}"
+        assert row[3] == f"{printed['symbols']['rotation'][size]:,}"
+    by_kind = {row[0]: row[1:] for row in tables["bytes"]}
+    assert by_kind["total"] == [f"{len(_DATA):,}"]
+    ratio = printed["bytes"]["motion"] / printed["estimate_bytes"]["motion"]
+    assert float(by_kind["motion"][2]) == pytest.approx(ratio, abs=1e-3)
+
+
+def test_figures_that_are_wider_than_the_terminal_are_whole(file, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "30")
+
+    shown = run("inspect", file).stdout
+
+    assert "…" not in shown
+    assert _tables(shown)["bytes"][-1] == ["total", f"{len(_DATA):,}"]
+
+
+def test_a_stream_of_one_frame_has_no_symbols(tmp_path):
+    (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=1)[0])
+
+    printed = run_json("inspect", tmp_path / "a.quarc")
+    assert printed["symbols"] == {"translation": [], "rotation": []}
+    assert run("inspect", tmp_path / "a.quarc").exit_code == 0
+
+
+@pytest.mark.parametrize("kind", [container.CANO, container.FRAM])
+def test_a_damaged_stream_is_refused(kind, file):
+    damaged = bytearray(_DATA)
+    damaged[next(chunk.offset for chunk in _CHUNKS if chunk.kind == kind) + 40] ^= 1
+    file.write_bytes(damaged)
+
+    result = run("inspect", file)
+    assert result.exit_code == 1
+    assert result.stdout == ""

@@ -1,0 +1,165 @@
+import json
+import os
+import subprocess
+import time
+
+import pytest
+
+from quarc_ref.decoder import compute_digest, decode
+from tests.cli.commands import run, run_json
+from tests.cli.processes import SLOW_ENCODER, run_piped, start
+from tests.streams import make_stream
+
+_DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
+_LAST = compute_digest(_STATES[-1].scene)
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def _wait_for(condition):
+    give_up = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < give_up
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ("verb", "key"), [("verify", "state_sha256"), ("info", "state_sha256"), ("inspect", "symbols")]
+)
+def test_a_stream_on_standard_input_is_a_stream(verb, key, tmp_path):
+    (tmp_path / "a.quarc").write_bytes(_DATA)
+    done = run_piped(verb, "-", "--json", data=_DATA)
+
+    assert done.returncode == 0
+    assert json.loads(done.stdout)[key] == run_json(verb, tmp_path / "a.quarc")[key]
+
+
+def test_deep_proofs_of_a_pipe_are_those_of_a_file(tmp_path):
+    (tmp_path / "a.quarc").write_bytes(_DATA)
+    done = run_piped("verify", "-", "--deep", "--json", data=_DATA)
+
+    assert json.loads(done.stdout) == run_json("verify", tmp_path / "a.quarc", "--deep")
+
+
+def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
+    done = run_piped("decode", "-", "-o", tmp_path / "out", "--frames", "4:6", data=_DATA)
+    cut = run_piped("decode", "-", "-o", tmp_path / "cut", data=_DATA[:-1])
+    past = run_piped("decode", "-", "-o", tmp_path / "past", "--recover", data=_DATA[:-1])
+
+    assert [each.returncode for each in (done, cut, past)] == [0, 1, 1]
+    assert _names(tmp_path / "out") == ["frame_0004.ply", "frame_0005.ply"]
+    assert b"truncated" in cut.stderr
+    assert _names(tmp_path) == ["out", "past"]
+    assert len(_names(tmp_path / "past")) == 9
+
+
+def test_a_cut_goes_from_pipe_to_pipe_and_nothing_else_with_it():
+    done = run_piped("cut", "-", "--frames", "3:", "-o", "-", data=_DATA)
+
+    assert done.stderr == b""
+    found = [(scene.frame, compute_digest(scene)) for scene in decode(done.stdout)]
+    assert found == [(frame, compute_digest(_STATES[frame].scene)) for frame in range(3, 9)]
+
+
+def test_a_reader_that_goes_away_is_no_fault_of_the_stream(tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    (tmp_path / "a.quarc").write_bytes(_DATA)
+    with start(
+        *("cut", tmp_path / "a.quarc", "--frames", ":", "-o", "-"),
+        stdout=writing,
+        stderr=subprocess.PIPE,
+    ) as cutting:
+        os.close(writing)
+        said = cutting.communicate(timeout=60)[1]
+
+    assert cutting.returncode == 3
+    assert said == b"quarc-ref: standard output was closed by its reader\n"
+
+
+@pytest.fixture
+def growing(tmp_path):
+    """A stream that another process writes, a frame to every line that it is sent."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with start(tmp_path / "live.quarc", program=SLOW_ENCODER, **pipes) as encoder:
+        assert encoder.stdout.readline() == "0\n"
+        yield tmp_path / "live.quarc", encoder
+        encoder.kill()
+
+
+def _next_frame(encoder):
+    encoder.stdin.write("\n")
+    encoder.stdin.flush()
+    return int(encoder.stdout.readline())
+
+
+def test_a_stream_is_played_while_another_process_writes_it(growing, tmp_path):
+    path, encoder = growing
+    out = tmp_path / "out"
+    player = start("decode", path, "-o", out, "--follow", "-q", "--json", stdout=subprocess.PIPE)
+    with player:
+        for frame in range(3):
+            _wait_for((out / f"frame_{frame:04}.ply").exists)
+            assert not (out / f"frame_{frame + 1:04}.ply").exists()
+            assert player.poll() is None
+            assert _next_frame(encoder) == frame + 1
+        encoder.stdin.close()
+        printed = json.loads(player.communicate(timeout=60)[0])
+
+    assert player.returncode == 0
+    assert printed["files"] == _names(out) == [f"frame_{frame:04}.ply" for frame in range(4)]
+    run("decode", path, "-o", tmp_path / "after")
+    for name in printed["files"]:
+        assert (out / name).read_bytes() == (tmp_path / "after" / name).read_bytes()
+
+
+def test_a_stream_that_stops_growing_is_cut_once_patience_is_over(growing, tmp_path):
+    path, encoder = growing
+    _next_frame(encoder)
+    begun = time.monotonic()
+    patient = ["--follow", "--patience", "0.3"]
+    results = [
+        run("verify", path, *patient),
+        run("verify", path, *patient, "--deep"),
+        run("decode", path, "-o", tmp_path / "out", *patient),
+    ]
+
+    assert time.monotonic() - begun >= 0.9
+    assert [result.exit_code for result in results] == [1, 1, 1]
+    assert all("truncated" in result.stderr for result in results)
+    assert _names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
+
+
+def test_a_stream_is_verified_as_it_grows(growing):
+    path, encoder = growing
+    with start("verify", path, "--follow", "--json", stdout=subprocess.PIPE) as following:
+        frames = [_next_frame(encoder) for _ in range(2)]
+        encoder.stdin.close()
+        printed = json.loads(following.communicate(timeout=60)[0])
+
+    assert frames == [1, 2]
+    assert (printed["valid"], printed["frames"]) == (True, 3)
+
+
+def test_whole_frames_are_left_of_an_encoder_that_is_killed(growing, tmp_path):
+    path, encoder = growing
+    _next_frame(encoder)
+    encoder.kill()
+    encoder.wait()
+    result = run("decode", path, "-o", tmp_path / "out", "--recover")
+
+    assert result.exit_code == 1
+    assert _names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
+
+
+@pytest.mark.parametrize("options", [["--force"], []])
+def test_a_followed_folder_is_emptied_by_force_alone(options, tmp_path):
+    (tmp_path / "a.quarc").write_bytes(make_stream(gaussian_count=5, frame_count=1)[0])
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "frame_0007.ply").write_text("old")
+    result = run("decode", tmp_path / "a.quarc", "-o", tmp_path / "out", "--follow", *options)
+
+    assert result.exit_code == (0 if options else 2)
+    assert _names(tmp_path / "out") == ["frame_0000.ply" if options else "frame_0007.ply"]

@@ -1,0 +1,100 @@
+import json
+
+import pytest
+
+from quarc_ref.decoder import Gap, recover
+from quarc_ref.format.chunk_reader import split_chunks
+from tests.cli.commands import run, run_json
+from tests.streams import make_stream
+
+_DATA, _ = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
+_FRAMES = [chunk for chunk in split_chunks(_DATA) if chunk.kind in {b"CANO", b"FRAM"}]
+
+
+def _damage(frame, data=_DATA):
+    damaged = bytearray(data)
+    damaged[_FRAMES[frame].offset + 30] ^= 1
+    return bytes(damaged)
+
+
+def _files(*frames):
+    return [f"frame_{frame:04}.ply" for frame in frames]
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "some.quarc"
+
+
+@pytest.mark.parametrize(
+    ("data", "kept"),
+    [
+        (_damage(1), [0, 3, 4, 5, 6, 7, 8]),
+        (_damage(3), [0, 1, 2, 6, 7, 8]),
+        (_damage(1, _damage(7)), [0, 3, 4, 5, 6]),
+        (_DATA[: _FRAMES[5].offset + 9], [0, 1, 2, 3, 4]),
+    ],
+)
+def test_frames_past_damage_are_written_and_gaps_reported(data, kept, file, tmp_path):
+    file.write_bytes(data)
+    result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
+
+    gaps = [item for item in recover(data) if isinstance(item, Gap)]
+    printed = json.loads(result.stdout)
+    assert result.exit_code == 1
+    assert printed["files"] == _files(*kept) == _names(tmp_path / "out")
+    assert [(gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in printed["gaps"]] == [
+        (gap.offset, gap.byte_count, gap.reject_id) for gap in gaps
+    ]
+    lines = result.stderr.splitlines()
+    assert len(lines) == len(gaps)
+    for line, gap in zip(lines, gaps, strict=True):
+        assert line.startswith(f"quarc-ref: gap at byte {gap.offset}, {gap.byte_count:,} bytes")
+        assert gap.message in line
+
+
+def test_a_whole_stream_has_no_gaps_and_ends_well(file, tmp_path):
+    file.write_bytes(_DATA)
+    printed = run_json("decode", file, "-o", tmp_path / "out", "--recover")
+
+    assert printed["gaps"] == []
+    assert printed["files"] == _files(*range(9))
+
+
+def test_a_range_past_damage_has_the_frames_that_are_left_of_it(file, tmp_path):
+    file.write_bytes(_damage(1))
+    result = run("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
+
+    assert result.exit_code == 1
+    assert "gaps" in result.stdout
+    assert _names(tmp_path / "out") == _files(3, 4)
+
+
+def test_damage_behind_the_range_is_not_met(file, tmp_path):
+    file.write_bytes(_damage(7))
+
+    printed = run_json("decode", file, "-o", tmp_path / "out", "--recover", "--frames", "2:5")
+    assert printed["files"] == _files(2, 3, 4)
+
+
+def test_where_nothing_is_left_nothing_is_made(file, tmp_path):
+    file.write_bytes(_damage(0, _damage(3, _damage(6))))
+    result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
+
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["files"] == []
+    assert json.loads(result.stdout)["gaps"] != []
+    assert _names(tmp_path) == ["some.quarc"]
+
+
+def test_a_stream_without_a_head_is_refused(file, tmp_path):
+    file.write_bytes(_DATA[:20])
+    result = run("decode", file, "-o", tmp_path / "out", "--recover")
+
+    assert result.exit_code == 1
+    assert "refused: truncated" in result.stderr
+    assert _names(tmp_path) == ["some.quarc"]

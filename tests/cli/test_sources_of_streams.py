@@ -1,0 +1,59 @@
+"""Streams on servers, and how much of a stream is read."""
+
+import pytest
+
+from quarc_ref.decoder import FileSource
+from quarc_ref.format.errors import SourceError
+from tests.cli.commands import run, run_json
+from tests.streams import CountedSource, make_stream
+
+
+def test_a_range_of_frames_is_sought_and_less_than_half_of_the_file_read(tmp_path, monkeypatch):
+    data, _ = make_stream(gaussian_count=30, frame_count=60, canonical_every=20)
+    (tmp_path / "long.quarc").write_bytes(data)
+    source = CountedSource(data)
+    monkeypatch.setattr(FileSource, "read", lambda _, offset, length: source.read(offset, length))
+
+    printed = run_json(
+        "decode", tmp_path / "long.quarc", "-o", tmp_path / "out", "--frames", "40:41"
+    )
+
+    assert printed["files"] == ["frame_0040.ply"]
+    assert 0 < source.byte_count() < len(data) / 2
+
+
+@pytest.mark.parametrize("verb", ["info", "inspect", "verify", "decode", "cut", "join"])
+def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
+    verb, tmp_path, monkeypatch
+):
+    asked = []
+
+    def fetch(source, offset, length):
+        asked.append((source._url, offset, length))
+        message = "the server does not answer ranges"
+        raise SourceError(message)
+
+    monkeypatch.setattr("quarc_ref.decoder.http_source.HttpSource._fetch", fetch)
+    target = ["-o", tmp_path / "out"]
+    more = {"decode": target, "cut": ["--frames", ":", *target], "join": target}
+    result = run(verb, "http://127.0.0.1:9/a.quarc", *more.get(verb, []))
+
+    assert asked[0][0] == "http://127.0.0.1:9/a.quarc"
+    assert result.exit_code == 3
+    assert result.stderr == "quarc-ref: the server does not answer ranges\n"
+    assert result.stdout == ""
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_a_stream_on_a_server_has_the_name_of_its_file(tmp_path, monkeypatch):
+    data, _ = make_stream(gaussian_count=5, frame_count=1)
+    monkeypatch.setattr(
+        "quarc_ref.decoder.http_source.HttpSource._fetch",
+        lambda _, offset, length: (data[offset : offset + length], len(data)),
+    )
+    url = "https://example.org/streams/a.quarc"
+
+    assert run("info", url).stdout.startswith("a.quarc")
+    assert run_json("verify", url)["frames"] == 1
+    assert run_json("cut", url, "--frames", ":", "-o", tmp_path / "b.quarc")["frames"] == 1
+    assert (tmp_path / "b.quarc").read_bytes() == data

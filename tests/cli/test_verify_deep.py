@@ -1,0 +1,54 @@
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.evaluation import twin_coders
+from quarc_ref.format.ans import PythonBitDecoder
+from tests.cli.commands import run, run_json
+from tests.streams import make_stream
+
+_DATA, _STATES = make_stream(gaussian_count=20, frame_count=7, canonical_every=3)
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "some.quarc"
+    path.write_bytes(_DATA)
+    return path
+
+
+def test_what_was_proved_is_said(file):
+    printed = run_json("verify", file, "--deep")
+
+    assert (printed["valid"], printed["frames"]) == (True, 7)
+    assert printed["state_sha256"] == compute_digest(_STATES[-1].scene)
+    proved = printed["proved"]
+    assert (proved["frames"], proved["frames_sought"], proved["seek_points"]) == (7, 7, 3)
+    assert proved["level"] == 1.0
+    assert proved["allowed"]["gaussians"] == 65536
+
+    shown = " ".join(run("verify", file, "--deep").stdout.split())
+    assert f"{proved['bits']:,} bits in {proved['sections']} sections" in shown
+    assert "3, from which 7 frames have the same digests" in shown
+    assert f"at most {proved['most']['gaussians']} of 65,536 Gaussians" in shown
+
+
+@pytest.mark.parametrize("size", [5, 300, 2000, len(_DATA) - 1])
+def test_a_fault_is_named_with_the_frames_before_it(size, file):
+    file.write_bytes(_DATA[:size])
+    deep, plain = (run("verify", file, *more, "--json", "-q") for more in (["--deep"], []))
+
+    assert (deep.exit_code, deep.stdout, deep.stderr) == (1, plain.stdout, plain.stderr)
+    assert '"refused": "truncated"' in deep.stdout
+
+
+def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, monkeypatch):
+    class Wrong(PythonBitDecoder):
+        def take(self, count, weight):
+            return ~super().take(count, weight)
+
+    monkeypatch.setattr(twin_coders, "PythonBitDecoder", Wrong)
+    result = run("verify", file, "--deep")
+
+    assert result.exit_code == 3
+    assert "entropy decoders" in result.stderr
+    assert run("verify", file).exit_code == 0
