@@ -60,12 +60,18 @@ def written_stream(target: Path, *, force: bool, live: bool = False) -> Iterator
 def _grown_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     _refuse_target(target, force=force)
     target.unlink(missing_ok=True)  # who reads the old file keeps it
-    with target.open("xb") as sink:
-        try:
-            yield sink
-        except KeyboardInterrupt as error:
-            message = f"interrupted; {target} holds the frames that were written"
-            raise KeyboardInterrupt(message) from error
+    with target.open("xb") as sink, _said_to_stay(target):
+        yield sink
+
+
+@contextmanager
+def _said_to_stay(target: Path) -> Iterator[None]:
+    """Let an interruption say that what has been written is kept."""
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        message = f"interrupted; {target} holds the frames that were written"
+        raise KeyboardInterrupt(message) from error
 
 
 @contextmanager
@@ -85,7 +91,8 @@ def grown_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterato
     target.mkdir(exist_ok=True)
     for path in target.iterdir():
         path.unlink()
-    yield target
+    with _said_to_stay(target):
+        yield target
 
 
 def put_file(path: Path, data: bytes) -> None:

@@ -1,7 +1,15 @@
+from pathlib import Path
+
 import pytest
 
 from quarc_ref.cli.faults import UsageError
-from quarc_ref.cli.targets import written_file, written_folder
+from quarc_ref.cli.targets import (
+    grown_folder,
+    put_file,
+    written_file,
+    written_folder,
+    written_stream,
+)
 
 _MADE = ("frame_*.ply",)
 
@@ -140,3 +148,64 @@ def test_an_old_folder_comes_back_if_the_new_one_cannot_take_its_place(old_folde
 
     assert _names(old_folder.parent) == ["out"]
     assert _names(old_folder) == ["frame_0.ply"]
+
+
+def test_a_stream_that_grows_in_its_place_stays_there_and_is_said_to(tmp_path):
+    target = tmp_path / "live.quarc"
+    target.write_bytes(b"old")
+
+    def write_half():
+        with written_stream(target, force=True, live=True) as sink:
+            sink.write(b"half")
+            sink.flush()
+            assert target.read_bytes() == b"half"
+            raise KeyboardInterrupt
+
+    with target.open("rb") as reader:
+        with pytest.raises(KeyboardInterrupt, match="holds the frames"):
+            write_half()
+        assert reader.read() == b"old"
+
+    assert target.read_bytes() == b"half"
+    assert _names(tmp_path) == ["live.quarc"]
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_a_stream_takes_no_folder_s_place(live, old_folder):
+    with (
+        pytest.raises(UsageError, match="folder"),
+        written_stream(old_folder, force=True, live=live),
+    ):
+        pytest.fail("the target was opened")
+
+    assert _names(old_folder) == ["frame_0.ply"]
+
+
+def test_a_terminal_is_sent_no_stream(monkeypatch):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    with pytest.raises(UsageError, match="pipe"), written_stream(Path("-"), force=False):
+        pytest.fail("standard output was opened")
+
+
+def test_files_of_a_growing_folder_are_seen_at_once_and_whole(old_folder):
+    def write_one():
+        with grown_folder(old_folder, _MADE, force=True) as folder:
+            assert _names(old_folder) == []
+            put_file(folder / "frame_1.ply", b"new")
+            assert _names(old_folder) == ["frame_1.ply"]
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match="holds the frames"):
+        write_one()
+
+    assert (old_folder / "frame_1.ply").read_bytes() == b"new"
+
+
+def test_a_growing_folder_is_emptied_neither_unasked_nor_of_what_is_not_its_own(old_folder):
+    with pytest.raises(UsageError, match="--force"), grown_folder(old_folder, _MADE, force=False):
+        pytest.fail("the folder was opened")
+    (old_folder / "thesis.tex").write_text("mine")
+    with pytest.raises(UsageError, match="thesis"), grown_folder(old_folder, _MADE, force=True):
+        pytest.fail("the folder was opened")
+
+    assert _names(old_folder) == ["frame_0.ply", "thesis.tex"]

@@ -1,7 +1,7 @@
 import pytest
 
 from quarc_ref.decoder import compute_digest
-from quarc_ref.evaluation import twin_coders
+from quarc_ref.evaluation import prove_stream, twin_coders
 from quarc_ref.format.ans import PythonBitDecoder
 from tests.cli.commands import run, run_json
 from tests.streams import make_stream
@@ -46,9 +46,19 @@ def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, mo
         def take(self, count, weight):
             return ~super().take(count, weight)
 
-    monkeypatch.setattr(twin_coders, "PythonBitDecoder", Wrong)
-    result = run("verify", file, "--deep")
+    with monkeypatch.context() as patch:
+        patch.setattr(twin_coders, "PythonBitDecoder", Wrong)
+        result = run("verify", file, "--deep")
 
     assert result.exit_code == 3
     assert "entropy decoders" in result.stderr
-    assert run("verify", file).exit_code == 0
+    assert run("verify", file, "--deep").exit_code == 0
+
+
+def test_where_there_is_one_decoder_no_more_is_said_to_be_proved(file, monkeypatch):
+    monkeypatch.setattr(prove_stream, "HAS_CONSTRICTION", False)
+
+    assert run_json("verify", file, "--deep")["proved"]["coders"] == 1
+    shown = " ".join(run("verify", file, "--deep").stdout.split())
+    assert "constriction, the other, is not installed" in shown
+    assert "both decoders" not in shown
