@@ -64,14 +64,14 @@ def print_markdown(rows: list[dict[str, object]]) -> None:
     """Print the rows as the table of benchmarks/README.md."""
     print(
         "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "
-        "KB per frame | canonical KB | motion, births / estimate | s canonical | s per frame |"
+        "KB per frame | canonical KB | canonical, motion, births / estimate | s canonical | s per frame |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for row in rows:
         coded, estimate = row["bytes"], row["estimate_bytes"]
         ratios = ", ".join(
             f"{coded[kind] / estimate[kind]:.2f}" if estimate[kind] else "none"
-            for kind in ("motion", "births")
+            for kind in ("canonical", "motion", "births")
         )
         print(
             f"| {row['capture']} | {row['preset']} | {row['frames']} | {row['gaussians']:,} | "
