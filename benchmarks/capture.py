@@ -64,7 +64,8 @@ def print_markdown(rows: list[dict[str, object]]) -> None:
     """Print the rows as the table of benchmarks/README.md."""
     print(
         "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "
-        "KB per frame | canonical KB | canonical, motion, births / estimate | s canonical | s per frame |"
+        "KB per frame | canonical KB | canonical, motion, births / estimate | s canonical | "
+        "s per frame |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for row in rows:

@@ -18,10 +18,9 @@ from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.density import ScreenStatistics, densify
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes, Trainer
+from quarc_ref.encoder.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.format.records import StreamHeader
 
-_SH_C0 = 0.28209479177387814
 _OPACITY_AT_START = 0.1
 _NEIGHBORS = 3
 _LEAST_SPACING = 1e-7
@@ -82,7 +81,7 @@ def start_from_points(
         quaternion.repeat(count, 1),
         torch.tensor(log_scales, dtype=torch.float32)[:, None].repeat(1, 3),
         torch.full((count,), opacity),
-        torch.tensor((colors - 0.5) / _SH_C0, dtype=torch.float32)[:, None],
+        to_sh_dc(torch.tensor(colors)).to(torch.float32)[:, None],
         torch.zeros(count, 3, 3),
     )
     return Attributes(*(tensor.to(device) for tensor in attributes))

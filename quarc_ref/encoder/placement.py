@@ -16,11 +16,10 @@ from quarc_ref.encoder.change_gate import measure_change
 from quarc_ref.encoder.config import BirthSettings
 from quarc_ref.encoder.density import ScreenStatistics, draw_within
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.encoder.trainable import Attributes, to_sh_dc
 from quarc_ref.format.records import Camera
 from quarc_ref.rendering.rasterizer import Gaussians
 
-_SH_C0 = 0.28209479177387814
 _LEAST_ALPHA = 0.5
 
 
@@ -88,7 +87,7 @@ def place_on_errors(
         _identities(best.numel(), places),
         torch.log(sizes)[:, None].repeat(1, 3),
         torch.full_like(sizes, settings.opacity_logit),
-        ((colors - 0.5) / _SH_C0)[:, None],
+        to_sh_dc(colors)[:, None],
         places.new_zeros(best.numel(), 3, 3),
     )
     return newborn, find_nearest(scene.means, places)
@@ -132,7 +131,7 @@ def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:
     forward = scene.means.new_tensor(camera.rotation[6:])
     depths = scene.means @ forward + camera.translation[2]
     painted = torch.zeros_like(drawn.sh)
-    painted[:, 0] = ((depths - 0.5) / _SH_C0)[:, None]
+    painted[:, 0] = to_sh_dc(depths)[:, None]
     return Gaussians(drawn.means, drawn.quaternions, drawn.scales, drawn.opacities, painted)
 
 

@@ -6,7 +6,7 @@ class Settings(Checked):
 """
 
 import sys
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 
@@ -26,6 +26,7 @@ Logit = Annotated[float, Bounds(-20, 20)]
 Share = Annotated[float, Bounds(0, 1)]
 
 
+@dataclass(frozen=True, slots=True)
 class Checked:
     """A dataclass whose numbers are within the bounds of their types.
 
@@ -33,11 +34,9 @@ class Checked:
         ValueError: One is not, when the dataclass is made.
     """
 
-    __slots__ = ()
-
     def __post_init__(self) -> None:
         hints = get_type_hints(type(self), include_extras=True)
-        for field in fields(self):  # type: ignore[arg-type]
+        for field in fields(self):
             for bounds in getattr(hints[field.name], "__metadata__", ()):
                 _check(field.name, getattr(self, field.name), bounds)
 

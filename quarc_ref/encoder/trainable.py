@@ -17,6 +17,7 @@ from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 ADAM_EPSILON = 1e-15
+_SH_C0 = 0.28209479177387814
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,6 +153,11 @@ class Trainer:
             group["params"] = [leaf]
             leaves.append(leaf)
         self._leaves = leaves
+
+
+def to_sh_dc(colors: Tensor) -> Tensor:
+    """Return the SH DC coefficients of colors from 0 to 1 (SPEC 10.2)."""
+    return (colors - 0.5) / _SH_C0
 
 
 def fall_along_cosine(step: int, iterations: int, end: float) -> float:
