@@ -35,8 +35,7 @@ def make_births(state: State, count: int, seed: int = 0) -> Births:
     rng = np.random.default_rng(seed)
     made = make_gaussians(state.scene.header, count, seed)
     parents = np.sort(rng.integers(0, state.scene.count, count))
-    residuals = replace(made, positions=rng.integers(-20, 20, (3, count)), codes=made.codes // 20)
-    return Births(parents, residuals)
+    return Births(parents, replace(made, positions=rng.integers(-20, 20, (3, count))))
 
 
 def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.ndarray]:

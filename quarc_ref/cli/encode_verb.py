@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.encoder_options import configure, open_asked, require_device
+from quarc_ref.cli.encoder_options import configure, name_settings, open_asked, require_device
 from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
@@ -21,7 +21,10 @@ from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.stream_verbs import describe
 from quarc_ref.cli.targets import written_stream
 
-_PRESET_HELP = "paper: the paper's schedule; draft: shorter, for CPUs; demo: shorter still."
+_PRESET_HELP = (
+    "main: fewest bytes at the best quality; draft: quicker; demo: quicker still; "
+    "paper: the paper's schedule and steps."
+)
 
 
 def encode(
@@ -38,7 +41,7 @@ def encode(
     downscale: Annotated[
         int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
     ] = 1,
-    preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "draft",
+    preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "main",
     settings: Settings = None,
     canonical_every: Annotated[
         int | None,
@@ -48,6 +51,24 @@ def encode(
             metavar="N",
             help="Make every N-th frame canonical: decoding, cut and join can begin there.",
             show_default="frame 0 alone",
+        ),
+    ] = None,
+    rate_weight: Annotated[
+        float | None,
+        typer.Option(
+            "--lambda",
+            metavar="X",
+            help="Bytes are X times as dear as in the preset: fewer bytes, lower quality.",
+            show_default="1",
+        ),
+    ] = None,
+    target: Annotated[
+        float | None,
+        typer.Option(
+            "--target-kb-per-frame",
+            metavar="K",
+            help="Make bytes so dear that a frame after the canonical one has K KB in the mean.",
+            show_default="no target",
         ),
     ] = None,
     seed: Seed = 0,
@@ -77,8 +98,12 @@ def encode(
         if to_pipe and as_json:
             message = "-o - and --json both write to standard output"
             raise UsageError(message)
-        every = [] if canonical_every is None else [f"canonical.every={canonical_every}"]
-        config = configure(preset, [*(settings or []), *every], seed)
+        asked = {
+            "canonical.every": canonical_every,
+            "rate_weight": rate_weight,
+            "target_kb_per_frame": target,
+        }
+        config = configure(preset, [*(settings or []), *name_settings(asked)], seed)
         with (
             TerminalProgress(quiet=quiet) as progress,
             written_stream(output, force=force, live=live) as sink,

@@ -31,6 +31,11 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     return config
 
 
+def name_settings(asked: dict[str, float | None]) -> list[str]:
+    """Return options that are settings under names of their own as `KEY=VALUE`."""
+    return [f"{key}={value}" for key, value in asked.items() if value is not None]
+
+
 def require_device(device: str) -> None:
     """Raise UsageError if a device is asked for that is not there."""
     import torch

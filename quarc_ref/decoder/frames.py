@@ -4,6 +4,8 @@ The counts are proved before anything is allocated by them, and the state by
 its CRC before it is given out.
 """
 
+from dataclasses import replace
+
 from quarc_ref.decoder.digest import compute_state_crc
 from quarc_ref.decoder.reconstruct import (
     State,
@@ -69,7 +71,9 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
     Raises:
         BitstreamError: What is wrong with the section.
     """
-    return move(state, read_motion(section, motion_contexts(state, previous=previous)))
+    contexts = motion_contexts(state, previous=previous)
+    symbols, counts = read_motion(section, contexts, state.counts)
+    return move(replace(state, counts=counts), symbols)
 
 
 def decode_births(state: State, section: Section, count: int) -> State:
@@ -87,7 +91,8 @@ def decode_births(state: State, section: Section, count: int) -> State:
     if count > header.limits.births:
         message = f"{count} births are too many for level {header.level}"
         raise CountLevelError(message)
-    return bear(state, read_births(section, header.code_planes, count))
+    births, counts = read_births(section, header.code_planes, count, state.counts)
+    return bear(replace(state, counts=counts), births)
 
 
 def covers_all_fields(scene: Scene) -> bool:

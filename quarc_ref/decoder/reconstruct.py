@@ -18,6 +18,7 @@ from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.arrays import Bits, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
     CodeRangeError,
     CountError,
@@ -40,14 +41,19 @@ class State:
         symbols: `[c, a]` of each level's anchors in the frame, level 1 first;
             nothing in a canonical frame.
         anchors: From the last sampling, None before the first.
+        births: The newborn of the frame, as coded; none in a canonical frame.
         next_id: The id that the next newborn gets.
+        counts: What the contexts of motion and births have seen since the
+            last canonical frame.
     """
 
     scene: Scene
     motion: Int64
     symbols: tuple[Int64, ...]
     anchors: Anchors | None
+    births: Births | None
     next_id: int
+    counts: ContextCounts
 
     @property
     def known_anchors(self) -> Anchors:
@@ -79,7 +85,7 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
         _narrow_codes(gaussians.codes),
     )
     motion = np.zeros((header.symbol_planes, count), dtype=np.int64)
-    return State(scene, motion, (), None, count)
+    return State(scene, motion, (), None, None, count, ContextCounts())
 
 
 def begin_frame(state: State, death_count: int) -> State:
@@ -104,7 +110,8 @@ def begin_frame(state: State, death_count: int) -> State:
         anchors = sample_anchors(scene)
     else:
         anchors = Anchors(anchors.levels, _bind_newborn(anchors, kept, scene.positions))
-    return State(scene, state.motion[:, kept], (), anchors, state.next_id)
+    motion = state.motion[:, kept]
+    return State(scene, motion, (), anchors, None, state.next_id, state.counts)
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
@@ -165,29 +172,29 @@ def bear(state: State, births: Births) -> State:
         StateError: A parent, a position, a code or a rotation is out of range.
     """
     scene, header = state.scene, state.scene.header
-    parents, residuals = births.parents, births.residuals
-    if scene.count + residuals.count > header.limits.gaussians:
-        message = f"{scene.count + residuals.count} Gaussians are too many for the level"
+    parents, newborn = births.parents, births.newborn
+    if scene.count + newborn.count > header.limits.gaussians:
+        message = f"{scene.count + newborn.count} Gaussians are too many for the level"
         raise CountLevelError(message)
-    if state.next_id + residuals.count > COUNTER_LIMIT + 1:
+    if state.next_id + newborn.count > COUNTER_LIMIT + 1:
         message = "there are no ids left for the newborn"
         raise CountLevelError(message)
     if np.any(parents >= scene.count):
         message = "a newborn's parent is not in the scene"
         raise ParentRangeError(message)
-    positions = scene.positions[:, parents] + residuals.positions * header.position_step
-    rotations = expand_rotations(residuals.rotations, header.rotation_bits)
-    codes = _narrow_codes(scene.codes[:, parents] + residuals.codes)
+    positions = scene.positions[:, parents] + newborn.positions * header.position_step
+    rotations = expand_rotations(newborn.rotations, header.rotation_bits)
+    codes = _narrow_codes(newborn.codes)
     grown = replace(
         scene,
-        ids=np.append(scene.ids, state.next_id + np.arange(residuals.count)),
+        ids=np.append(scene.ids, state.next_id + np.arange(newborn.count)),
         positions=np.hstack([scene.positions, _narrow_positions(positions)]),
         rotations=np.hstack([scene.rotations, rotations]),
         codes=np.hstack([scene.codes, codes]),
     )
-    motion = np.pad(state.motion, ((0, 0), (0, residuals.count)))
-    next_id = state.next_id + residuals.count
-    return replace(state, scene=grown, motion=motion, next_id=next_id)
+    motion = np.pad(state.motion, ((0, 0), (0, newborn.count)))
+    next_id = state.next_id + newborn.count
+    return replace(state, scene=grown, motion=motion, births=births, next_id=next_id)
 
 
 def _bind_newborn(anchors: Anchors, kept: Bits, positions: Int32) -> Int64:

@@ -1,7 +1,7 @@
 """The QuARC trainer: from a capture to a `.quarc` stream.
 
     with open("out.quarc", "wb") as sink:
-        encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("draft")))
+        encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("main")))
 
 torch is loaded with the names below and not before: what writes a stream from
 given records (`closed_loop`) does without it.

@@ -5,8 +5,6 @@ statistic points at; the moved scene behind them is the decoder's and stays as
 it is.
 """
 
-from dataclasses import dataclass
-
 import torch
 from torch import Tensor
 
@@ -15,30 +13,12 @@ from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder.canonical import canonical_rates
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.density import ScreenStatistics, split
-from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.placement import place_clones, place_on_errors
 from quarc_ref.encoder.quantize import quantize_births
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import Attributes, Trainer, fall_along_cosine, from_splats
+from quarc_ref.encoder.worth import Stage, keep_worthy
 from quarc_ref.format.records import Births
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Stage:
-    """What does not change while the newborn of a frame are trained."""
-
-    studio: Studio
-    config: EncoderConfig
-    state: State
-    scene: Attributes
-
-    @property
-    def frame(self) -> int:
-        return self.state.scene.frame
-
-    def draw(self, newborn: Attributes) -> Attributes:
-        """Return the scene with the newborn as a stream would carry them."""
-        return self.scene.joined(newborn.quantized(self.state.scene.header))
 
 
 def fit_births(
@@ -62,16 +42,18 @@ def fit_births(
         newborn, parents = place_on_errors(studio, scene, frame, settings)
     if parents.numel() == 0:
         return None
-    stage = _Stage(studio, config, moved, scene)
+    stage = Stage(studio, config, moved, scene)
     newborn, parents = _train(stage, newborn, parents)
     kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
     newborn, parents = newborn.rows(kept), parents[kept]
-    if parents.numel() == 0 or (settings.must_pay and not _pays(stage, newborn)):
+    if parents.numel() == 0:
         return None
+    if settings.must_pay:
+        return keep_worthy(stage, newborn, parents)
     return quantize_births(newborn, parents.cpu().numpy(), moved.scene)
 
 
-def _train(stage: _Stage, newborn: Attributes, parents: Tensor) -> tuple[Attributes, Tensor]:
+def _train(stage: Stage, newborn: Attributes, parents: Tensor) -> tuple[Attributes, Tensor]:
     """Return the newborn trained, and the parent of each."""
     studio, settings = stage.studio, stage.config.births
     rates = canonical_rates(stage.config.canonical, studio.extent)
@@ -88,9 +70,7 @@ def _train(stage: _Stage, newborn: Attributes, parents: Tensor) -> tuple[Attribu
         left = fall_along_cosine(step, settings.iterations, settings.rate_end)
         trainer.set_rates(settings.rate_factor * left * rate for rate in rates)
         view = next(views)
-        rendering = studio.render(stage.draw(trainer.attributes).activated(), view)
-        truth = studio.truth(view, stage.frame)
-        loss = photometric_loss(rendering.image, truth, stage.config.motion.dssim)
+        rendering, loss = stage.compare(stage.draw(trainer.attributes).activated(), view)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_last(gradient, rendering, studio.camera(view))
         studio.progress.advance("births", step + 1, settings.iterations)
@@ -98,7 +78,7 @@ def _train(stage: _Stage, newborn: Attributes, parents: Tensor) -> tuple[Attribu
 
 
 def _split_and_prune(
-    stage: _Stage,
+    stage: Stage,
     trainer: Trainer,
     statistics: ScreenStatistics,
     parents: Tensor,
@@ -117,15 +97,3 @@ def _split_and_prune(
     kept &= scales <= settings.prune_scale * extent
     trainer.replace_rows(kept & ~large, split(newborn.rows(large), generator))
     return torch.cat([parents[kept & ~large], parents[large].repeat(2)])
-
-
-def _pays(stage: _Stage, newborn: Attributes) -> bool:
-    """Tell whether the training views are nearer to the truth with the newborn than without."""
-    with torch.no_grad():
-        gain = 0.0
-        for view in range(len(stage.studio.views.cameras)):
-            truth = stage.studio.truth(view, stage.frame)
-            for scene, sign in ((stage.scene, 1), (stage.draw(newborn), -1)):
-                image = stage.studio.render(scene.activated(), view).image
-                gain += sign * float((image - truth).square().mean())
-    return gain > 0

@@ -1,8 +1,9 @@
 """Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
 
 Noise on the positions while training (paper section 3) keeps the scene from
-fitting its views to the pixel. In the last part of the schedule all attributes
-pass through the quantizer, so that what is written is what was trained.
+fitting its views to the pixel. The last part of the schedule is fine-tuning: the
+Gaussians that the pictures would not miss are gone, and all attributes pass
+through the quantizer, so that what is written is what was trained.
 """
 
 import math
@@ -11,14 +12,15 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from torch import Tensor
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.density import ScreenStatistics, densify
 from quarc_ref.encoder.losses import photometric_loss
+from quarc_ref.encoder.prices import price_codes, price_haze
+from quarc_ref.encoder.pruning import prune_unmissed
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes, Trainer, to_sh_dc
+from quarc_ref.encoder.trainable import Attributes, Trainer, fall_along_cosine, to_sh_dc
 from quarc_ref.format.records import StreamHeader
 
 _OPACITY_AT_START = 0.1
@@ -38,12 +40,15 @@ def train_canonical(
         header: The steps to end on.
     """
     generator = studio.generator(0, "canonical")
-    rates = canonical_rates(settings, studio.extent)
-    trainer = Trainer(start_from_points(points, settings, generator, studio.device), rates)
+    start = start_from_points(points, settings, generator, studio.device)
+    trainer = Trainer(start, canonical_rates(settings, studio.extent))
     statistics = ScreenStatistics(trainer.count, studio.device)
     views = studio.views.shuffled(generator)
     for step in range(settings.iterations):
-        trainer.set_rates((_position_rate(settings, studio.extent, step), *rates[1:]))
+        if settings.gaussian_price and step == _first_fine_step(settings):
+            prune_unmissed(trainer, studio, settings.gaussian_price, generator)
+            statistics = ScreenStatistics(trainer.count, studio.device)
+        trainer.set_rates(rates_at(settings, studio.extent, step))
         attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
         view = next(views)
         rendering = studio.render(attributes.activated(), view)
@@ -51,7 +56,8 @@ def train_canonical(
             picture = studio.views.picture(view, 0)
             studio.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
         loss = photometric_loss(rendering.image, studio.truth(view, 0), settings.dssim)
-        loss = loss + _price(trainer.attributes, settings)
+        loss = loss + price_haze(trainer.attributes, settings)
+        loss = loss + price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add(gradient, rendering, studio.camera(view))
         if _densifies(settings, step):
@@ -97,14 +103,6 @@ def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(spacing, _LEAST_SPACING)
 
 
-def _price(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
-    """Return what haze costs: what covers much and shows little is wrong from other views."""
-    if not (settings.opacity_price or settings.scale_price):
-        return 0.0
-    opacities, scales = torch.sigmoid(attributes.opacities), torch.exp(attributes.log_scales)
-    return settings.opacity_price * opacities.mean() + settings.scale_price * scales.mean()
-
-
 def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
     """Return the learning rates in the order of `Attributes`."""
     return (
@@ -117,10 +115,21 @@ def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, 
     )
 
 
-def _position_rate(settings: CanonicalSettings, extent: float, step: int) -> float:
+def rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[float]:
+    """Return the rates of a step; those of positions fall all along, all fall in fine-tuning."""
     share = step / settings.iterations
     first, last = math.log(settings.position_rate), math.log(settings.position_rate_end)
-    return math.exp(first + (last - first) * share) * extent
+    position_rate = math.exp(first + (last - first) * share) * extent
+    fine = step - _first_fine_step(settings)
+    left = 1.0
+    if fine >= 0:
+        left = fall_along_cosine(fine, settings.iterations - step + fine, settings.rate_end)
+    return [left * rate for rate in (position_rate, *canonical_rates(settings, extent)[1:])]
+
+
+def _first_fine_step(settings: CanonicalSettings) -> int:
+    """Return the first step that goes through the quantizer."""
+    return math.ceil(settings.quantize_from * settings.iterations)
 
 
 def _as_drawn(
@@ -132,7 +141,7 @@ def _as_drawn(
 ) -> Attributes:
     """Return what a step draws: noisy, without SH at first, and quantized at last."""
     noise = torch.randn(attributes.means.shape, generator=generator) * settings.noise
-    if step >= settings.quantize_from * settings.iterations:
+    if step >= _first_fine_step(settings):
         attributes = attributes.quantized(header)
     with_sh = header.sh_degree > 0 and step >= settings.sh_from
     return Attributes(

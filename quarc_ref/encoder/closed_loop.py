@@ -33,7 +33,7 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.stream_writer import StreamWriter
 
-EMPTY = Section(b"", np.zeros(0, dtype=np.uint32))
+EMPTY = Section(np.zeros(0, dtype=np.uint32))
 
 
 class ClosedLoop:
@@ -47,9 +47,11 @@ class ClosedLoop:
 
     Attributes:
         state: Of the last frame, as the decoder has it.
+        frame_bytes: Of the last frame's chunk, framing included.
     """
 
     state: State
+    frame_bytes: int
 
     def __init__(
         self,
@@ -95,7 +97,7 @@ class ClosedLoop:
         """
         begun = self._begun
         sections = {
-            previous: write_motion(motion_contexts(begun, previous=previous), symbols)
+            previous: write_motion(motion_contexts(begun, previous=previous), symbols, begun.counts)
             for previous in (True, False)
         }
         previous = sections[True].byte_count() < sections[False].byte_count()
@@ -158,15 +160,17 @@ class ClosedLoop:
         """
         if births is None:
             return self._moved, EMPTY
-        section = write_births(births)
+        section = write_births(births, self._moved.counts)
         try:
-            return decode_births(self._moved, section, births.residuals.count), section
+            return decode_births(self._moved, section, births.newborn.count), section
         except StateError as error:
             raise EncodeError(str(error)) from error
 
     def _push(self, kind: bytes, payload: bytes, expected: State) -> State:
         """Write a frame's chunk and take the decoder's state of it."""
+        begun = self._writer.offset
         self._writer.write(kind, payload)
+        self.frame_bytes = self._writer.offset - begun
         decoded = self._decoded
         if decoded is None or compute_digest(decoded.scene) != compute_digest(expected.scene):
             message = f"frame {expected.scene.frame} decodes to another state than was committed"

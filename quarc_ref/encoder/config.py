@@ -27,6 +27,20 @@ WarmStart = Literal["anchors", "projection"]
 
 
 @dataclass(frozen=True, slots=True)
+class StepSettings(Checked):
+    """Steps by the capture's own measure (ours): pixels, as wide as they are at the scene.
+
+    Attributes:
+        position_pixels: Step of canonical and newborn positions; 0 leaves it as
+            `stream` has it, in world units (paper).
+        translation_pixels: Step of translation residuals; 0 as above.
+    """
+
+    position_pixels: Amount = 0.0
+    translation_pixels: Amount = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class CanonicalSettings(Checked):
     """Canonical frames: training of frame 0 (method of 3DGS; paper section 3), and when again.
 
@@ -52,7 +66,14 @@ class CanonicalSettings(Checked):
         opacity_price: Weight of the mean opacity in the loss (ours; 3DGS-MCMC: 0.01).
         scale_price: Weight of the mean scale, world units (ours; 3DGS-MCMC: 0.01).
         quantize_from: Share of the iterations after which all pass through
-            the quantizer (ours).
+            the quantizer, which is fine-tuning (ours).
+        gaussian_price: Change of the pictures, mean square, that a Gaussian must
+            be good for to be there in fine-tuning, in shares of the mean squared
+            error over the number of Gaussians; 0 keeps all (paper).
+        code_price: Weight in the loss of the nats that the codes of a Gaussian
+            take, its position and opacity left out (ours).
+        rate_end: Share of the learning rates at the last iteration, by cosine
+            over fine-tuning (1).
         position_rate: First learning rate of positions, times the extent (1.6e-4).
         position_rate_end: Last (1.6e-6).
         sh_dc_rate: Learning rate (2.5e-3).
@@ -80,6 +101,9 @@ class CanonicalSettings(Checked):
     opacity_price: Amount = 0.0
     scale_price: Amount = 0.0
     quantize_from: Share = 0.8
+    gaussian_price: Amount = 0.0
+    code_price: Amount = 0.0
+    rate_end: Share = 1.0
     position_rate: Positive = 1.6e-4
     position_rate_end: Positive = 1.6e-6
     sh_dc_rate: Amount = 2.5e-3
@@ -96,6 +120,8 @@ class MotionSettings(Checked):
     Attributes:
         iterations: Paper 100.
         rate: Learning rate of residuals at level 1, world units (5e-4).
+        step_rate: That of translations, in their steps, so that it follows from
+            the capture as they do (ours); 0 for `rate`.
         level_rate: Factor of the rate from a level to the next coarser (1).
         rate_end: Share of the rate at the last iteration, by cosine (1).
         dssim: Weight of D-SSIM in the loss, the rest is L1 (0.2).
@@ -111,6 +137,7 @@ class MotionSettings(Checked):
 
     iterations: Count = 100
     rate: Amount = 5e-4
+    step_rate: Amount = 0.0
     level_rate: Amount = 1.0
     rate_end: Share = 1.0
     dssim: Share = 0.2
@@ -145,6 +172,9 @@ class BirthSettings(Checked):
         prune_radius: Screen radius above which it goes, pixels (20).
         prune_scale: Scale above which it goes, share of the extent (0.1).
         must_pay: Keep the newborn only if the training views gain by them (ours).
+        byte_price: What a byte of newborn must take off the mean loss of the
+            training views, times the number of Gaussians: as motion's price, it
+            falls as pictures get finer (ours).
     """
 
     iterations: Count = 100
@@ -165,6 +195,7 @@ class BirthSettings(Checked):
     prune_radius: Amount = 20.0
     prune_scale: Amount = 0.1
     must_pay: bool = False
+    byte_price: Amount = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,16 +205,24 @@ class EncoderConfig(Checked):
     Attributes:
         stream: What the header carries. Clock, level and seed are set by the
             encoder.
+        steps: What of it is to follow from the capture.
         canonical: Of frame 0.
         motion: Of stage 1 of every later frame.
         births: Of stage 2.
+        rate_weight: Bytes are so many times as dear as the other settings say:
+            the factor of every price on them (`--lambda`).
+        target_kb_per_frame: KB (1024 bytes) that a frame after the canonical one
+            is to have in the mean; 0 for no target.
         seed: Of every draw: sampler, views, noise, places of the newborn.
     """
 
     stream: StreamHeader = field(default_factory=StreamHeader)
+    steps: StepSettings = field(default_factory=StepSettings)
     canonical: CanonicalSettings = field(default_factory=CanonicalSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     births: BirthSettings = field(default_factory=BirthSettings)
+    rate_weight: Positive = 1.0
+    target_kb_per_frame: Amount = 0.0
     seed: Seed = 0
 
 

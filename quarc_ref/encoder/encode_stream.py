@@ -8,7 +8,7 @@ state ──> begin_frame ──> fit_motion ──> commit_motion
 Every `canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import BinaryIO
 
 import numpy as np
@@ -26,6 +26,8 @@ from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.presets import choose_preset, list_settings
 from quarc_ref.encoder.progress import Progress, Silence
 from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
+from quarc_ref.encoder.rate_control import price_bytes
+from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews, measure_extent
@@ -44,7 +46,7 @@ class EncodeOptions:
         progress: Is told of every step.
     """
 
-    config: EncoderConfig = field(default_factory=lambda: choose_preset("draft"))
+    config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
     frames: int | None = None
     device: str = "auto"
     progress: Progress = field(default_factory=Silence)
@@ -63,10 +65,10 @@ def encode(capture: Capture, sink: BinaryIO, options: EncodeOptions | None = Non
         EncodeError: The scene cannot be written with these settings.
     """
     options = options or EncodeOptions()
-    config = options.config
     studio = _make_studio(capture, options)
+    config = suit_capture(options.config, capture)
     header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
-    attributes = train_canonical(studio, capture.points, config.canonical, header)
+    attributes = train_canonical(studio, capture.points, price_bytes(config, []).canonical, header)
     gaussians = quantize_gaussians(keep_representable(attributes, header), header)
     header = make_header(config, capture.frames_per_second, gaussians.count)
     loop = ClosedLoop(sink, header, capture.cameras, _describe(capture, options))
@@ -74,19 +76,32 @@ def encode(capture: Capture, sink: BinaryIO, options: EncodeOptions | None = Non
     if config.canonical.exposure_rate:
         settle_exposures(studio, state)
     frame_count = min(options.frames or capture.frame_count, capture.frame_count)
+    sizes: list[int] = []
     for frame in range(1, frame_count):
         options.progress.advance("frames", frame, frame_count)
         begun = loop.begin_frame(count_deaths(state, gaussians.count, config.births))
-        motion = fit_motion(studio, state, begun, config.motion)
+        priced = price_bytes(config, sizes)
+        motion = fit_motion(studio, state, begun, priced.motion)
         moved = loop.commit_motion(motion.symbols)
-        births = fit_births(studio, moved, motion.statistics, config)
+        births = fit_births(studio, moved, motion.statistics, priced)
         if config.canonical.every and frame % config.canonical.every == 0:
             state = loop.commit_frame_as_canonical(births)
         else:
             state = loop.commit_births(births)
+            sizes.append(loop.frame_bytes)
         studio.views.forget_before(frame)
     loop.finish()
     options.progress.advance("frames", frame_count, frame_count)
+
+
+def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
+    """Return settings whose stream has the steps that suit the capture's training views.
+
+    Raises:
+        EncodeError: No training view sees an initial point.
+    """
+    views = [capture.cameras[index] for index in capture.training]
+    return replace(config, stream=propose_steps(config.stream, config.steps, views, capture.points))
 
 
 def settle_exposures(studio: Studio, state: State) -> None:

@@ -100,8 +100,14 @@ class _Residuals:
     def set_rates(self, adam: torch.optim.Adam, settings: MotionSettings, step: int) -> None:
         """Set the learning rates of a step: by level, and falling along a cosine."""
         left = fall_along_cosine(step, settings.iterations, settings.rate_end)
-        for index, group in enumerate(adam.param_groups):
-            group["lr"] = settings.rate * left * settings.level_rate ** (index % len(self._sizes))
+        translation = settings.step_rate * self._steps[0] or settings.rate
+        rates = [
+            rate * left * settings.level_rate**level
+            for rate in (translation, settings.rate)
+            for level in range(len(self._sizes))
+        ]
+        for group, rate in zip(adam.param_groups, rates, strict=True):
+            group["lr"] = rate
 
     def quantized(self) -> Tensor:
         """Return `[A, c]` the residuals that the symbols stand for, straight through."""

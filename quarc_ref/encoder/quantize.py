@@ -57,7 +57,7 @@ def keep_representable(attributes: Attributes, header: StreamHeader) -> Attribut
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
-    """Return newborn as residuals from their parents, in the order of the parents.
+    """Return newborn, placed by their parents and in the order of these.
 
     Args:
         attributes: Of the newborn.
@@ -74,12 +74,8 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
     near = torch.tensor(_world(scene, parents)).to(attributes.means)
     offsets = attributes.means[rows] - near
     positions = _steps(offsets, position_step(scene.header))
-    residuals = Gaussians(
-        _within(positions, CODE_LIMIT, "a newborn's place"),
-        newborn.rotations,
-        _within(newborn.codes - scene.codes[:, parents], CODE_LIMIT, "a newborn's attribute"),
-    )
-    return Births(parents, residuals)
+    places = _within(positions, CODE_LIMIT, "a newborn's place")
+    return Births(parents, Gaussians(places, newborn.rotations, newborn.codes))
 
 
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:

@@ -33,6 +33,6 @@ def estimate_gaussians(gaussians: Gaussians) -> float:
 
 def estimate_births(births: Births) -> float:
     """Return the price of a frame's newborn, bytes; their parents are a channel too."""
-    residuals = births.residuals
-    rows = (births.parents[None], residuals.positions, residuals.rotations, residuals.codes)
+    newborn = births.newborn
+    rows = (births.parents[None], newborn.positions, newborn.rotations, newborn.codes)
     return estimate_bits(np.concatenate(rows)) / 8

@@ -22,7 +22,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError
-from quarc_ref.format.gaussian_planes import read_births, read_canonical
+from quarc_ref.format.gaussian_planes import read_canonical
 from quarc_ref.format.source import Source, as_source
 
 
@@ -98,9 +98,8 @@ def _summarize(chunk: Chunk, state: State) -> FrameSummary:
         frame = wire.parse_frame(chunk.payload)
         births, deaths = frame.birth_count, frame.death_count
         coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
-        newborn = read_births(frame.births, header.code_planes, births)
         estimate["motion"] = estimate_motion(state.symbols)
-        estimate["births"] = estimate_births(newborn) if births else 0.0
+        estimate["births"] = estimate_births(state.births) if state.births else 0.0
     return FrameSummary(
         scene.frame,
         chunk.kind == container.CANO,

@@ -1,7 +1,7 @@
 """Every plot and picture that is written to a file; the only importer of matplotlib."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib.image
 import numpy as np
@@ -68,6 +68,55 @@ def plot_kinds(summary: StreamSummary) -> bytes:
     return _png(figure)
 
 
+def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
+    """Return a PNG of the sizes that coders need for the same symbols.
+
+    Args:
+        panels: `{label of the axis: {coder: size}}`; a panel leaves out
+            whoever does not code its kind.
+    """
+    figure, rows = _figure(len(panels))
+    coders = list(dict.fromkeys(coder for sizes in panels.values() for coder in sizes))
+    for axes, (label, sizes) in zip(rows, panels.items(), strict=True):
+        bars = axes.bar(
+            [coders.index(coder) for coder in sizes], list(sizes.values()), color=_BLUE, width=0.6
+        )
+        axes.bar_label(bars, fmt="%.3g", fontsize=8)
+        axes.set_ylabel(label)
+        axes.tick_params(labelbottom=axes is rows[-1])
+    rows[-1].set_xticks(range(len(coders)), coders, rotation=30, ha="right", fontsize=8)
+    return _png(figure)
+
+
+def plot_rate_distortion(
+    points: Sequence[tuple[float, float, str]], hull: Sequence[tuple[float, float]]
+) -> bytes:
+    """Return a PNG of quality against rate, with the upper hull.
+
+    Args:
+        points: KB per frame, dB, and what is changed; the default first.
+        hull: KB per frame and dB of the points on it, from the left.
+    """
+    figure, (axes,) = _figure(1, height=5)
+    axes.plot(*zip(*hull, strict=True), color=_GRAY, linewidth=1, label="upper hull")
+    (default, *others) = points
+    axes.plot(*default[:2], color=_ORANGE, marker="D", linestyle="", zorder=3, label="default")
+    for rate, quality, change in others:
+        axes.plot(rate, quality, color=_BLUE, marker="o", markersize=4)
+        axes.annotate(
+            change,
+            (rate, quality),
+            (4, -8),
+            textcoords="offset points",
+            color="#4a545e",
+            fontsize=7,
+        )
+    axes.set_xlabel("KB per frame, canonical frame spread over 300")
+    axes.set_ylabel("PSNR, held out (dB)")
+    _legend_above(axes)
+    return _png(figure)
+
+
 def encode_picture(picture: Picture) -> bytes:
     """Return a PNG of a picture `[H, W, 3]` from 0 to 1."""
     buffer = io.BytesIO()
@@ -80,8 +129,8 @@ def _framing(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
     return 0.0 if coded_bytes["canonical"] else (chunk_bytes - sum(coded_bytes.values())) / KILOBYTE
 
 
-def _figure(rows: int) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(8, 2.6 * rows + 0.6), layout="constrained")
+def _figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(8, height * rows + 0.6), layout="constrained")
     first = figure.add_subplot(rows, 1, 1)
     axes = [first, *(figure.add_subplot(rows, 1, row, sharex=first) for row in range(2, rows + 1))]
     for each in axes:

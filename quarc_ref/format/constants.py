@@ -7,8 +7,8 @@ what an encoder chooses is in `quarc_ref.encoder.config`.
 from typing import Final, NamedTuple
 
 # SPEC 3.1: version
-VERSION_MAJOR: Final = 0
-VERSION_MINOR: Final = 9
+VERSION_MAJOR: Final = 1
+VERSION_MINOR: Final = 0
 
 # SPEC 5.1, 5.2: container
 MAGIC: Final = b"\x89QRC\r\n\x1a\n"
@@ -18,7 +18,7 @@ CHUNK_CRC_BYTES: Final = 4
 HEAD_BYTES_LIMIT: Final = 1024
 TAIL_BYTES: Final = 16
 KNOWN_INCOMPATIBLE_FEATURES: Final = 0
-SECTION_HEADER_BYTES: Final = 6
+SECTION_HEADER_BYTES: Final = 4
 CANONICAL_SECTIONS: Final = 6
 LATTICE_EXPONENT_LIMIT: Final = 24
 ROTATION_UNITY_LIMIT: Final = 256
@@ -46,12 +46,16 @@ WEIGHT_BITS: Final = 24
 WEIGHT_TOTAL: Final = 1 << WEIGHT_BITS
 WORD_BITS: Final = 32
 PROBABILITY_CODES: Final = 240
+CODE_BITS: Final = 8
+STATED_WEIGHT: Final = 1 << 18
+COUNT_LIMIT: Final = 1 << 12
 MAGNITUDE_PLANES: Final = 64
 SYMBOL_LIMIT: Final = MAGNITUDE_PLANES + 1
 AXIS_BITS_LIMIT: Final = 20
 CLASS_BITS: Final = 4
 KEY_CLASS_BITS: Final = 6
-MODELLED_BITS: Final = 4
+MODELLED_BITS: Final = 2
+REST_CLASSES: Final = 8
 ROTATION_INDEX_BITS: Final = 2
 
 # SPEC 10.3: a Gaussian nearer than this share of a camera's near bound is not drawn

@@ -7,6 +7,7 @@ one form in which its arithmetic is exact and equal to `ans` word for word.
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -107,6 +108,7 @@ class _ConstrictionBitDecoder:
             raise UnconsumedWordsError(message)
 
 
+@lru_cache(maxsize=1 << 12)
 def _model(weight: int) -> Any:  # noqa: ANN401, constriction has no types
     shares = np.array([WEIGHT_TOTAL - weight - 1, weight - 1], dtype=np.float64)
     return Categorical(shares, lazy=True)

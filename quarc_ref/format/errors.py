@@ -151,12 +151,6 @@ class BadProbabilityError(EntropyError):
     reject_id = "bad-probability"
 
 
-class TableLengthError(EntropyError):
-    """A section's table is shorter or longer than its planes use."""
-
-    reject_id = "table-length"
-
-
 class InvalidWordsError(EntropyError):
     """Words that no encoder writes."""
 

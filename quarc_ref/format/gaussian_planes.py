@@ -1,22 +1,27 @@
 """Gaussians as planes: the canonical frame (SPEC 8.5) and the newborn (SPEC 8.6).
 
 Each of the two is one walk for both directions (see `planes`). A canonical
-frame is coded in Morton order, a section to each subject; the newborn of a
-frame are few, so that their rows share contexts and all planes one section.
+frame is coded in Morton order, a section to each subject, and each begins with
+contexts that have seen nothing; the newborn of a frame are few, so that they
+share one section, whose contexts remember the newborn of the frames before.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import (
     CANONICAL_SECTIONS,
     CLASS_BITS,
+    CODE_LIMIT,
     KEY_CLASS_BITS,
+    REST_CLASSES,
     ROTATION_INDEX_BITS,
 )
-from quarc_ref.format.errors import SymbolRangeError
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.errors import EncodeError, SymbolRangeError
 from quarc_ref.format.morton import deinterleave, interleave
 from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.records import (
@@ -57,9 +62,12 @@ def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple
 
     Returns:
         The sections of a CANO chunk.
+
+    Raises:
+        EncodeError: Two colors of a Gaussian are too far apart.
     """
     keys = interleave(gaussians.positions - np.array(origin)[:, None])
-    writers = [PlaneWriter() for _ in range(CANONICAL_SECTIONS)]
+    writers = [PlaneWriter(ContextCounts()) for _ in range(CANONICAL_SECTIONS)]
     _walk_canonical(writers, keys, gaussians)
     return tuple(writer.section() for writer in writers)
 
@@ -77,7 +85,7 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     Raises:
         EntropyError: A section is malformed.
     """
-    readers = [PlaneReader(section) for section in chunk.sections]
+    readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
     blank = _blank(code_planes, chunk.gaussian_count)
     keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
     for reader in readers:
@@ -89,29 +97,42 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     return Gaussians(positions, gaussians.rotations, gaussians.codes)
 
 
-def write_births(births: Births) -> Section:
-    """Code the newborn of a frame."""
-    writer = PlaneWriter()
+def write_births(births: Births, counts: ContextCounts) -> Section:
+    """Code the newborn of a frame.
+
+    Args:
+        births: Their parents ascend.
+        counts: What contexts have seen before.
+
+    Raises:
+        EncodeError: Two colors or scales of a newborn are too far apart.
+    """
+    writer = PlaneWriter(counts)
     _walk_births(writer, births)
     return writer.section()
 
 
-def read_births(section: Section, code_planes: int, count: int) -> Births:
+def read_births(
+    section: Section, code_planes: int, count: int, counts: ContextCounts
+) -> tuple[Births, ContextCounts]:
     """Decode the newborn of a frame.
 
     Args:
         section: As the FRAM chunk holds it.
         code_planes: Codes of a Gaussian.
         count: How many, within the stream's level.
+        counts: What contexts have seen before.
+
+    Returns:
+        The newborn, and what contexts have seen since.
 
     Raises:
         EntropyError: The section is malformed.
     """
-    reader = PlaneReader(section)
+    reader = PlaneReader(section, counts)
     blank = _blank(code_planes, count)
     births = _walk_births(reader, Births(blank.positions[0], blank))
-    reader.finish()
-    return births
+    return births, reader.finish()
 
 
 def _walk_canonical(
@@ -120,49 +141,86 @@ def _walk_canonical(
     """Walk the sections in their order."""
     keys_planes, dc_planes, opacity_planes, scale_planes, rotation_planes, rest_planes = planes
     codes = gaussians.codes
-    keys = _code_ascending(keys_planes, KEY_CLASS_BITS, keys)
-    dc = _code_rows(dc_planes, codes[SH_DC], apart=True)
-    opacity = _code_rows(opacity_planes, codes[OPACITY], apart=True)
-    scales = _code_rows(scale_planes, codes[LOG_SCALES], apart=True)
-    rotations = _code_rotations(rotation_planes, gaussians.rotations)
-    rest = _code_rows(rest_planes, codes[SH_REST], apart=True)
+    keys = _code_ascending(keys_planes, "keys", keys)
+    dc = _code_colors(dc_planes, "SH DC", codes[SH_DC])
+    opacity = _code_rows(opacity_planes, "opacity", codes[OPACITY])
+    scales = _code_rows(scale_planes, "log-scales", codes[LOG_SCALES])
+    rotations = _code_rotations(rotation_planes, "rotations", gaussians.rotations)
+    rest = _code_rest(rest_planes, "SH rest", codes[SH_REST])
     codes = np.concatenate([scales, opacity, dc, rest])
     return keys, Gaussians(gaussians.positions, rotations, codes)
 
 
 def _walk_births(planes: Planes, births: Births) -> Births:
-    codes = births.residuals.codes
-    parents = _code_ascending(planes, KEY_CLASS_BITS, births.parents)
-    positions = _code_rows(planes, births.residuals.positions, apart=False)
-    dc = _code_rows(planes, codes[SH_DC], apart=False)
-    opacity = _code_rows(planes, codes[OPACITY], apart=False)
-    scales = _code_rows(planes, codes[LOG_SCALES], apart=False)
-    rotations = _code_rotations(planes, births.residuals.rotations)
-    rest = _code_rows(planes, codes[SH_REST], apart=False)
+    codes = births.newborn.codes
+    parents = _code_ascending(planes, "births parents", births.parents)
+    positions = _code_alike(planes, "births positions", births.newborn.positions)
+    dc = _code_colors(planes, "births SH DC", codes[SH_DC])
+    opacity = _code_rows(planes, "births opacity", codes[OPACITY])
+    scales = _code_rows(planes, "births log-scales", _to_steps(codes[LOG_SCALES]))
+    scales = np.cumsum(scales, axis=0)
+    rotations = _code_rotations(planes, "births rotations", births.newborn.rotations)
+    rest = _code_alike(planes, "births SH rest", codes[SH_REST])
     codes = np.concatenate([scales, opacity, dc, rest])
     return Births(parents, Gaussians(positions, rotations, codes))
 
 
-def _code_ascending(planes: Planes, class_bits: int, values: Int64) -> Int64:
+def _code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
     """Code numbers that ascend, from 0, by their differences."""
     steps = np.diff(values, prepend=0)
-    steps = code_unsigned(planes, np.zeros_like(steps), class_bits, steps)
+    steps = code_unsigned(planes, name, np.zeros_like(steps), KEY_CLASS_BITS, steps)
     if steps.max(initial=0) > _STEP_LIMIT:
         message = "a difference of ascending numbers is too large"
         raise SymbolRangeError(message)
     return np.cumsum(steps)
 
 
-def _code_rows(planes: Planes, rows: Int64, *, apart: bool) -> Int64:
-    """Code signed numbers `[r, n]`, a context to each row, or one to all."""
-    row_contexts = np.arange(rows.shape[0]) if apart else np.zeros(rows.shape[0], dtype=np.int64)
-    contexts = np.repeat(row_contexts, rows.shape[1])
-    return code_signed(planes, contexts, CLASS_BITS, rows.reshape(-1)).reshape(rows.shape)
+def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code signed numbers `[r, n]`, a context to each row."""
+    contexts = np.repeat(np.arange(rows.shape[0]), rows.shape[1])
+    return _code_sequence(planes, name, contexts, rows)
 
 
-def _code_rotations(planes: Planes, rotations: Int64) -> Int64:
-    largest = code_fixed(planes, np.zeros_like(rotations[0]), ROTATION_INDEX_BITS, rotations[0])
-    return np.concatenate([largest[None], _code_rows(planes, rotations[1:], apart=False)])
+def _code_alike(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code signed numbers `[r, n]`, one context to all rows."""
+    return _code_sequence(planes, name, np.zeros(rows.size, dtype=np.int64), rows)
+
+
+def _code_sequence(planes: Planes, name: str, contexts: Int64, rows: Int64) -> Int64:
+    if np.any(np.abs(rows) > CODE_LIMIT):
+        message = f"two codes of a Gaussian are more than {CODE_LIMIT} apart: take larger steps"
+        raise EncodeError(message)
+    return code_signed(planes, name, contexts, CLASS_BITS, rows.reshape(-1)).reshape(rows.shape)
+
+
+def _code_colors(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code red, green and blue as green, red less green, and blue less green."""
+    red, green, blue = rows
+    coded = _code_rows(planes, name, np.stack([green, red - green, blue - green]))
+    green, red, blue = coded[0], coded[0] + coded[1], coded[0] + coded[2]
+    return np.stack([red, green, blue])
+
+
+def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
+    contexts = np.zeros_like(rotations[0])
+    largest = code_fixed(planes, f"{name}, index", contexts, ROTATION_INDEX_BITS, rotations[0])
+    return np.concatenate([largest[None], _code_rows(planes, name, rotations[1:])])
+
+
+def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code rows one by one; how far those before are from 0 is the context."""
+    so_far = np.zeros(rows.shape[1], dtype=np.int64)
+    coded = np.zeros_like(rows)
+    for number, row in enumerate(rows):
+        contexts = REST_CLASSES * number + np.minimum(bit_length(so_far), REST_CLASSES - 1)
+        coded[number] = code_signed(planes, name, contexts, CLASS_BITS, row)
+        so_far += np.abs(coded[number])
+    return coded
+
+
+def _to_steps(rows: Int64) -> Int64:
+    """Return every row less the one before."""
+    return np.diff(rows, axis=0, prepend=0)
 
 
 def _blank(code_planes: int, count: int) -> Gaussians:

@@ -2,8 +2,9 @@
 
 Levels go from coarse to fine. Of each anchor it is asked first whether it
 moves at all; only of those that do, channel by channel, whether a symbol is
-not 0, its sign, and its magnitude in unary. What the parent anchor does, and
-what the anchor's Gaussian did in the last frame, are the contexts.
+not 0; then the signs and, in unary, the magnitudes of those that are not. The
+contexts come from what is expected of an anchor: what its Gaussian did in the
+last frame, less what the coarser levels have done already.
 """
 
 from collections.abc import Sequence
@@ -11,14 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.format.arrays import Int64
+from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.constants import MAGNITUDE_PLANES, SYMBOL_LIMIT
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.records import Section
-
-_TRANSLATION_ROWS = 3
-_ROTATION_ROWS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +34,15 @@ class LevelContext:
     previous: Int64
 
 
-def write_motion(levels: Sequence[LevelContext], symbols: Sequence[Int64]) -> Section:
-    """Code the symbols of a frame; an empty section where all are 0.
+def write_motion(
+    levels: Sequence[LevelContext], symbols: Sequence[Int64], counts: ContextCounts
+) -> Section:
+    """Code the symbols of a frame.
 
     Args:
         levels: Contexts, level 1 (the finest) first.
         symbols: `[c, a]` of each level, level 1 first.
+        counts: What contexts have seen before the frame.
 
     Raises:
         EncodeError: A symbol is beyond 65.
@@ -48,95 +50,157 @@ def write_motion(levels: Sequence[LevelContext], symbols: Sequence[Int64]) -> Se
     if any(np.any(np.abs(level) > SYMBOL_LIMIT) for level in symbols):
         message = f"a symbol is beyond {SYMBOL_LIMIT}: take a larger step"
         raise EncodeError(message)
-    if not any(np.any(level) for level in symbols):
-        return Section(b"", np.zeros(0, dtype=np.uint32))
-    writer = PlaneWriter()
+    writer = PlaneWriter(counts)
     _walk_motion(writer, levels, symbols)
     return writer.section()
 
 
-def read_motion(section: Section, levels: Sequence[LevelContext]) -> list[Int64]:
+def read_motion(
+    section: Section, levels: Sequence[LevelContext], counts: ContextCounts
+) -> tuple[list[Int64], ContextCounts]:
     """Decode the symbols of a frame.
 
     Args:
         section: As the FRAM chunk holds it.
         levels: Contexts, level 1 (the finest) first.
+        counts: What contexts have seen before the frame.
 
     Returns:
-        `[c, a]` of each level, level 1 first.
+        `[c, a]` of each level, level 1 first, and what contexts have seen since.
 
     Raises:
         EntropyError: The section is malformed.
     """
-    blank = [np.zeros_like(level.previous) for level in levels]
-    if section.is_empty():
-        return blank
-    reader = PlaneReader(section)
+    reader = PlaneReader(section, counts)
+    blank = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
     symbols = _walk_motion(reader, levels, blank)
-    reader.finish()
-    return symbols
+    return symbols, reader.finish()
 
 
 def _walk_motion(
     planes: Planes, levels: Sequence[LevelContext], symbols: Sequence[Int64]
 ) -> list[Int64]:
+    done = _Done.nothing(levels[-1].parents, symbols[-1].shape[0])
     coded: list[Int64] = []
-    for level, values in zip(reversed(levels), reversed(symbols), strict=True):
-        parents = coded[-1][:, level.parents] if coded else np.zeros_like(values)
-        coded.append(_walk_level(planes, parents, level.previous, values))
+    for number in reversed(range(len(levels))):
+        if coded:
+            done = done.and_then(levels[number + 1].parents, coded[-1])
+        level = _Level(planes, number + 1, levels[number], done)
+        coded.append(level.walk(symbols[number]))
     return coded[::-1]
 
 
-def _walk_level(planes: Planes, parents: Int64, previous: Int64, values: Int64) -> Int64:
-    """Code one level; all arrays are `[c, a]`."""
-    contexts = _FLAG_PREVIOUS * _bucket(parents, _PARENT_BORDERS) + _bucket(
-        previous, _PREVIOUS_BORDERS
-    )
-    moving = np.flatnonzero(planes.code(contexts, np.any(values, axis=0)))
-    coded = np.zeros_like(values)
-    for rows in _groups(values.shape[0]):
-        asked = (rows, moving)
-        coded[asked] = _walk_group(planes, parents[asked], previous[asked], values[asked])
-    return coded
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """What the anchors of a level hand down to those whose parents they are.
+
+    Attributes:
+        sums: `[c, a]` their symbols and those of their parents, and theirs.
+        magnitudes: `[a]` of their own symbols, the sum over the channels.
+    """
+
+    sums: Int64
+    magnitudes: Int64
+
+    @classmethod
+    def nothing(cls, parents: Int64, channels: int) -> "_Done":
+        """Return what stands above the coarsest level."""
+        count = int(parents.max()) + 1
+        return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
+
+    def and_then(self, parents: Int64, symbols: Int64) -> "_Done":
+        """Return what the next level hands down."""
+        return _Done(self.sums[:, parents] + symbols, np.abs(symbols).sum(axis=0))
 
 
-def _walk_group(planes: Planes, parents: Int64, previous: Int64, values: Int64) -> Int64:
-    """Code a group's channels of the anchors that move; all arrays are `[g, m]`."""
-    parents, previous, flat = parents.reshape(-1), previous.reshape(-1), values.reshape(-1)
-    near = np.minimum(np.abs(parents), 2)
-    last = np.minimum((np.abs(previous) + 1) >> 1, 2)
-    there = np.flatnonzero(planes.code(3 * near + last, flat != 0))
-    negative = planes.code(np.sign(parents[there]) + 1, flat[there] < 0)
-    magnitudes = _walk_magnitudes(planes, parents[there], np.abs(flat[there]))
-    coded = np.zeros_like(flat)
-    coded[there] = np.where(negative, -magnitudes, magnitudes)
-    return coded.reshape(values.shape)
+class _Level:
+    """The planes of one level."""
+
+    def __init__(self, planes: Planes, number: int, context: LevelContext, above: _Done) -> None:
+        self._planes = planes
+        self._name = f"motion {number}"
+        self._context = context
+        self._above = above
+
+    def walk(self, values: Int64) -> Int64:
+        """Code the symbols `[c, a]` of the level's anchors."""
+        moving = np.flatnonzero(self._moves(np.bitwise_or.reduce(values, axis=0) != 0))
+        expected, values_moving = self._expected(moving), values[:, moving]
+        there = self._not_zero(expected, values_moving)
+        coded_moving = np.zeros_like(values_moving)
+        coded_moving[there] = self._signed(expected[there], values_moving[there])
+        coded = np.zeros(values.shape, dtype=np.int64)
+        coded[:, moving] = coded_moving
+        return coded
+
+    def _expected(self, anchors: Int64) -> Int64:
+        """Return `[c, n]` the last motion of anchors `[n]`, less what is done already."""
+        parents = self._context.parents[anchors]
+        return self._context.previous[:, anchors] - self._above.sums[:, parents]
+
+    def _moves(self, moving: Bits) -> Bits:
+        """Ask which anchors `[a]` move; most of all expect nothing, and are not looked at."""
+        done = np.bitwise_or.reduce(self._above.sums, axis=0) | self._above.magnitudes
+        stirred = done[self._context.parents]
+        asked = np.flatnonzero(np.bitwise_or.reduce(self._context.previous, axis=0) | stirred)
+        above = self._above.magnitudes[self._context.parents[asked]]
+        expected = np.abs(self._expected(asked)).sum(axis=0)
+        contexts = np.zeros(moving.size, dtype=np.int64)
+        contexts[asked] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.of(above)
+        contexts[asked] += _EXPECTED_CLASSES.of(expected)
+        return self._planes.code(f"{self._name}, moves", contexts, moving)
+
+    def _not_zero(self, expected: Int64, values: Int64) -> Bits:
+        """Ask channel by channel; how many have been not 0 before is part of the context."""
+        there = np.zeros(values.shape, dtype=np.bool_)
+        so_far = np.zeros(values.shape[1], dtype=np.int64)
+        for channel, kind in enumerate(_kinds(values.shape[0])):
+            near = np.minimum(np.abs(expected[channel]), _MOST)
+            contexts = (_MOST + 1) * near + np.minimum(so_far, _MOST)
+            model = f"{self._name}, {kind} not 0"
+            there[channel] = self._planes.code(model, contexts, values[channel] != 0)
+            so_far += there[channel]
+        return there
+
+    def _signed(self, expected: Int64, values: Int64) -> Int64:
+        """Code signs, then magnitudes above 0; channel by channel, `[n]`."""
+        contexts = _SIGN_CONTEXTS.of(expected)
+        negative = self._planes.code(f"{self._name}, sign", contexts, values < 0)
+        ahead = np.where(negative, -expected, expected)
+        magnitudes = np.ones_like(values)
+        left = np.arange(values.size)
+        for plane in range(MAGNITUDE_PLANES):
+            contexts = _AHEAD_CLASSES.of(ahead[left] - plane)
+            contexts = contexts + _AHEAD_CLASSES.count * min(plane, _LAST_OWN_PLANE)
+            beyond = np.abs(values[left]) > plane + 1
+            left = left[self._planes.code(f"{self._name}, magnitude", contexts, beyond)]
+            magnitudes[left] += 1
+        return np.where(negative, -magnitudes, magnitudes)
 
 
-def _walk_magnitudes(planes: Planes, parents: Int64, values: Int64) -> Int64:
-    """Code magnitudes above 0 in unary, `[n]`."""
-    coded = np.ones_like(values)
-    near = np.minimum(np.abs(parents), 3)
-    left = np.arange(values.size)
-    for plane in range(MAGNITUDE_PLANES):
-        contexts = near[left] if plane < _PLANES_OF_PARENT else np.zeros_like(left)
-        left = left[planes.code(contexts, values[left] > plane + 1)]
-        coded[left] += 1
-    return coded
+def _kinds(channels: int) -> list[str]:
+    """Return what each channel is of: x, y, z, maybe w, and x, y, z."""
+    return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
 
-def _bucket(symbols: Int64, borders: Int64) -> Int64:
-    """Return `[a]` the class of the sum of magnitudes over the channels `[c, a]`."""
-    sums: Int64 = np.abs(symbols).sum(axis=0)
-    return np.searchsorted(borders, sums, side="right")
+class _Classes:
+    """Classes of integers, looked up: class k begins with the k-th border, class 0 below all."""
+
+    def __init__(self, *borders: int) -> None:
+        self.count = len(borders) + 1
+        self._least, self._most = borders[0] - 1, borders[-1]
+        numbers = np.arange(self._least, self._most + 1)
+        self._table = np.searchsorted(np.array(borders), numbers, side="right")
+
+    def of(self, numbers: Int64) -> Int64:
+        classes: Int64 = self._table[np.clip(numbers, self._least, self._most) - self._least]
+        return classes
 
 
-def _groups(channels: int) -> list[Int64]:
-    """Return the rows of translation, of w (maybe none), of rotation xyz; each `[g, 1]`."""
-    return np.split(np.arange(channels)[:, None], [_TRANSLATION_ROWS, channels - _ROTATION_ROWS])
-
-
-_FLAG_PREVIOUS = 5
-_PARENT_BORDERS = np.array([1, 2, 4])
-_PREVIOUS_BORDERS = np.array([1, 2, 4, 8])
-_PLANES_OF_PARENT = 2
+_ZERO = np.int64(0)
+_MOST = 3
+_LAST_OWN_PLANE = 2
+_PARENT_CLASSES = _Classes(1, 2, 4)
+_EXPECTED_CLASSES = _Classes(1, 2, 4, 8)
+_SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)
+_AHEAD_CLASSES = _Classes(-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)

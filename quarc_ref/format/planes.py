@@ -1,8 +1,9 @@
 """Planes of bits in contexts, and the sections that hold them: SPEC 8.1.
 
 A plane asks one yes-or-no question of many elements at once; each element has
-a context. All bits of a plane that share a context form one run of the coder
-under one probability, whose code is a byte of the section's table.
+a context of the plane's model. All bits of a plane that share a context form
+one run of the coder under one probability: the one that follows from what the
+context has seen before, or one that the plane states.
 
 Each walk over the planes of a section is written once, for both directions. A
 `PlaneWriter` gives back the answers it is handed; a `PlaneReader` takes no
@@ -10,15 +11,18 @@ notice of what it is handed and gives the answers of the section. A walk must
 go on from what it was given back.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from quarc_ref.format.arrays import Bits, Int64
-from quarc_ref.format.constants import WEIGHT_TOTAL
+from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.entropy import encode_bits, open_words
-from quarc_ref.format.errors import TableLengthError
-from quarc_ref.format.probability import choose_code, weight_of_code
+from quarc_ref.format.pricing import is_worth_stating
+from quarc_ref.format.probability import choose_codes, weight_of_code
 from quarc_ref.format.records import Section
 
 _EVEN = WEIGHT_TOTAL // 2
@@ -27,10 +31,11 @@ _EVEN = WEIGHT_TOTAL // 2
 class Planes(Protocol):
     """One direction of a walk over planes."""
 
-    def code(self, contexts: Int64, bits: Bits) -> Bits:
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """Code one plane.
 
         Args:
+            model: Whose contexts they are.
             contexts: `[n]` context of each element, 0 or more.
             bits: `[n]` the answers; any bits when reading.
 
@@ -43,24 +48,37 @@ class Planes(Protocol):
         ...
 
     def code_raw(self, bits: Bits) -> Bits:
-        """Code bits that are as likely 0 as 1, without an entry of the table."""
+        """Code bits that are as likely 0 as 1, without contexts."""
         ...
 
 
 class PlaneWriter:
-    """Gathers planes and makes a section of them."""
+    """Gathers planes and makes a section of them.
 
-    def __init__(self) -> None:
-        self._table = bytearray()
+    Args:
+        counts: What contexts have seen before; it stays as it is.
+    """
+
+    def __init__(self, counts: ContextCounts) -> None:
+        self._counts = counts.copy()
         self._runs: list[tuple[Bits, int]] = []
 
-    def code(self, contexts: Int64, bits: Bits) -> Bits:
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """See `Planes.code`."""
-        for run in _runs_of(contexts):
-            taken = bits[run]
-            code = choose_code(int(np.count_nonzero(taken)), taken.size)
-            self._table.append(code)
-            self._runs.append((taken, weight_of_code(code)))
+        if contexts.size == 0:
+            return bits
+        runs = _Runs.of(contexts)
+        parts = np.split(bits[runs.order], runs.starts[1:])
+        zeros, ones = runs.count(parts)
+        weights = self._counts.weights(model, runs.contexts)
+        codes = choose_codes(ones, runs.lengths)
+        fitting = np.array([weight_of_code(code) for code in codes.tolist()])
+        stated = is_worth_stating(zeros, ones, weights, fitting)
+        said = np.unpackbits(codes[stated].astype(np.uint8))
+        self._runs += [(stated, STATED_WEIGHT), (said.astype(np.bool_), _EVEN)]
+        weights[stated] = fitting[stated]
+        self._runs.extend(zip(parts, weights.tolist(), strict=True))
+        self._counts.learn(model, runs.contexts, zeros, ones)
         return bits
 
     def code_raw(self, bits: Bits) -> Bits:
@@ -70,7 +88,7 @@ class PlaneWriter:
 
     def section(self) -> Section:
         """Return what was written."""
-        return Section(bytes(self._table), encode_bits(self._runs))
+        return Section(encode_bits(self._runs))
 
 
 class PlaneReader:
@@ -78,45 +96,75 @@ class PlaneReader:
 
     Args:
         section: As a chunk holds it, its CRC checked.
+        counts: What contexts have seen before; it stays as it is.
 
     Raises:
         InvalidWordsError: No encoder writes such words.
     """
 
-    def __init__(self, section: Section) -> None:
-        self._table = iter(section.table)
+    def __init__(self, section: Section, counts: ContextCounts) -> None:
+        self._counts = counts.copy()
         self._words = open_words(section.words)
 
-    def code(self, contexts: Int64, bits: Bits) -> Bits:
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """See `Planes.code`."""
-        answers = np.zeros_like(bits)
-        for run in _runs_of(contexts):
-            code = next(self._table, None)
-            if code is None:
-                message = "the table ends before the planes do"
-                raise TableLengthError(message)
-            answers[run] = self._words.take(run.size, weight_of_code(code))
+        if contexts.size == 0:
+            return bits
+        runs = _Runs.of(contexts)
+        stated = self._words.take(runs.contexts.size, STATED_WEIGHT)
+        codes = np.packbits(self._words.take(CODE_BITS * int(stated.sum()), _EVEN))
+        weights = self._counts.weights(model, runs.contexts)
+        weights[stated] = [weight_of_code(code) for code in codes.tolist()]
+        asked = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
+        parts = [self._words.take(count, weight) for count, weight in asked]
+        self._counts.learn(model, runs.contexts, *runs.count(parts))
+        answers = np.empty_like(bits)
+        answers[runs.order] = np.concatenate(parts)
         return answers
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
         return self._words.take(bits.size, _EVEN)
 
-    def finish(self) -> None:
-        """Refuse what the planes have not used.
+    def finish(self) -> ContextCounts:
+        """Return what contexts have seen by now.
 
         Raises:
-            TableLengthError: Entries of the table are left.
-            UnconsumedWordsError: Words are left.
+            UnconsumedWordsError: Words are left that no plane has used.
         """
-        if next(self._table, None) is not None:
-            message = "the table goes on after the last plane"
-            raise TableLengthError(message)
         self._words.finish()
+        return self._counts
 
 
-def _runs_of(contexts: Int64) -> list[Int64]:
-    """Return the indices of each context's elements, contexts ascending."""
-    order = np.argsort(contexts, kind="stable")
-    borders = np.flatnonzero(np.diff(contexts[order])) + 1
-    return np.split(order, borders) if order.size else []
+@dataclass(frozen=True, slots=True, eq=False)
+class _Runs:
+    """The elements of a plane, sorted by context.
+
+    Attributes:
+        order: `[n]` indices of the elements, by context and then in their order.
+        contexts: `[u]` those that are used, ascending.
+        lengths: `[u]` how many elements each has.
+        starts: `[u]` where they begin in `order`.
+    """
+
+    order: Int64
+    contexts: Int64
+    lengths: Int64
+    starts: Int64
+
+    @classmethod
+    def of(cls, contexts: Int64) -> "_Runs":
+        counts = np.bincount(contexts)
+        # NumPy sorts numbers of 16 bits by radix, four times as fast.
+        narrow = contexts.astype(np.uint16) if counts.size <= _NARROW else contexts
+        used = np.flatnonzero(counts)
+        lengths = counts[used]
+        return cls(np.argsort(narrow, kind="stable"), used, lengths, np.cumsum(lengths) - lengths)
+
+    def count(self, parts: Sequence[Bits]) -> tuple[Int64, Int64]:
+        """Return `[u]` the zeros and the ones of each context, given its bits."""
+        ones = np.array([np.count_nonzero(part) for part in parts])
+        return self.lengths - ones, ones
+
+
+_NARROW = 1 << 16

@@ -1,4 +1,4 @@
-"""The one-byte probability codes of a section's table: SPEC 8.2.
+"""The one-byte probability codes that a plane may state: SPEC 8.2.
 
 A code stands for the weight of a 1 in its context, out of 2^24. Codes are
 spaced evenly in octaves towards both ends, eight to an octave, so that the
@@ -7,6 +7,7 @@ loss against exact probabilities is below one part in a thousand.
 
 import numpy as np
 
+from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import PROBABILITY_CODES, WEIGHT_TOTAL
 from quarc_ref.format.errors import BadProbabilityError
 
@@ -27,15 +28,16 @@ def weight_of_code(code: int) -> int:
     return _WEIGHTS[code]
 
 
-def choose_code(ones: int, count: int) -> int:
-    """Return the code nearest to `ones` of `count` bits being 1.
+def choose_codes(ones: Int64, counts: Int64) -> Int64:
+    """Return the codes nearest to `ones` of `counts` bits being 1.
 
     Args:
-        ones: From 0 to `count`.
-        count: At least 1.
+        ones: `[n]` each from 0 to its count.
+        counts: `[n]` each at least 1.
     """
-    share = ones * WEIGHT_TOTAL // count
-    return int(_ASCENDING[np.searchsorted(_BORDERS, share, side="right")])
+    shares = ones * WEIGHT_TOTAL // counts
+    codes: Int64 = _ASCENDING[np.searchsorted(_BORDERS, shares, side="right")]
+    return codes
 
 
 def _weight(code: int) -> int:

@@ -20,20 +20,14 @@ class Section:
     """The planes of one subject, coded (SPEC 8.1).
 
     Attributes:
-        table: A probability code for every context that holds a bit.
         words: `[n]` the coder's words.
     """
 
-    table: bytes
     words: UInt32
 
     def byte_count(self) -> int:
-        """Return the size of the section in a stream, its two lengths included."""
-        return constants.SECTION_HEADER_BYTES + len(self.table) + self.words.nbytes
-
-    def is_empty(self) -> bool:
-        """Tell whether nothing was coded at all."""
-        return not self.table and not self.words.size
+        """Return the size of the section in a stream, its length included."""
+        return constants.SECTION_HEADER_BYTES + self.words.nbytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,11 +184,11 @@ class Births:
 
     Attributes:
         parents: `[n]` index in the scene of each newborn's parent, ascending.
-        residuals: Positions and codes less the parent's; rotations as they are.
+        newborn: Positions less the parent's; rotations and codes as they are.
     """
 
     parents: Int64
-    residuals: Gaussians
+    newborn: Gaussians
 
 
 @dataclass(frozen=True, slots=True)

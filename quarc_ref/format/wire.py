@@ -25,10 +25,8 @@ from construct import (
     OneOf,
     PascalString,
     PrefixedArray,
-    Rebuild,
     Struct,
     Tell,
-    len_,
     this,
 )
 
@@ -97,9 +95,7 @@ STREAM_HEADER = Struct(
 
 # SPEC 5.4, 5.5, 8.1
 SECTION = Struct(
-    "table_bytes" / Rebuild(Int16ul, len_(this.table)),
     "word_count" / Int32ul,
-    "table" / Bytes(this.table_bytes),
     "words" / Bytes(this.word_count * (constants.WORD_BITS // 8)),
 )
 CANONICAL = Struct(
@@ -164,16 +160,16 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
     """Parse HEAD (SPEC 5.3).
 
     Raises:
-        UnsupportedVersionError: Another version wrote the stream.
+        UnsupportedVersionError: Another major version wrote the stream.
         UnsupportedFeatureError: The stream needs what this version lacks.
         FieldError: A field is out of range, or missing.
         TrailingDataError: Bytes follow the last field.
     """
     version = _parse(VERSION, payload[: VERSION.sizeof()])
-    if (version.version_major, version.version_minor) != _VERSION:
+    if version.version_major != constants.VERSION_MAJOR:
         message = (
             f"version {version.version_major}.{version.version_minor}; "
-            f"this decoder reads {constants.VERSION_MAJOR}.{constants.VERSION_MINOR}"
+            f"this decoder reads {constants.VERSION_MAJOR}.x"
         )
         raise UnsupportedVersionError(message)
     if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:
@@ -272,7 +268,6 @@ def build_index(points: Iterable[SeekPoint]) -> bytes:
     return _build(INDEX, {"points": [asdict(point) for point in points]})
 
 
-_VERSION = (constants.VERSION_MAJOR, constants.VERSION_MINOR)
 _Record = TypeVar("_Record")
 
 
@@ -306,9 +301,9 @@ def _record(kind: Callable[..., _Record], parsed: Any) -> _Record:  # noqa: ANN4
 
 
 def _section(parsed: Any) -> Section:  # noqa: ANN401
-    return Section(parsed.table, np.frombuffer(parsed.words, dtype="<u4").astype(np.uint32))
+    return Section(np.frombuffer(parsed.words, dtype="<u4").astype(np.uint32))
 
 
 def _section_values(section: Section) -> dict[str, Any]:
     words = section.words.astype("<u4").tobytes()
-    return {"table": section.table, "word_count": section.words.size, "words": words}
+    return {"word_count": section.words.size, "words": words}

@@ -1,6 +1,6 @@
 import pytest
 
-from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.encoder_options import configure, name_settings
 from quarc_ref.cli.faults import UsageError
 from quarc_ref.encoder.presets import choose_preset
 
@@ -19,6 +19,14 @@ def test_of_two_settings_of_a_name_the_last_counts():
 
     assert config.motion.rate == 2
     assert config.births.iterations == 3
+
+
+def test_options_that_are_settings_change_them_and_those_not_given_do_not():
+    asked = name_settings({"rate_weight": 2.5, "target_kb_per_frame": None, "canonical.every": 30})
+    config = configure("draft", asked, 0)
+
+    assert (config.rate_weight, config.target_kb_per_frame) == (2.5, 0)
+    assert config.canonical.every == 30
 
 
 @pytest.mark.parametrize("setting", ["motion.rate", "", "=1", "motion=1", "motion.rate=", "a=b=c"])

@@ -137,9 +137,9 @@ def test_anchors_are_drawn_anew_after_the_interval_and_not_before():
 def test_a_dead_newborn_leaves_the_binding_of_the_others():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 4)
-    lowered = births.residuals.codes.copy()
+    lowered = births.newborn.codes.copy()
     lowered[3, 1] -= 500
-    births = replace(births, residuals=replace(births.residuals, codes=lowered))
+    births = replace(births, newborn=replace(births.newborn, codes=lowered))
     grown = bear(moved, births)
 
     following = begin_frame(grown, 1)
@@ -148,7 +148,7 @@ def test_a_dead_newborn_leaves_the_binding_of_the_others():
     assert following.known_anchors.binding.shape == (3, 33)
 
 
-def test_a_newborn_is_its_parent_and_its_residual():
+def test_a_newborn_is_placed_by_its_parent_and_has_its_own_codes():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 5)
 
@@ -157,19 +157,17 @@ def test_a_newborn_is_its_parent_and_its_residual():
     parents = births.parents
     assert grown.ids.tolist() == list(range(35))
     assert (grown.positions[:, 30:] - moved.scene.positions[:, parents]).tolist() == (
-        births.residuals.positions * _HEADER.position_step
+        births.newborn.positions * _HEADER.position_step
     ).tolist()
-    assert (grown.codes[:, 30:] - moved.scene.codes[:, parents]).tolist() == (
-        births.residuals.codes.tolist()
-    )
+    assert grown.codes[:, 30:].tolist() == births.newborn.codes.tolist()
     assert grown.rotations[:, 30:].T.tolist() == [
         oracle.expand_rotation(c[0], c[1:], _HEADER.rotation_bits)
-        for c in births.residuals.rotations.T.tolist()
+        for c in births.newborn.rotations.T.tolist()
     ]
 
 
 def _changed(births, **fields):
-    return replace(births, residuals=replace(births.residuals, **fields))
+    return replace(births, newborn=replace(births.newborn, **fields))
 
 
 def test_newborn_out_of_range_are_refused_by_name():
@@ -182,7 +180,7 @@ def test_newborn_out_of_range_are_refused_by_name():
     with pytest.raises(PositionRangeError):
         bear(moved, _changed(births, positions=far))
     with pytest.raises(CodeRangeError):
-        bear(moved, _changed(births, codes=np.full_like(births.residuals.codes, 2 * CODE_LIMIT)))
+        bear(moved, _changed(births, codes=np.full_like(births.newborn.codes, 2 * CODE_LIMIT)))
 
 
 def test_more_gaussians_than_the_level_bears_are_refused(monkeypatch):

@@ -6,10 +6,10 @@ import pytest
 import torch
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.canonical import start_from_points, train_canonical
+from quarc_ref.encoder.canonical import rates_at, start_from_points, train_canonical
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.quantize import quantize_gaussians
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import LOG_SCALES, StreamHeader
 from tests.encoder.toys import SMALL, make_capture, make_studio
 
 _CPU = torch.device("cpu")
@@ -106,3 +106,39 @@ def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
 
     assert torch.sigmoid(thin.opacities).mean() < torch.sigmoid(free.opacities).mean()
     assert torch.exp(thin.log_scales).mean() < torch.exp(free.log_scales).mean()
+
+
+def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
+    studio, points = make_studio(), make_capture().points
+    priced = replace(SMALL.canonical, gaussian_price=0.2)
+
+    free, few = (
+        train_canonical(studio, points, settings, SMALL.stream)
+        for settings in (SMALL.canonical, priced)
+    )
+
+    assert few.means.shape[0] < 0.9 * free.means.shape[0]
+    assert np.mean(_errors(studio, few)) < 1.5 * np.mean(_errors(studio, free))
+
+
+def test_rates_fall_to_their_end_over_fine_tuning_alone():
+    settings = replace(SMALL.canonical, rate_end=0.1, quantize_from=0.8)
+
+    shares = [
+        rates_at(settings, 1.0, step)[1] / settings.rotation_rate for step in (0, 79, 80, 90, 100)
+    ]
+
+    assert shares == pytest.approx([1, 1, 1, 0.55, 0.1])
+
+
+def test_codes_are_smaller_where_they_have_a_price():
+    studio, points = make_studio(), make_capture().points
+    priced = replace(SMALL.canonical, code_price=0.01)
+
+    free, cheap = (
+        quantize_gaussians(train_canonical(studio, points, settings, SMALL.stream), SMALL.stream)
+        for settings in (SMALL.canonical, priced)
+    )
+
+    assert cheap.codes[LOG_SCALES].std() < free.codes[LOG_SCALES].std()
+    assert np.abs(cheap.rotations[1:]).mean() < np.abs(free.rotations[1:]).mean()

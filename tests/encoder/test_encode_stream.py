@@ -15,9 +15,13 @@ from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.config import BirthSettings
+from quarc_ref.encoder.rate_control import price_bytes
 from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.container import FRAM
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.rendering.pictures import render_picture
+from tests.encoder import toys
 from tests.encoder.toys import SMALL, make_capture
 from tests.streams import make_stream
 
@@ -34,6 +38,14 @@ def _whole_frames(data: bytes) -> list[State]:
     with contextlib.suppress(TruncatedError):
         states.extend(decode_states(data))
     return states
+
+
+def _frame_sizes(data: bytes) -> list[int]:
+    """The bytes of the FRAM chunks that an unfinished stream holds."""
+    sizes = []
+    with contextlib.suppress(TruncatedError):
+        sizes.extend(chunk.byte_count() for chunk in split_chunks(data) if chunk.kind == FRAM)
+    return sizes
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +112,41 @@ def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypat
         for field in ("ids", "positions", "rotations", "codes"):
             assert np.array_equal(getattr(before.scene, field), getattr(decoded.scene, field))
         assert np.array_equal(before.motion, decoded.motion)
+
+
+def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
+    config = replace(SMALL, target_kb_per_frame=0.2, rate_weight=3.0)
+    sink, seen = io.BytesIO(), []
+    fit = encode_stream.fit_motion
+
+    def spy(studio, before, begun, settings):
+        seen.append((settings.price_weight, sink.getvalue()))
+        return fit(studio, before, begun, settings)
+
+    monkeypatch.setattr(encode_stream, "fit_motion", spy)
+    encode(make_capture(), sink, EncodeOptions(config, device="cpu"))
+
+    for weight, written in seen:
+        assert weight == price_bytes(config, _frame_sizes(written)).motion.price_weight
+    assert len({weight for weight, _ in seen}) == len(seen)
+
+
+def test_the_mean_of_the_frames_meets_its_target(monkeypatch):
+    splats = toys.make_splats
+    monkeypatch.setattr(toys, "make_splats", lambda frame: splats(6 * math.sin(frame / 5)))
+    config = replace(
+        SMALL,
+        motion=replace(SMALL.motion, iterations=10),
+        births=replace(SMALL.births, iterations=0),
+        target_kb_per_frame=0.2,
+    )
+
+    sink = io.BytesIO()
+    encode(make_capture(45), sink, EncodeOptions(config, device="cpu"))
+
+    sizes = _frame_sizes(sink.getvalue())
+    assert len(sizes) == 44
+    assert np.mean(sizes) == pytest.approx(0.2 * 1024, rel=0.05)
 
 
 @pytest.mark.parametrize("preset_part", ["paper rules", "no births", "degree 0"])

@@ -2,7 +2,14 @@ from dataclasses import replace
 
 import pytest
 
-from quarc_ref.encoder.config import BirthSettings, CanonicalSettings, EncoderConfig, make_header
+from quarc_ref.encoder import EncodeOptions
+from quarc_ref.encoder.config import (
+    BirthSettings,
+    CanonicalSettings,
+    EncoderConfig,
+    StepSettings,
+    make_header,
+)
 from quarc_ref.encoder.presets import (
     PRESETS,
     SettingError,
@@ -15,13 +22,23 @@ from quarc_ref.encoder.presets import (
 def test_paper_is_what_the_paper_states():
     paper = choose_preset("paper")
 
-    assert paper.canonical == CanonicalSettings(iterations=15_000)
+    assert paper.canonical == CanonicalSettings(iterations=15_000, quantize_from=1.0)
     assert (paper.canonical.noise, paper.canonical.dssim) == (0.01, 0.2)
     assert (paper.motion.iterations, paper.motion.rate, paper.motion.momentum) == (100, 5e-4, 0.6)
     assert (paper.motion.price, paper.motion.price_weight) == ("l1", 1.0)
     assert paper.births == BirthSettings(iterations=100)
     assert (paper.stream.gaussians_per_anchor, paper.stream.anchor_ratio) == (4, 3)
     assert (paper.stream.rotation_components, paper.stream.resample_interval) == (4, 2)
+    assert paper.steps == StepSettings()
+
+
+@pytest.mark.parametrize("name", ["log_scale_step", "opacity_step", "sh_dc_step", "sh_rest_step"])
+def test_the_papers_attribute_steps_are_a_hundredth_to_float_precision(name):
+    assert getattr(choose_preset("paper").stream, name) == pytest.approx(0.01, rel=1e-7)
+
+
+def test_no_setting_means_the_main_preset():
+    assert EncodeOptions().config == choose_preset("main")
 
 
 @pytest.mark.parametrize(

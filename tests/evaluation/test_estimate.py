@@ -76,6 +76,6 @@ def test_the_price_of_the_newborn_counts_their_parents_too():
     _, states = make_stream()
     births = make_births(states[0], 20)
 
-    made = births.residuals
+    made = births.newborn
     rows = [births.parents, *made.positions, *made.rotations, *made.codes]
     assert estimate_births(births) == pytest.approx(_bytes_of(rows))

@@ -1,10 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.format.constants import KEY_CLASS_BITS
-from quarc_ref.format.errors import SymbolRangeError
+from quarc_ref.format.constants import CODE_LIMIT, KEY_CLASS_BITS
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.errors import EncodeError, SymbolRangeError
 from quarc_ref.format.gaussian_planes import (
     read_births,
     read_canonical,
@@ -14,7 +17,7 @@ from quarc_ref.format.gaussian_planes import (
 )
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.planes import PlaneWriter
-from quarc_ref.format.records import CanonicalChunk, StreamHeader
+from quarc_ref.format.records import SH_DC, Births, CanonicalChunk, StreamHeader
 from quarc_ref.format.values import code_unsigned
 from tests import strategies
 from tests.streams import make_gaussians
@@ -64,19 +67,40 @@ def test_the_newborn_of_a_frame_come_back(data):
     count = data.draw(st.integers(0, 20))
     drawn = data.draw(strategies.births(header, count, scene_count=50))
 
-    decoded = read_births(write_births(drawn), header.code_planes, count)
+    section = write_births(drawn, ContextCounts())
+    decoded, _ = read_births(section, header.code_planes, count, ContextCounts())
 
     assert decoded.parents.tolist() == drawn.parents.tolist()
-    assert _fields(decoded.residuals) == _fields(drawn.residuals)
+    assert _fields(decoded.newborn) == _fields(drawn.newborn)
+
+
+def test_newborn_like_those_of_the_frame_before_are_cheaper():
+    header, counts = StreamHeader(), ContextCounts()
+    made = make_gaussians(header, 40)
+    births = Births(np.arange(40), replace(made, positions=made.positions % 9))
+    first = write_births(births, counts)
+
+    _, seen = read_births(first, header.code_planes, 40, counts)
+
+    assert write_births(births, seen).byte_count() < first.byte_count()
+
+
+def test_colors_that_are_too_far_apart_cannot_be_written():
+    made = make_gaussians(StreamHeader(), 1)
+    codes = made.codes.copy()
+    codes[SH_DC] = [[CODE_LIMIT], [-CODE_LIMIT], [0]]
+
+    with pytest.raises(EncodeError, match="apart"):
+        write_canonical(replace(made, codes=codes), tuple(made.positions[:, 0].tolist()))
 
 
 def test_a_parent_that_is_farther_than_any_number_may_be_is_refused():
-    writer = PlaneWriter()
+    writer = PlaneWriter(ContextCounts())
     far = np.array([1 << 61], dtype=np.int64)
-    code_unsigned(writer, np.zeros_like(far), KEY_CLASS_BITS, far)
+    code_unsigned(writer, "births parents", np.zeros_like(far), KEY_CLASS_BITS, far)
 
     with pytest.raises(SymbolRangeError, match="ascending"):
-        read_births(writer.section(), 7, 1)
+        read_births(writer.section(), 7, 1, ContextCounts())
 
 
 def test_the_order_of_the_sections_is_by_what_a_picture_needs_first():

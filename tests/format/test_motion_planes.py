@@ -3,9 +3,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.motion_planes import LevelContext, read_motion, write_motion
 from tests import strategies
+
+_NEW = ContextCounts()
 
 
 @st.composite
@@ -27,7 +30,7 @@ def _frames(draw):
 def test_the_symbols_of_a_frame_come_back(frame):
     contexts, symbols = frame
 
-    decoded = read_motion(write_motion(contexts, symbols), contexts)
+    decoded, _ = read_motion(write_motion(contexts, symbols, _NEW), contexts, _NEW)
 
     assert [level.tolist() for level in decoded] == [level.tolist() for level in symbols]
 
@@ -41,23 +44,24 @@ def _one_level(symbols):
 def test_the_largest_symbols_come_back(symbol):
     contexts, symbols = _one_level(np.array([[symbol], [0], [0], [0], [0], [symbol]]))
 
-    decoded = read_motion(write_motion(contexts, symbols), contexts)
+    decoded, _ = read_motion(write_motion(contexts, symbols, _NEW), contexts, _NEW)
 
     assert decoded[0].tolist() == symbols[0].tolist()
 
 
 def test_a_larger_symbol_cannot_be_written():
     with pytest.raises(EncodeError, match="larger step"):
-        write_motion(*_one_level(np.full((6, 1), 66)))
+        write_motion(*_one_level(np.full((6, 1), 66)), _NEW)
 
 
-def test_a_frame_that_stands_still_costs_nothing():
+def test_a_frame_that_stands_still_like_the_one_before_costs_nothing():
     contexts, symbols = _one_level(np.zeros((6, 1000), dtype=int))
 
-    section = write_motion(contexts, symbols)
+    _, counts = read_motion(write_motion(contexts, symbols, _NEW), contexts, _NEW)
+    section = write_motion(contexts, symbols, counts)
 
-    assert section.is_empty()
-    assert not read_motion(section, contexts)[0].any()
+    assert section.words.size == 0
+    assert not read_motion(section, contexts, counts)[0][0].any()
 
 
 def test_what_the_last_frame_did_makes_the_same_motion_cheaper():
@@ -67,6 +71,30 @@ def test_what_the_last_frame_did_makes_the_same_motion_cheaper():
     blank, _ = _one_level(symbols)
     known = [LevelContext(blank[0].parents, symbols)]
 
-    assert write_motion(known, [symbols]).byte_count() < 0.6 * (
-        write_motion(blank, [symbols]).byte_count()
+    assert write_motion(known, [symbols], _NEW).byte_count() < 0.6 * (
+        write_motion(blank, [symbols], _NEW).byte_count()
     )
+
+
+def test_what_the_parent_has_done_already_is_expected_of_nobody():
+    """Half of what the last frame did: where the parent does it, its children stand still."""
+    last = np.zeros((6, 3000), dtype=int)
+    last[:, ::20] = 2
+    parents = np.arange(3000)
+    levels = [LevelContext(parents, last), LevelContext(np.zeros(3000, dtype=int), last)]
+    children = last - last
+
+    by_parent = write_motion(levels, [children, last], _NEW).byte_count()
+    by_children = write_motion(levels, [last, last], _NEW).byte_count()
+
+    assert by_parent < 0.7 * by_children
+
+
+def test_frames_that_are_alike_become_cheaper():
+    rng = np.random.default_rng(0)
+    symbols = rng.integers(1, 4, (6, 400)) * (rng.random(400) < 0.1)
+    contexts, _ = _one_level(symbols)
+    first = write_motion(contexts, [symbols], _NEW)
+    _, counts = read_motion(first, contexts, _NEW)
+
+    assert write_motion(contexts, [symbols], counts).byte_count() < first.byte_count()

@@ -1,12 +1,13 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.format.constants import PROBABILITY_CODES, WEIGHT_TOTAL
 from quarc_ref.format.errors import BadProbabilityError
-from quarc_ref.format.probability import choose_code, weight_of_code
+from quarc_ref.format.probability import choose_codes, weight_of_code
 
 
 def test_codes_stand_for_distinct_weights_that_leave_room_for_both_bits():
@@ -41,7 +42,8 @@ def test_the_chosen_code_costs_little_more_than_the_exact_share(counts):
         part * math.log2(count / part) for part in (ones, count - ones) if part
     )  # bits of an ideal coder
 
-    weight = weight_of_code(choose_code(ones, count)) / WEIGHT_TOTAL
+    (code,) = choose_codes(np.array([ones]), np.array([count])).tolist()
+    weight = weight_of_code(code) / WEIGHT_TOTAL
     spent = -ones * math.log2(weight) - (count - ones) * math.log2(1 - weight)
 
     assert spent <= exact * 1.004 + count * 2.5e-5 + 0.02

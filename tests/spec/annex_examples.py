@@ -1,5 +1,7 @@
 """The worked examples of SPEC 2.3 and of Annex F: a Gaussian, the coder, the sampler, planes."""
 
+from textwrap import fill
+
 import numpy as np
 
 from quarc_ref.decoder.anchors import count_anchors, sample_anchors
@@ -7,12 +9,13 @@ from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.constants import LATTICE_OFFSET
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.planes import PlaneWriter
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.values import code_fixed, code_signed, code_unsigned
-from tests.spec import plain_planes
+from tests.spec import annex_pages, plain_coder, plain_planes
 from tests.spec.annex_vectors import render_table
-from tests.spec.plain_planes import PlainSection
+from tests.spec.plain_planes import PlainSection, Run
 
 
 def overview() -> str:
@@ -67,7 +70,7 @@ def coder_steps() -> str:
     while state:
         words.append(f"{state & 0xFFFFFFFF:08x}")
         state >>= 32
-    coder, rows = plain_planes.PlainCoder([int(word, 16) for word in words]), []
+    coder, rows = plain_coder.PlainCoder([int(word, 16) for word in words]), []
     for bit, weight in _BITS:
         left, before = len(coder.words), coder.state
         taken = f"{coder.words[-1]:08x}" if coder.words else "none"
@@ -126,26 +129,25 @@ _EXAMPLES = (
     ("Unsigned(4)", (0, 0, 0, 0, 2), (0, 1, 5, 6, 200)),
     ("Signed(4)", (0, 0, 0, 1), (0, -1, -6, 3)),
     ("Ascending(6)", (0, 0, 0, 0), (3, 3, 10, 11)),
+    ("Fixed(2)", (0,) * 19, (3,) * 18 + (2,)),
 )
 
 
 def planes() -> str:
     """Integers as planes (Annex F.8): written by the package, read back by the plain decoder."""
-    parts = []
+    parts, head = [], ("model and plane", "context", "weight", "bits")
     for form, contexts, values in _EXAMPLES:
         section = _write(form, contexts, values)
-        plain = PlainSection("", list(section.table), section.words.tolist())
+        plain = PlainSection("", section.words.tolist(), {})
         assert _read(plain, form, list(contexts)) == list(values)
         plain.close()
-        rows = [
-            (run.plane.removeprefix(": "), _or_raw(run.context), run.bits, _or_raw(run.code))
-            for run in plain.runs
-        ]
+        rows = [_describe(run) for run in plain.runs]
         words = " ".join(f"{word:08x}" for word in section.words)
-        parts.append(
+        title = (
             f"**{form}** of {_spaced(values)} in the outer contexts {_spaced(contexts)}; "
-            f"words `{words}`:\n\n" + render_table(("plane", "context", "bits", "code"), rows)
+            f"words `{words}`:"
         )
+        parts.append(f"{fill(title, 125)}\n\n{render_table(head, rows)}")
     return "\n".join(parts)
 
 
@@ -153,21 +155,22 @@ def _spaced(values: tuple[int, ...]) -> str:
     return ", ".join(map(str, values))
 
 
-def _or_raw(value: int | None) -> str:
-    return "raw" if value is None else str(value)
+def _describe(run: Run) -> tuple[str, ...]:
+    name = annex_pages.name_of(run)
+    return name, annex_pages.context_of(run), annex_pages.weight_of(run), run.bits
 
 
 def _write(form: str, contexts: tuple[int, ...], values: tuple[int, ...]):
-    writer, width = PlaneWriter(), int(form[-2])
+    writer, width = PlaneWriter(ContextCounts()), int(form[-2])
     numbers = np.diff(values, prepend=0) if form[0] == "A" else np.array(values)
     code = {"F": code_fixed, "U": code_unsigned, "S": code_signed, "A": code_unsigned}[form[0]]
-    code(writer, np.array(contexts), width, numbers)
+    code(writer, "n", np.array(contexts), width, numbers)
     return writer.section()
 
 
 def _read(section: PlainSection, form: str, contexts: list[int]) -> list[int]:
     width = int(form[-2])
     if form[0] == "A":
-        return plain_planes.ascending(section, "", len(contexts), width)
+        return plain_planes.ascending(section, "n", len(contexts), width)
     read = {"F": plain_planes.fixed, "U": plain_planes.unsigned, "S": plain_planes.signed}
-    return read[form[0]](section, "", contexts, width)
+    return read[form[0]](section, "n", contexts, width)

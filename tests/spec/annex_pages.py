@@ -4,6 +4,9 @@ from itertools import groupby
 
 from tests.spec.annex_vectors import render_table
 from tests.spec.plain_decoder import PlainFrame, PlainStream
+from tests.spec.plain_planes import Run
+
+_HALF = str(1 << 23)
 
 
 def dump(data: bytes, marker: str) -> str:
@@ -23,18 +26,28 @@ def fields(stream: PlainStream, marker: str) -> str:
 
 
 def planes(frame: PlainFrame, marker: str) -> str:
-    """The planes of a frame's sections in coding order; contexts, codes and bits side by side."""
+    """The planes of a frame's sections in coding order; contexts, weights and bits side by side."""
     rows = []
-    for (section, plane), runs in groupby(frame.runs, key=lambda run: (run.section, run.plane)):
-        cells = [(run.context, run.code, run.bits) for run in runs]
-        columns = (" ".join(map(_or_raw, column)) for column in zip(*cells, strict=True))
-        rows.append((section, plane, *columns))
-    table = render_table(("section", "plane", "contexts", "codes", "bits"), rows)
+    for (section, plane), runs in groupby(frame.runs, key=lambda run: (run.section, name_of(run))):
+        cells = [(context_of(run), weight_of(run), run.bits) for run in runs]
+        contexts, weights, bits = (" ".join(column) for column in zip(*cells, strict=True))
+        rows.append((section, plane, contexts, weights.replace(_HALF, "half"), bits))
+    table = render_table(("section", "model and plane", "contexts", "weights", "bits"), rows)
     return f"<!-- spec:planes {marker} -->\n{table}"
 
 
-def _or_raw(value: int | str | None) -> str:
-    return "raw" if value is None else str(value)
+def name_of(run: Run) -> str:
+    """The model of a run, and which of its planes."""
+    return ": ".join(filter(None, (run.model, run.plane)))
+
+
+def context_of(run: Run) -> str:
+    return "raw" if run.context is None else str(run.context)
+
+
+def weight_of(run: Run) -> str:
+    """The code that is stated, or the weight that is not."""
+    return str(run.weight) if run.code is None else f"code {run.code}"
 
 
 def notes(frame: PlainFrame, marker: str) -> str:

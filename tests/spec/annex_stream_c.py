@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from quarc_ref.decoder.reconstruct import State
 from quarc_ref.format import wire
-from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
-from tests.spec.annex_streams import StreamWriter, columns
+from tests.spec.annex_streams import StreamWriter, columns, symbols_of
 
 
 def make_deep() -> StreamWriter:
@@ -27,21 +25,21 @@ def make_deep() -> StreamWriter:
     _move_and_bear(writer)
 
     begun = writer.begin(0)
-    writer.frame(begun, _symbols(begun), None, previous=True)
+    writer.frame(begun, symbols_of(begun), None, previous=True)
 
     begun = writer.begin(0)
-    symbols = _symbols(begun, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
+    symbols = symbols_of(begun, (1, 0, [0, 2, 0, 0, 0, -1]), (2, 1, [1, 0, 0, 0, 0, 0]))
     writer.frame(begun, symbols, None, previous=False)
 
     begun = writer.begin(1)
-    symbols = _symbols(begun, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
+    symbols = symbols_of(begun, (1, 0, [0, 1, 0, 0, 0, -1]), (3, 0, [0, 0, -9, 0, 7, 0]))
     writer.frame(begun, symbols, None, previous=True)
 
     coded = _five()
     two = Gaussians(coded.positions[:, 3:], coded.rotations[:, 3:], coded.codes[:, 3:])
     writer.canonical(two, frame=1005)
     begun = writer.begin(0)
-    writer.frame(begun, _symbols(begun, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True)
+    writer.frame(begun, symbols_of(begun, (1, 1, [2, 0, 0, 0, 0, 0])), None, previous=True)
     writer.tail(index=False)
     return writer
 
@@ -49,27 +47,18 @@ def make_deep() -> StreamWriter:
 def _move_and_bear(writer: StreamWriter) -> None:
     """Motion of all three levels, and two newborn of one parent that differ in SH rest."""
     begun = writer.begin(0)
-    symbols = _symbols(
+    symbols = symbols_of(
         begun,
         (1, 2, [1, 0, -1, 0, 0, 2]),
         (2, 0, [0, -2, 0, 3, 0, 0]),
         (3, 0, [2, 0, 0, -1, 0, 0]),
     )
     rotations = columns([1, 40, 0, -3], [0, 0, 0, 0])
-    born = [[1, 0, 0, 6, -2, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, -7], [0] * 15 + [33]]
-    residuals = Gaussians(columns([2, 0, -1], [-2, 0, 1]), rotations, columns(*born))
-    births = Births(np.array([2, 2], dtype=np.int64), residuals)
+    first = [-37, -40, -40, 14, 3, 5, 5, 2, 0, 0, 5, 0, 0, 0, 0, -7]
+    second = [-38, -40, -40, 9, 5, 6, 5, *[0] * 8, 33]
+    newborn = Gaussians(columns([2, 0, -1], [-2, 0, 1]), rotations, columns(first, second))
+    births = Births(np.array([2, 2], dtype=np.int64), newborn)
     writer.frame(begun, symbols, births, previous=False)
-
-
-def _symbols(begun: State, *given: tuple[int, int, list[int]]) -> list[Int64]:
-    """Symbols of all anchors, 0 but for those of (level, anchor, symbols)."""
-    channels = begun.scene.header.symbol_planes
-    levels = begun.known_anchors.levels
-    symbols = [np.zeros((channels, level.owners.size), dtype=np.int64) for level in levels]
-    for level, anchor, values in given:
-        symbols[level - 1][:, anchor] = values
-    return symbols
 
 
 def _five() -> Gaussians:
@@ -83,7 +72,7 @@ def _five() -> Gaussians:
         [-40, -44, -40, 11, -9, 5, 5],
     )
     return Gaussians(
-        columns([0, 0, 0], [9, 1, 0], [9, 1, 2], [0, 40, 7], [33, 40, 7]),
+        columns([0, 0, 0], [9, 1, 0], [9, 1, 0], [0, 40, 7], [33, 40, 7]),
         columns([0, 0, 0, 0], [0, 5, 0, 0], [2, 0, 90, 0], [0, 0, 0, 0], [3, 1, 1, 1]),
         columns(*(codes + more for codes, more in zip(base, rest, strict=True))),
     )

@@ -25,7 +25,7 @@ from quarc_ref.format.records import (
 )
 from tests.streams import CAMERA
 
-EMPTY = Section(b"", np.zeros(0, dtype=np.uint32))
+EMPTY = Section(np.zeros(0, dtype=np.uint32))
 
 
 @dataclass
@@ -60,11 +60,11 @@ class StreamWriter:
     ) -> None:
         """Write a FRAM chunk; the number of deaths is what `begun` lacks."""
         deaths = self.states[-1].scene.count - begun.scene.count
-        motion = write_motion(motion_contexts(begun, previous=previous), symbols)
+        motion = write_motion(motion_contexts(begun, previous=previous), symbols, begun.counts)
         state = decode_motion(begun, motion, previous=previous)
         section, count = EMPTY, 0
         if births is not None:
-            section, count = write_births(births), births.residuals.count
+            section, count = write_births(births, state.counts), births.newborn.count
             state = decode_births(state, section, count)
         crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
         chunk = FrameChunk(state.scene.phase, previous, deaths, count, motion, section, crc)
@@ -81,6 +81,16 @@ class StreamWriter:
 
 def columns(*rows: list[int]) -> Int64:
     return np.array(rows, dtype=np.int64).T
+
+
+def symbols_of(begun: State, *given: tuple[int, int, list[int]]) -> list[Int64]:
+    """Symbols of all anchors, 0 but for those of (level, anchor, symbols)."""
+    channels = begun.scene.header.symbol_planes
+    levels = begun.known_anchors.levels
+    symbols = [np.zeros((channels, level.owners.size), dtype=np.int64) for level in levels]
+    for level, anchor, values in given:
+        symbols[level - 1][:, anchor] = values
+    return symbols
 
 
 def make_still() -> StreamWriter:
@@ -104,7 +114,7 @@ def make_still() -> StreamWriter:
 
 
 def make_moving() -> StreamWriter:
-    """Stream B: six Gaussians, motion, births, deaths, with cameras, metadata and an index."""
+    """Stream B: seven Gaussians, motion, births, deaths, with cameras, metadata and an index."""
     header = StreamHeader(
         level=20,
         rotation_components=4,
@@ -119,35 +129,50 @@ def make_moving() -> StreamWriter:
     writer = StreamWriter(header)
     writer.chunk(b"HEAD", wire.build_stream_header(header))
     writer.chunk(b"came", wire.build_cameras((CAMERA,)))
-    writer.chunk(b"meta", wire.build_metadata({"title": "six Gaussians"}))
-    writer.canonical(_six(), frame=0)
+    writer.chunk(b"meta", wire.build_metadata({"title": "seven Gaussians"}))
+    writer.canonical(_seven(), frame=0)
 
     begun = writer.begin(0)
-    fine = columns([1, 0, -2, 0, 0, 0, 0], [0] * 7, [0, 0, 5, -1, 0, 0, 6])
-    coarse = columns([3, 0, 0, 0, 0, 0, -4])
-    writer.frame(begun, [fine, coarse], None, previous=False)
-
-    begun = writer.begin(0)
-    fine = columns([1, 0, -1, 0, 0, 0, 0], [0] * 7, [0, 0, 5, 0, 0, 0, 5])
-    rotations = columns([0, 0, 0, 0], [2, -30, 0, 181])
-    codes = columns([1, 0, 0, -30, 4, 4, 4], [0, 0, -1, 5, 0, 0, 0])
-    births = Births(
-        np.array([1, 4], dtype=np.int64),
-        Gaussians(columns([6, -3, 0], [0, 0, -70]), rotations, codes),
+    moved = symbols_of(
+        begun,
+        (1, 0, [1, 0, -2, 0, 0, 0, 0]),
+        (1, 2, [0, 0, 5, -1, 0, 0, 6]),
+        (2, 0, [3, 0, 0, 0, 0, 0, -4]),
     )
-    writer.frame(begun, [fine, np.zeros_like(coarse)], births, previous=True)
+    writer.frame(begun, moved, None, previous=False)
+
+    begun = writer.begin(0)
+    moved = symbols_of(
+        begun,
+        (1, 0, [4, 0, -1, 0, 0, 0, -3]),
+        (1, 2, [0, 0, 5, 0, 0, 0, 5]),
+        (1, 3, [0, 0, 0, 2, 0, 0, 0]),
+    )
+    rotations = columns([0, 0, 0, 0], [2, -30, 0, 181])
+    codes = columns([-40, -41, -40, 20, 12, -8, 3], [-36, -37, -36, 22, -12, 0, 13])
+    # The second newborn is as far from the third anchor of level 1 as from the fourth.
+    places = columns([6, -3, 0], [5, 0, -15])
+    births = Births(np.array([1, 5], dtype=np.int64), Gaussians(places, rotations, codes))
+    writer.frame(begun, moved, births, previous=True)
 
     begun = writer.begin(2)
-    still = [np.zeros_like(fine), columns([0, 65, 0, 0, 0, 0, 0])]
-    writer.frame(begun, still, None, previous=True)
+    newborn = Gaussians(columns([1, 0, 0]), rotations[:, :1], codes[:, :1] + 1)
+    births = Births(np.array([begun.scene.count - 1], dtype=np.int64), newborn)
+    moved = symbols_of(begun, (2, 1, [0, 65, 0, 0, 0, 0, 0]))
+    writer.frame(begun, moved, births, previous=True)
     writer.tail(index=True)
     return writer
 
 
-def _six() -> Gaussians:
+def _seven() -> Gaussians:
     return Gaussians(
-        columns([0, 0, 0], [5, 0, 0], [5, 0, 0], [60, 60, 3], [64, 60, 0], [-30, 8, 90]),
-        columns([0, 0, 0, 0], [0, 0, 0, 9], [1, -3, 4, 5], [2, 0, 0, 0], [3, 100, 0, 0], [0] * 4),
+        columns(
+            *([0, 0, 0], [5, 0, 0], [5, 0, 0], [60, 60, 3], [64, 60, 0], [-30, 8, 90]), [-30, 9, 90]
+        ),
+        columns(
+            *([0, 0, 0, 0], [0, 0, 0, 9], [1, -3, 4, 5], [2, 0, 0, 0], [3, 100, 0, 0], [0] * 4),
+            [0, 0, 20, 0],
+        ),
         columns(
             [-40, -40, -40, 16, 0, 0, 0],
             [-40, -40, -40, -9, 10, -10, 0],
@@ -155,5 +180,6 @@ def _six() -> Gaussians:
             [-36, -36, -36, 3, -12, 0, 12],
             [-36, -37, -36, -9, -12, 0, 13],
             [-44, -40, -40, 30, 0, 0, -30],
+            [-44, -40, -40, 29, 0, 0, -30],
         ),
     )

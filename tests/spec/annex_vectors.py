@@ -13,8 +13,9 @@ from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, turn
 from quarc_ref.format import arithmetic
 from quarc_ref.format.ans import encode_bits
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.morton import interleave
-from tests.spec.plain_planes import PlainCoder
+from tests.spec.plain_coder import PlainCoder, add_to_counts
 
 Answer = Callable[..., str]
 
@@ -105,6 +106,33 @@ def answer_decode(bits: str, weights: str) -> str:
     assert coder.state == 0
     assert not coder.words
     return found
+
+
+def _seen(*pairs: tuple[int, int]) -> ContextCounts:
+    """The counts of context 0 of a model after planes of so many zeros and ones."""
+    counts = ContextCounts()
+    for zeros, ones in pairs:
+        counts.learn("model", np.array([0]), np.array([zeros]), np.array([ones]))
+    return counts
+
+
+def answer_weight(zeros: str, ones: str) -> str:
+    return str(_seen((int(zeros), int(ones))).weights("model", np.array([0]))[0])
+
+
+def _pair(cell: str) -> tuple[int, int]:
+    zeros, ones = numbers(cell)
+    return zeros, ones
+
+
+def answer_count(before: str, bits: str) -> str:
+    counts = _seen(_pair(before), _pair(bits))
+    return listed(counts._models["model"][:, 0].tolist())
+
+
+def answer_slow_count(before: str, bits: str) -> str:
+    zeros, ones = _pair(bits)
+    return listed(add_to_counts(list(_pair(before)), [0] * zeros + [1] * ones))
 
 
 def answer_morton(point: str) -> str:

@@ -8,6 +8,8 @@ from tests.spec.annex_vectors import render_table
 
 U16, U32, U64 = (1 << 16) - 1, (1 << 32) - 1, (1 << 64) - 1
 MOTION = c.LEVEL_COUNT_LIMIT * c.SYMBOL_LIMIT
+DONE = (c.LEVEL_COUNT_LIMIT - 1) * c.SYMBOL_LIMIT
+EXPECTED = MOTION + DONE
 BIASED = 2 * c.POSITION_LIMIT
 SIGNED_LIMIT = (1 << ((1 << c.CLASS_BITS) - 1)) - 1
 KEY_LIMIT = (1 << ((1 << c.KEY_CLASS_BITS) - 1)) - 1
@@ -18,6 +20,11 @@ SUM_SQUARE = SUM_GREATEST**2 + 3 * MOTION**2
 # used, by less than 6 where 20 were and the vector was short; a product of both, rounded, by 10.
 PRODUCT = c.ROTATION_ONE + 10
 PRODUCT_SUM = (c.ROTATION_ONE + 2) * (c.ROTATION_ONE + 6)
+# The largest planes have a bit of each row of SH rest of every newborn.
+MOST_COUNTED = c.COUNT_LIMIT + U32 * c.SH_REST_PLANES
+LARGEST_NUMERATOR = (2 * c.COUNT_LIMIT + 1) * c.WEIGHT_TOTAL
+LEAST_BY_COUNTS = c.WEIGHT_TOTAL // (2 * c.COUNT_LIMIT + 2)
+GREATEST_BY_COUNTS = LARGEST_NUMERATOR // (2 * c.COUNT_LIMIT + 2)
 
 Bound = tuple[str, int, int, str]
 
@@ -56,16 +63,21 @@ def _of_frames() -> Iterator[Bound]:
     canonical = (1 << 31) * U16
     coded = ((1 << 31) - 1 + (1 << c.AXIS_BITS_LIMIT) - 1) * U16
     moved = c.POSITION_LIMIT + MOTION * U16
+    two, three = 2 * SIGNED_LIMIT, 3 * SIGNED_LIMIT
     born = c.POSITION_LIMIT + SIGNED_LIMIT * U16
-    code = c.CODE_LIMIT + SIGNED_LIMIT
     yield "canonical position before its check", -canonical, coded, "7.2"
     yield "moved position before its check", -moved, moved, "7.5"
     yield "newborn position before its check", -born, born, "7.6"
     yield "position of the state", -c.POSITION_LIMIT, c.POSITION_LIMIT, "7.1"
     yield "symbol", -c.SYMBOL_LIMIT, c.SYMBOL_LIMIT, "8.7"
     yield "motion, each channel", -MOTION, MOTION, "7.1"
-    yield "sum of magnitudes over the channels of a motion", 0, 7 * MOTION, "8.7"
-    yield "newborn code before its check", -code, code, "7.6"
+    yield "done, each channel", -DONE, DONE, "8.7"
+    yield "expected, each channel; f", -EXPECTED, EXPECTED, "8.7"
+    yield "sum of the magnitudes of a parent's symbols", 0, 7 * c.SYMBOL_LIMIT, "8.7"
+    yield "sum of the magnitudes of what is expected", 0, 7 * EXPECTED, "8.7"
+    yield "f - i", -EXPECTED - c.MAGNITUDE_PLANES + 1, EXPECTED, "8.7"
+    yield "sum of 2 numbers: SH DC, log-scale y, before its check", -two, two, "8.5"
+    yield "sum of 3 numbers: log-scale z of a newborn, before its check", -three, three, "8.6"
     yield "code of the state", -c.CODE_LIMIT, c.CODE_LIMIT, "7.1"
 
 
@@ -92,10 +104,13 @@ def _of_rotations() -> Iterator[Bound]:
 
 
 def _of_planes() -> Iterator[Bound]:
-    rows = c.SH_REST_PLANES - 1
-    inner = (rows << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
-    mantissa = ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1
-    yield "weight of a 1", 256, c.WEIGHT_TOTAL - 256, "8.2"
+    yield "bits of a plane", 0, U32 * c.SH_REST_PLANES, "8.1"
+    yield "zeros, ones, zeros + ones, between planes", 0, c.COUNT_LIMIT, "8.2"
+    yield "the same, before they are halved", 0, MOST_COUNTED, "8.2"
+    yield "2 (zeros + ones) + 2", 2, 2 * c.COUNT_LIMIT + 2, "8.2"
+    yield "(2 ones + 1) x 2^24", c.WEIGHT_TOTAL, LARGEST_NUMERATOR, "8.2"
+    yield "weight of a 1, by counts", LEAST_BY_COUNTS, GREATEST_BY_COUNTS, "8.2"
+    yield "weight of a 1, by a code", 256, c.WEIGHT_TOTAL - 256, "8.2"
     yield "state of the coder", 0, U64, "8.3"
     yield "class by Unsigned(KEY_CLASS_BITS)", 0, (1 << c.KEY_CLASS_BITS) - 1, "8.4"
     yield "number by Unsigned(KEY_CLASS_BITS)", 0, KEY_LIMIT, "8.4"
@@ -103,7 +118,15 @@ def _of_planes() -> Iterator[Bound]:
     yield "difference of ascending numbers", 0, 1 << 60, "8.4"
     yield "sum of differences, where a decoder stops above 2^61", 0, (1 << 61) + (1 << 60), "8.4"
     yield "Morton key", 0, (1 << (3 * c.AXIS_BITS_LIMIT)) - 1, "8.5"
-    yield "context of a plane", 0, mantissa, "8.4"
+    yield "s: sum of magnitudes of SH rest", 0, (c.SH_REST_PLANES - 1) * SIGNED_LIMIT, "8.5"
+    yield "context of a plane", 0, _greatest_context(), "8.4"
+
+
+def _greatest_context() -> int:
+    """That of a mantissa in the last row of SH rest: the outer, a class, a sign, bits."""
+    outer = c.REST_CLASSES * c.SH_REST_PLANES - 1
+    inner = (outer << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
+    return ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1
 
 
 def bits_of(least: int, greatest: int) -> str:

@@ -103,9 +103,9 @@ def _rows(layout: Construct) -> list[tuple[str, str]]:
             rows += _rows(repeated)
         elif hasattr(repeated, "parsebuildfrom"):
             count, items = (_peel(part) for part in repeated.subcons)
-            rows += [("count", _describe("", count)), (field.name, _repeat("count", items.subcon))]
+            rows += [("count", _describe(count)), (field.name, _repeat("count", items.subcon))]
         else:
-            rows.append((field.name, _describe(field.name, repeated)))
+            rows.append((field.name, _describe(repeated)))
     return rows
 
 
@@ -117,7 +117,7 @@ def _peel(layout: Construct) -> Construct:
     return layout
 
 
-def _describe(name: str, layout: Construct) -> str:
+def _describe(layout: Construct) -> str:
     """The type of a field, as the text's tables write it."""
     layout = _peel(layout)
     if layout is wire.SECTION:
@@ -126,11 +126,11 @@ def _describe(name: str, layout: Construct) -> str:
         return _FORMATS[layout.fmtstr]
     if isinstance(layout, Bytes | Const):
         size = len(layout.value) if isinstance(layout, Const) else layout.length
-        return f"{size} bytes" if isinstance(size, int) else _BYTES_OF_SECTION[name]
+        return f"{size} bytes" if isinstance(size, int) else "u32 each"
     if hasattr(layout, "count"):
         return _repeat(layout.count, layout.subcon)
     assert isinstance(layout.subcon, Prefixed), layout
-    return {"u8": "text8", "u32": "text32"}[_describe("", layout.subcon.lengthfield)]
+    return {"u8": "text8", "u32": "text32"}[_describe(layout.subcon.lengthfield)]
 
 
 def _repeat(count: int | str, layout: Construct) -> str:
@@ -138,11 +138,10 @@ def _repeat(count: int | str, layout: Construct) -> str:
     for name in SYNTAX:
         if inner is getattr(wire, name):
             return f"{count} sections" if name == "SECTION" else f"{count} x {name}"
-    return f"{count} x {_describe('', inner)}"
+    return f"{count} x {_describe(inner)}"
 
 
 _AT_HEAD = ("bad-magic", "unsupported-version", "unsupported-feature")
-_BYTES_OF_SECTION = {"table": "bytes", "words": "u32 each"}
 CHECKS = (
     check_constants,
     check_sections_of_constants,

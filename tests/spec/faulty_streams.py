@@ -12,12 +12,20 @@ import numpy as np
 
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.format import wire
+from quarc_ref.format.ans import encode_bits
 from quarc_ref.format.chunk_reader import split_chunks
-from quarc_ref.format.constants import LEVELS, MAGIC
+from quarc_ref.format.constants import (
+    CODE_LIMIT,
+    LEVELS,
+    MAGIC,
+    PROBABILITY_CODES,
+    STATED_WEIGHT,
+    WEIGHT_TOTAL,
+)
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.gaussian_planes import write_births
 from quarc_ref.format.motion_planes import write_motion
-from quarc_ref.format.records import FrameChunk, Section, SeekPoint, StreamHeader, Tail
+from quarc_ref.format.records import SH_DC, FrameChunk, Section, SeekPoint, StreamHeader, Tail
 from tests.streams import make_births, make_stream
 
 HEADER = StreamHeader(
@@ -96,8 +104,16 @@ def _canonical(**fields: object) -> bytes:
     return _change(_CANO, lambda _: wire.build_canonical(replace(chunk, **fields)))
 
 
-def _section(table: bytes, *words: int) -> Section:
-    return Section(table, np.array(words, dtype=np.uint32))
+def _section(*words: int) -> Section:
+    return Section(np.array(words, dtype=np.uint32))
+
+
+def _stating(code: int) -> Section:
+    """A section whose first plane, which has one context, states a code, and nothing after it."""
+    said = np.unpackbits(np.array([code], dtype=np.uint8)).astype(np.bool_)
+    stated = np.ones(1, dtype=np.bool_)
+    words = encode_bits([(stated, STATED_WEIGHT), (said, WEIGHT_TOTAL // 2)])
+    return _section(*words)
 
 
 def _without_norm() -> Section:
@@ -106,20 +122,20 @@ def _without_norm() -> Section:
     symbols = [np.zeros((7, level.owners.size), np.int64) for level in begun.known_anchors.levels]
     for level in symbols:
         level[3] = -1
-    return write_motion(motion_contexts(begun, previous=True), symbols)
+    return write_motion(motion_contexts(begun, previous=True), symbols, begun.counts)
 
 
 def _born(parent: int = 0, component: int = 0, code: int = 0) -> bytes:
-    """Two newborn, the codes of one as far above the parent's as those of the other below."""
+    """Two newborn; their green has a code, their red one more."""
     births = make_births(STATES[3], 2)
     births.parents[:] = parent
-    births.residuals.rotations[1:] = component
-    births.residuals.codes[:] = [code, -code]
-    return _frame(motion=_section(b""), birth_count=2, births=write_births(births))
+    births.newborn.rotations[1:] = component
+    births.newborn.codes[SH_DC] = [[code + 1], [code], [code]]
+    section = write_births(births, STATES[3].counts)
+    return _frame(motion=_section(), birth_count=2, births=section)
 
 
 def cases() -> list[Case]:
-    table = wire.parse_frame(_PAYLOADS[_FRAM][1]).motion.table
     words = wire.parse_frame(_PAYLOADS[_FRAM][1]).motion.words.tolist()
     level, at_end = LEVELS[HEADER.level], (FRAME_COUNT, FRAME_COUNT)
     far = HEADER.position_step * (1 << 23)
@@ -139,20 +155,19 @@ def cases() -> list[Case]:
         Case("trailing-data", "skip", _byte(_META, 0, 0)),
         Case("tail-mismatch", "resume", _byte(_TAIL, 0, FRAME_COUNT + 1), *at_end),
         Case("index-mismatch", "resume", _byte(_INDX, 4, 0), *at_end),
-        Case("unsupported-version", "refuse", _byte(_HEAD, 1, 8)),
+        Case("unsupported-version", "refuse", _byte(_HEAD, 0, 8)),
         Case("unsupported-feature", "refuse", _byte(_HEAD, 2, 1)),
         Case("field", "resume", _byte(_FRAM, 4, 2)),
         Case("field", "skip", _byte(_META, 0, 2)),
-        Case("bad-probability", "resume", _frame(motion=_section(b"\xf0" + table[1:], *words))),
-        Case("table-length", "resume", _frame(motion=_section(b"", *words))),
-        Case("invalid-words", "resume", _frame(motion=_section(table, *words, 0))),
-        Case("unconsumed-words", "resume", _frame(birth_count=0, births=_section(b"", 1))),
+        Case("bad-probability", "resume", _frame(motion=_stating(PROBABILITY_CODES))),
+        Case("invalid-words", "resume", _frame(motion=_section(*words, 0))),
+        Case("unconsumed-words", "resume", _frame(birth_count=0, births=_section(1))),
         Case("symbol-range", "resume", _canonical(axis_bits=0), 3),
         Case("count-exceeds-level", "resume", _frame(birth_count=level.births + 1)),
         Case("count", "resume", _frame(death_count=STATES[3].scene.count)),
         Case("frame-order", "resume", _frame(phase=5)),
         Case("position-range", "resume", _canonical(origin=(far, 0, 0)), 3),
-        Case("code-range", "resume", _born(code=(1 << 15) - 1)),
+        Case("code-range", "resume", _born(code=CODE_LIMIT)),
         Case("rotation-range", "resume", _born(component=1 << HEADER.rotation_bits)),
         Case("degenerate-rotation", "resume", _frame(death_count=0, motion=_without_norm())),
         Case("parent-range", "resume", _born(parent=STATES[3].scene.count)),

@@ -7,15 +7,15 @@ anchors, states.
 
 import copy
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 from tests import oracle
-from tests.spec import plain_planes
+from tests.spec import plain_gaussians
 from tests.spec.plain_fields import FieldReader, PlainChunk, Row
 from tests.spec.plain_motion import read_motion
-from tests.spec.plain_planes import PlainSection, Run, open_section
+from tests.spec.plain_planes import PlainSection, Run, open_section, rows_alike, rows_apart
 from tests.spec.plain_state import PlainGaussian, PlainLevel, PlainState, Vector
 
 _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations", "SH rest")
@@ -57,7 +57,7 @@ class _Frame:
         self.header, self.fields = header, fields
         self.runs: list[Run] = []
         self.notes: list[tuple[str, str]] = []
-        self.rest = 9 if header["sh_degree"] else 0
+        self.has_rest = header["sh_degree"] == 1
 
     def decode(self, before: PlainState | None) -> PlainFrame:
         kind = "CANO" if "gaussian_count" in self.fields else "FRAM"
@@ -78,15 +78,14 @@ class _Frame:
         """SPEC 7.2 and 8.5."""
         count, step = self.fields["gaussian_count"], self.header["position_step"]
         stored = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
-        opened = [open_section(name, section) for name, section in stored]
-        keys = plain_planes.ascending(opened[0], "keys", count, 6)
+        opened = [open_section(name, section, {}) for name, section in stored]
+        keys = plain_gaussians.read_keys(opened[0], "keys", count)
         assert max(keys) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
-        heights = {1: 3, 2: 1, 3: 3, 5: self.rest}
-        dc, opacity, scales, rest = (
-            plain_planes.rows(opened[i], "codes", count, height, apart=True)
-            for i, height in heights.items()
-        )
-        rotations = self._rotations(opened[4], count)
+        dc = plain_gaussians.read_colors(opened[1], "SH DC", count)
+        opacity = rows_apart(opened[2], "opacity", count, 1)
+        scales = rows_apart(opened[3], "log-scales", count, 3)
+        rotations = self._rotations(opened[4], "rotations", count)
+        rest = plain_gaussians.read_rest(opened[5], "SH rest", count) if self.has_rest else []
         for section in opened:
             self._close(section)
         self._note("keys", keys)
@@ -95,16 +94,15 @@ class _Frame:
             offsets = [sum((key >> (3 * b + 2 - a) & 1) << b for b in range(20)) for a in range(3)]
             position = [(o + v) * step for o, v in zip(self.fields["origin"], offsets, strict=True)]
             codes = [row[i] for row in scales + opacity + dc + rest]
+            assert max(map(abs, codes)) <= 32767, "code-range"
             motion = [0] * (3 + self.header["rotation_components"])
             gaussians.append(PlainGaussian(i, position, rotations[i], codes, motion))
         return PlainState(self.fields["frame"], 0, count, gaussians, [])
 
-    def _rotations(self, section: PlainSection, count: int) -> list[Vector]:
-        bits = self.header["rotation_bits"]
-        largest = plain_planes.fixed(section, "index", [0] * count, 2)
-        others = plain_planes.rows(section, "components", count, 3, apart=False)
-        coded = [(j, [row[i] for row in others]) for i, j in enumerate(largest)]
+    def _rotations(self, section: PlainSection, name: str, count: int) -> list[Vector]:
+        coded = plain_gaussians.read_rotations(section, name, count)
         self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in coded])
+        bits = self.header["rotation_bits"]
         return [oracle.expand_rotation(j, abc, bits) for j, abc in coded]
 
     def _follow(self, before: PlainState) -> PlainState:
@@ -115,7 +113,7 @@ class _Frame:
         dead = {g.id for g in dying[: self.fields["death_count"]]}
         left = [g for g in before.gaussians if g.id not in dead]
         self._note("ids of the dead", sorted(dead))
-        state = PlainState(before.frame + 1, before.phase + 1, before.next_id, left, before.levels)
+        state = replace(before, frame=before.frame + 1, phase=before.phase + 1, gaussians=left)
         sampled = before.phase % self.header["resample_interval"] == 0
         state.levels = self._sample(state) if sampled else self._bind_newborn(state)
         self._note("anchors are sampled", "yes" if sampled else "no")
@@ -165,10 +163,11 @@ class _Frame:
         if not self.fields["previous_contexts"]:
             previous = {}
         channels = 3 + self.header["rotation_components"]
-        section = open_section("motion", self.fields["motion"])
+        section = open_section("motion", self.fields["motion"], state.counts)
         read_motion(section, channels, previous, state.levels)
         self._close(section)
         for number, level in enumerate(state.levels, 1):
+            self._note(f"level {number}: what is expected of the anchors", level.expected)
             self._note(f"level {number}: symbols of the anchors", level.symbols)
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         for g in state.gaussians:
@@ -185,25 +184,27 @@ class _Frame:
     def _bear(self, state: PlainState) -> None:
         """SPEC 8.6 and 7.6."""
         count, step = self.fields["birth_count"], self.header["position_step"]
-        section = open_section("births", self.fields["births"])
-        parents = plain_planes.ascending(section, "parents", count, 6)
-        position, dc, opacity, scales = (
-            plain_planes.rows(section, name, count, height, apart=False)
-            for name, height in (("positions", 3), ("SH DC", 3), ("opacity", 1), ("log-scales", 3))
-        )
-        rotations = self._rotations(section, count)
-        rest = plain_planes.rows(section, "SH rest", count, self.rest, apart=False)
+        section = open_section("births", self.fields["births"], state.counts)
+        parents = plain_gaussians.read_keys(section, "births parents", count)
+        position = rows_alike(section, "births positions", count, 3)
+        dc = plain_gaussians.read_colors(section, "births SH DC", count)
+        opacity = rows_alike(section, "births opacity", count, 1)
+        scales = plain_gaussians.read_log_scales(section, "births log-scales", count)
+        rotations = self._rotations(section, "births rotations", count)
+        rest = []
+        if self.has_rest:
+            rest = plain_gaussians.read_newborn_rest(section, "births SH rest", count)
         self._close(section)
         before = list(state.gaussians)
         for i, parent in enumerate(parents):
-            origin = before[parent]
-            residuals = [row[i] for row in scales + opacity + dc + rest]
+            assert parent < len(before), "parent-range"
+            origin = before[parent].position
+            codes = [row[i] for row in scales + opacity + dc + rest]
+            assert max(map(abs, codes)) <= 32767, "code-range"
+            residual = [row[i] for row in position]
             self._note(f"newborn {state.next_id}: parent", parent)
-            self._note(f"newborn {state.next_id}: position residual", [row[i] for row in position])
-            self._note(f"newborn {state.next_id}: code residuals", residuals)
-            moved = zip(origin.position, position, strict=True)
-            codes = [c + r for c, r in zip(origin.codes, residuals, strict=True)]
-            place = [p + step * row[i] for p, row in moved]
-            motion = [0] * len(origin.motion)
+            self._note(f"newborn {state.next_id}: position residual", residual)
+            place = [p + step * r for p, r in zip(origin, residual, strict=True)]
+            motion = [0] * len(state.gaussians[0].motion)
             state.gaussians.append(PlainGaussian(state.next_id, place, rotations[i], codes, motion))
             state.next_id += 1

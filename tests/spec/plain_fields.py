@@ -21,7 +21,6 @@ _PAYLOADS = {
     "INDX": "INDEX",
     "TAIL": "TAIL",
 }
-_MOST_BYTES_IN_A_ROW = 12
 
 
 @dataclass(frozen=True)
@@ -91,8 +90,6 @@ class FieldReader:
             return self._table("SECTION", name + ".")
         if kind.startswith("text"):
             return self._text(name, {"text8": "u8", "text32": "u32"}[kind])
-        if kind == "bytes":
-            return self._bytes(name, known[re.match(r"(\w+) bytes", row["meaning"])[1]])
         if match := re.fullmatch(r"(\d+) bytes", kind):
             return self._take(name, int(match[1]), "ascii")
         count, inner = self._repeated(kind, row, known)
@@ -120,14 +117,6 @@ class FieldReader:
     def _text(self, name: str, kind: str) -> str:
         count = self._number(f"{name} (bytes)", kind)
         return self._take(name, count, "ascii").decode("utf-8")
-
-    def _bytes(self, name: str, count: int) -> bytes:
-        taken, first = b"", True
-        while len(taken) < count:
-            size = min(_MOST_BYTES_IN_A_ROW, count - len(taken))
-            taken += self._take(name if first else f"{name}, more", size, "")
-            first = False
-        return taken
 
     def _take(self, name: str, count: int, shown_as: str) -> bytes:
         data = self._data[self.offset : self.offset + count]

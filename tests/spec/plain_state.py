@@ -4,6 +4,8 @@ import hashlib
 import struct
 from dataclasses import dataclass, field
 
+from tests.spec.plain_coder import Counts
+
 Vector = list[int]
 
 
@@ -13,6 +15,7 @@ class PlainLevel:
     positions: list[Vector]
     parents: list[int]
     binding: dict[int, int]
+    expected: list[Vector] = field(default_factory=list)
     symbols: list[Vector] = field(default_factory=list)
 
 
@@ -32,6 +35,7 @@ class PlainState:
     next_id: int
     gaussians: list[PlainGaussian]
     levels: list[PlainLevel]
+    counts: Counts = field(default_factory=dict)
 
     def serialize(self, *, codes: bool = True) -> bytes:
         """SPEC 9.1."""

@@ -1,13 +1,18 @@
 """The second decoder, written from SPEC.md's words, and the package come to the same states."""
 
+import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quarc_ref.decoder import decode
 from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.motion_planes import LevelContext, read_motion, write_motion
 from quarc_ref.format.records import StreamHeader
-from tests.spec import spec_text
+from tests.spec import plain_motion, spec_text
 from tests.spec.plain_decoder import decode_plain
+from tests.spec.plain_planes import PlainSection
+from tests.spec.plain_state import PlainLevel
 from tests.strategies import headers
 from tests.streams import make_stream
 
@@ -21,3 +26,18 @@ def test_both_decoders_find_the_same_states(header: StreamHeader, count: int):
 
     assert plain == [compute_digest(scene) for scene in decode(data)]
     assert plain == [compute_digest(state.scene) for state in states]
+
+
+def test_a_parent_that_undoes_its_own_parent_is_a_parent_that_moves():
+    """What is done is 0, but the parent's symbols are not: P is 1 and E is 0."""
+    still = LevelContext(np.zeros(1, dtype=np.int64), np.zeros((6, 1), dtype=np.int64))
+    levels = [PlainLevel([0], [[0, 0, 0]], [0], {}) for _ in range(3)]
+    counts, plain_counts = ContextCounts(), {}
+    for values in ((0, 0, 0), (2, 1, -1)):
+        symbols = [np.array([[value], *[[0]] * 5]) for value in values]
+        written = write_motion([still] * 3, symbols, counts)
+        _, counts = read_motion(written, [still] * 3, counts)
+        section = PlainSection("motion", written.words.tolist(), plain_counts)
+        plain_motion.read_motion(section, 6, {}, levels)
+        section.close()
+        assert [level.symbols for level in levels] == [[s[:, 0].tolist()] for s in symbols]

@@ -36,7 +36,7 @@ def test_the_sizes_of_the_fixed_parts_are_those_of_the_text():
     assert wire.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
     said = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.text())
     assert len(wire.build_stream_header(StreamHeader())) == int(said[1])
-    assert wire.SECTION.build({"table": b"", "word_count": 0, "words": b""}) == bytes(
+    assert wire.SECTION.build({"word_count": 0, "words": b""}) == bytes(
         constants.SECTION_HEADER_BYTES
     )
 

@@ -155,7 +155,7 @@ def test_two_rows_of_syntax_in_another_order_are_seen():
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])
 def test_a_wrong_byte_of_a_dump_is_seen(name):
-    _expect_red(_mutate_lines(f"hex {name}", _other_digit), check_annexes.check_dumps, 300)
+    _expect_red(_mutate_lines(f"hex {name}", _other_digit), check_annexes.check_dumps, 250)
 
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from tests import oracle
 from tests.spec import annex_widths
+from tests.spec.plain_coder import add_to_counts, weight_by_counts
 
 BOUNDS = {name: (least, greatest) for name, least, greatest, _ in annex_widths.bounds()}
 ONE = 1 << 22
@@ -63,6 +64,26 @@ def test_a_step_of_rotation_stays_within_the_widths(rotation, vector):
     assert _within("2 abs(v_i x 2^30) + n", *(2 * abs(v << 30) + norm for v in divided))
     for unit in (rotation, residual, oracle.normalize(divided, 8)):
         assert _within("component of a rotation of the state", *unit)
+
+
+@given(st.integers(0, 4096), st.integers(0, 4096), st.integers(0, 20000), st.integers(0, 20000))
+def test_counts_and_their_weights_stay_within_the_widths(before, share, zeros, ones):
+    counts = [before - min(share, before), min(share, before)]
+
+    after = add_to_counts(counts, [0] * zeros + [1] * ones)
+
+    assert _within("zeros, ones, zeros + ones, between planes", *after, sum(after))
+    assert _within("weight of a 1, by counts", weight_by_counts(*after))
+
+
+def test_the_widths_of_counts_are_reached():
+    least, greatest = BOUNDS["weight of a 1, by counts"]
+
+    assert (weight_by_counts(4096, 0), weight_by_counts(0, 4096)) == (least, greatest)
+    assert BOUNDS["(2 ones + 1) x 2^24"][1] == (2 * 4096 + 1) << 24
+    assert BOUNDS["done, each channel"] == (-130, 130)
+    assert BOUNDS["expected, each channel; f"] == (-325, 325)
+    assert BOUNDS["f - i"] == (-388, 325)
 
 
 def test_the_widths_are_reached():

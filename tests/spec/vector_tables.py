@@ -9,7 +9,7 @@ from quarc_ref.format import arithmetic
 from quarc_ref.format.probability import weight_of_code
 from tests import oracle
 from tests.spec import annex_vectors as vectors
-from tests.spec.plain_planes import weight_of
+from tests.spec.plain_coder import weight_by_counts, weight_of
 
 _Q = "2097152, 2097152, 2097152, 2097152"
 _UNIT = "4194304, 0, 0, 0"
@@ -120,6 +120,31 @@ TABLES = (
         ),
         vectors.answer_turn,
         lambda q, sums: vectors.listed(oracle.turn(vectors.numbers(q), vectors.numbers(sums))),
+    ),
+    vectors.VectorTable(
+        "weights",
+        ("zeros", "ones", "weight of a 1"),
+        (
+            *(("0", "0"), ("1", "0"), ("0", "1"), ("2", "0"), ("1", "1"), ("6", "1"), ("3", "4")),
+            *(("100", "3"), ("4095", "0"), ("4096", "0"), ("0", "4096"), ("2048", "2048")),
+        ),
+        vectors.answer_weight,
+        lambda zeros, ones: str(weight_by_counts(int(zeros), int(ones))),
+    ),
+    vectors.VectorTable(
+        "counts",
+        ("zeros, ones before", "zeros, ones of the plane", "zeros, ones after"),
+        (
+            *(("0, 0", "3, 2"), ("4000, 95", "1, 0"), ("4000, 95", "1, 1"), ("4000, 95", "0, 7")),
+            *(
+                ("1, 4095", "0, 1"),
+                ("0, 1", "8191, 0"),
+                ("0, 0", "8191, 8193"),
+                ("7, 0", "0, 65536"),
+            ),
+        ),
+        vectors.answer_count,
+        vectors.answer_slow_count,
     ),
     vectors.VectorTable(
         "coder",

@@ -1,0 +1,152 @@
+"""What is claimed of the rates: each as a number, the bound asked for, and whether it holds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from quarc_ref.evaluation.stream_summary import FrameSummary, StreamSummary
+
+AMORTIZED_FRAMES = 300
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A number and its bound.
+
+    Attributes:
+        name: What the number is.
+        value: None where it could not be measured.
+        bound: What is asked for.
+        is_ceiling: Whether the number may not be above the bound, or not below it.
+    """
+
+    name: str
+    value: float | None
+    bound: float
+    is_ceiling: bool = True
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether the number keeps to the bound; None where there is no number."""
+        if self.value is None:
+            return None
+        return self.value <= self.bound if self.is_ceiling else self.value >= self.bound
+
+    def as_json(self) -> dict[str, object]:
+        """Return the claim as `--json` prints it."""
+        asked = "at most" if self.is_ceiling else "at least"
+        return {
+            "claim": self.name,
+            "is": self.value,
+            "asked": f"{asked} {self.bound:g}",
+            "holds": self.holds,
+        }
+
+
+def amortize(canonical: float, moved: Sequence[float]) -> float:
+    """Return bytes per frame of a stream whose first frame serves `AMORTIZED_FRAMES`.
+
+    Args:
+        canonical: Bytes of that frame, and of all that is there once.
+        moved: Bytes of every later frame; their mean stands for all.
+    """
+    return canonical / AMORTIZED_FRAMES + mean(moved)
+
+
+def amortize_file(summary: StreamSummary) -> float:
+    """Return the real bytes per frame, framing, headers and index included."""
+    moved = [frame.chunk_bytes for frame in list_moved(summary)]
+    return amortize(summary.total_bytes - sum(moved), moved)
+
+
+def amortize_estimate(summary: StreamSummary) -> float:
+    """Return bytes per frame as the paper prices a stream: zero-order, nothing else."""
+    moved = [
+        frame.estimate_bytes["motion"] + frame.estimate_bytes["births"]
+        for frame in list_moved(summary)
+    ]
+    return amortize(summary.frames[0].estimate_bytes["canonical"], moved)
+
+
+def claim_motion(summary: StreamSummary) -> list[Claim]:
+    """Return what is claimed of motion and births beside the estimate of the same symbols."""
+    moved = list_moved(summary)
+    worst = max(map(_motion_ratio, moved), key=lambda ratio: ratio or 0.0, default=None)
+    coded, newborn = summary.coded_bytes(), sum(frame.births for frame in moved)
+    estimate = sum(frame.estimate_bytes["motion"] for frame in moved)
+    return [
+        Claim("motion / estimate, whole stream", divide(coded["motion"], estimate), 0.65),
+        Claim("motion / estimate, worst frame that moves", worst, 1.0),
+        Claim("bytes of a newborn", divide(coded["births"], newborn), 16.0),
+    ]
+
+
+def claim_canonical(
+    mine: int, my_psnr: float, name: str, theirs: tuple[float, float] | None, bound: float
+) -> list[Claim]:
+    """Return what is claimed of frame 0 beside another format's file of it.
+
+    Args:
+        mine: Bytes of the canonical frame.
+        my_psnr: Of frame 0, dB.
+        name: Of the other format.
+        theirs: Bytes and PSNR of its file; None where it is not at hand.
+        bound: On the ratio of bytes.
+    """
+    ratio, gain = (mine / theirs[0], my_psnr - theirs[1]) if theirs else (None, None)
+    return [
+        Claim(f"canonical / {name}", ratio, bound),
+        Claim(f"PSNR of frame 0 less that of {name}, dB", gain, 0.0, is_ceiling=False),
+    ]
+
+
+def claim_against_paper(
+    summary: StreamSummary, psnr: Sequence[float], paper: StreamSummary, paper_psnr: Sequence[float]
+) -> list[Claim]:
+    """Return what is claimed beside the stream of the preset `paper`, priced as the paper does."""
+    motion = mean([frame.coded_bytes["motion"] for frame in list_moved(summary)])
+    paper_motion = mean([frame.estimate_bytes["motion"] for frame in list_moved(paper)])
+    whole = divide(amortize_file(summary), amortize_estimate(paper))
+    return [
+        Claim(f"whole stream over {AMORTIZED_FRAMES} frames / paper's estimate", whole, 0.25),
+        Claim("motion / paper's estimate", divide(motion, paper_motion), 0.1),
+        Claim("PSNR less the paper's, dB", mean(psnr) - mean(paper_psnr), 0.0, is_ceiling=False),
+    ]
+
+
+def claim_fourdgs(summary: StreamSummary, first: float | None, total: float | None) -> list[Claim]:
+    """Return what is claimed beside the decoded frames in a `4dgs` file.
+
+    Args:
+        summary: Of the stream.
+        first: Bytes of its first frame there; None where the package is not at hand.
+        total: Bytes of all.
+    """
+    whole, amortized, moved = None, None, len(list_moved(summary))
+    if moved and first is not None and total is not None:
+        whole = divide(summary.total_bytes, total)
+        theirs = amortize(first, [(total - first) / moved])
+        amortized = divide(amortize_file(summary), theirs)
+    return [
+        Claim("whole stream / fourdgs", whole, 0.1),
+        Claim(f"whole stream / fourdgs, both over {AMORTIZED_FRAMES} frames", amortized, 0.1),
+    ]
+
+
+def list_moved(summary: StreamSummary) -> list[FrameSummary]:
+    """Return the frames that are not canonical."""
+    return [frame for frame in summary.frames if not frame.canonical]
+
+
+def mean(numbers: Sequence[float]) -> float:
+    """Return the mean; 0 of nothing."""
+    return sum(numbers) / len(numbers) if numbers else 0.0
+
+
+def divide(part: float, whole: float) -> float | None:
+    """Return a ratio; None where there is nothing to divide by."""
+    return part / whole if whole else None
+
+
+def _motion_ratio(frame: FrameSummary) -> float | None:
+    """Return a frame's real motion over its estimate; None of a frame in which all stands still."""
+    return divide(frame.coded_bytes["motion"], frame.estimate_bytes["motion"])

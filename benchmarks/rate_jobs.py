@@ -1,0 +1,104 @@
+"""Which streams the rate tables need, and the folder that keeps them: a run resumes from there."""
+
+import os
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from quarc_ref.cli.output import TerminalProgress
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.presets import change_setting, choose_preset, list_settings
+
+BUILT_IN = "synth"
+_SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A stream to be had.
+
+    Attributes:
+        capture: Folder of the capture.
+        preset: Name of the settings.
+        changes: Settings that differ from the preset: path and value.
+        frames: How many, from the first; None for all.
+        downscale: Times that pictures are made smaller.
+        held_out: Names of the cameras to keep for measuring; none for the first.
+    """
+
+    capture: Path
+    preset: str
+    changes: tuple[tuple[str, str], ...] = ()
+    frames: int | None = None
+    downscale: int = 1
+    held_out: tuple[str, ...] = ()
+
+    def file_name(self) -> str:
+        """Return a name that tells this stream from all others of the folder."""
+        parts = [self.capture.resolve().name, self.preset]
+        parts += [f"{name}={value}" for name, value in self.changes]
+        if self.frames is not None:
+            parts.append(f"frames={self.frames}")
+        if self.downscale != 1:
+            parts.append(f"downscale={self.downscale}")
+        if self.held_out:
+            parts.append(f"without={'+'.join(self.held_out)}")
+        return ".".join([*parts, "quarc"])
+
+    def config(self) -> EncoderConfig:
+        """Return the settings of the encode.
+
+        Raises:
+            SettingError: No such preset, setting or value.
+        """
+        config = choose_preset(self.preset)
+        for name, value in self.changes:
+            config = change_setting(config, name, value)
+        return config
+
+
+def provide_capture(name: str, folder: Path) -> Path:
+    """Return the folder of a capture; the built-in one is traced into `folder` first."""
+    if name != BUILT_IN or Path(name).is_dir():
+        return Path(name)
+    target = folder / BUILT_IN
+    if not target.is_dir():
+        with TerminalProgress(quiet=False) as progress:
+            write_synthetic_capture(
+                target, SynthOptions(), lambda done, total: progress.advance("synth", done, total)
+            )
+    return target
+
+
+def provide_stream(job: Job, folder: Path) -> bytes:
+    """Return a stream; one that is not in `folder` is encoded into it first."""
+    path = folder / job.file_name()
+    if not path.is_file():
+        note(f"encoding {path.name}")
+        capture = open_capture(job.capture, CaptureOptions(job.downscale, job.held_out))
+        part = path.with_name(path.name + ".part")
+        with part.open("wb") as sink, TerminalProgress(quiet=False) as progress:
+            encode(capture, sink, EncodeOptions(job.config(), job.frames, progress=progress))
+        os.replace(part, path)
+    return path.read_bytes()
+
+
+def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
+    """Return the settings in which a stream of the folder is not what is asked for now.
+
+    Args:
+        job: What is asked for.
+        metadata: Of the stream, which says how it was made.
+    """
+    made = dict(_SETTING.findall(metadata.get("settings", "")))
+    asked = {name: str(value) for name, value in list_settings(job.config())}
+    return sorted(name for name, value in asked.items() if made.get(name, value) != value)
+
+
+def note(text: str) -> None:
+    """Tell whoever waits."""
+    sys.stderr.write(text + "\n")

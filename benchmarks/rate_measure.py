@@ -1,0 +1,84 @@
+"""A stream measured: what it is made of, and its quality on the held-out cameras."""
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+
+import numpy as np
+
+from quarc_ref.cli.output import TerminalProgress
+from quarc_ref.decoder import Splats
+from quarc_ref.evaluation.evaluate import evaluate_stream, open_same_capture
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.metrics import measure_psnr
+from quarc_ref.evaluation.stream_summary import StreamSummary
+from quarc_ref.rendering.pictures import render_picture
+from rate_jobs import Job, list_differences, note, provide_stream
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """A stream and what was measured of it.
+
+    Attributes:
+        job: What was asked for.
+        data: The stream.
+        summary: What it is made of.
+        psnr: Held out, a number to each frame, dB.
+        differences: Settings in which it is not what the job asks for now: it
+            was in the folder before they were changed.
+    """
+
+    job: Job
+    data: bytes
+    summary: StreamSummary
+    psnr: tuple[float, ...]
+    differences: tuple[str, ...]
+
+
+def measure(job: Job, folder: Path) -> Measured:
+    """Return a stream measured; what the folder has already is not made again.
+
+    Raises:
+        MismatchError: The stream of that name in the folder is of another capture.
+    """
+    data = provide_stream(job, folder)
+    summary = inspect_stream(data)
+    differences = tuple(list_differences(job, summary.metadata))
+    if differences:
+        note(f"{job.file_name()} was made with other {', '.join(differences)}")
+    psnr = _recall_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
+    return Measured(job, data, summary, psnr, differences)
+
+
+def measure_first_frame(splats: Splats, measured: Measured) -> float:
+    """Return the mean PSNR of a scene on the held-out pictures of frame 0, dB."""
+    capture = open_same_capture(measured.summary, measured.job.capture)
+    first = measured.summary.frames[0].frame
+    numbers = []
+    for index in capture.held_out:
+        picture = np.clip(render_picture(splats, measured.summary.cameras[index]), 0, 1)
+        truth = capture.image(index, first).astype(np.float32) / np.float32(255)
+        numbers.append(measure_psnr(picture, truth))
+    return fmean(numbers)
+
+
+def write_beside(path: Path, data: bytes) -> None:
+    """Write a file beside its place, and put it there when it is whole."""
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data)
+    os.replace(part, path)
+
+
+def _recall_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
+    """Return the quality of these very bytes, measured unless a file tells it."""
+    digest = hashlib.sha256(data).hexdigest()
+    if path.is_file() and (known := json.loads(path.read_text()))["sha256"] == digest:
+        return tuple(known["psnr"])
+    with TerminalProgress(quiet=False) as progress:
+        psnr = evaluate_stream(data, job.capture, progress.advance).quality.psnr
+    write_beside(path, json.dumps({"sha256": digest, "psnr": psnr}, indent=2).encode())
+    return psnr

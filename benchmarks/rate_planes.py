@@ -1,0 +1,139 @@
+"""The symbols of a stream as general-purpose compressors would get them, and their sizes.
+
+Every frame is compressed on its own, as the stream codes it: motion as one
+block, the newborn as another, a canonical frame as one. A block is planes, a
+row of numbers each, in the narrowest signed integers that hold the row.
+"""
+
+import lzma
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.decoder.decode_stream import StreamDecoder
+from quarc_ref.format import container, wire
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.chunk_reader import ChunkReader
+from quarc_ref.format.gaussian_planes import read_canonical
+from quarc_ref.format.records import Births, Gaussians
+from quarc_ref.format.source import as_source
+
+Kind = str
+Compressor = Callable[[bytes], bytes]
+
+_FLOAT_BYTES = 4
+_FLOATS_OF_ANCHOR = 7  # translation and quaternion
+_FLOATS_OF_PLACE = 7  # position and quaternion of a Gaussian
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameSymbols:
+    """What a frame codes, as integers.
+
+    Attributes:
+        canonical: The Gaussians of a canonical frame.
+        motion: `[c, a]` of each level's anchors, level 1 first; none in a canonical frame.
+        births: The newborn; None, or none of them, where there are none.
+    """
+
+    canonical: Gaussians | None
+    motion: tuple[Int64, ...]
+    births: Births | None
+
+
+def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
+    """Yield the symbols of every frame of a stream.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes.
+    """
+    reader, decoder = ChunkReader(as_source(data)), StreamDecoder()
+    while (chunk := reader.read_chunk()) is not None:
+        state = decoder.push(chunk)
+        if state is None:
+            continue
+        gaussians = None
+        if chunk.kind == container.CANO:
+            planes = state.scene.header.code_planes
+            gaussians = read_canonical(wire.parse_canonical(chunk.payload), planes)
+        yield FrameSymbols(gaussians, state.symbols, state.births)
+
+
+def pack_planes(rows: Iterable[Int64]) -> bytes:
+    """Return rows one after another, each in the narrowest signed integers that hold it."""
+    return b"".join(_narrow(row).tobytes() for row in rows)
+
+
+def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
+    """Return the blocks of a frame by kind, without those of which it has nothing."""
+    blocks = {}
+    if frame.canonical is not None:
+        blocks["canonical"] = pack_planes(_list_rows(frame.canonical))
+    if frame.motion:
+        blocks["motion"] = pack_planes(np.concatenate(frame.motion, axis=1))
+    if frame.births is not None and frame.births.newborn.count:
+        rows = [np.diff(frame.births.parents, prepend=0), *_list_rows(frame.births.newborn)]
+        blocks["births"] = pack_planes(rows)
+    return blocks
+
+
+def sum_compressed(frames: Iterable[FrameSymbols], compress: Compressor) -> dict[Kind, int]:
+    """Return the bytes of all blocks, compressed one by one, by kind."""
+    sizes: Counter[Kind] = Counter()
+    for frame in frames:
+        sizes.update({kind: len(compress(block)) for kind, block in pack_frame(frame).items()})
+    return dict(sizes)
+
+
+def sum_floats(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
+    """Return the bytes of the same numbers as raw float32, by kind.
+
+    23 numbers to a Gaussian with SH of degree 1, and 7 to an anchor, whether
+    or not the stream codes a w.
+    """
+    sizes: Counter[Kind] = Counter()
+    for frame in frames:
+        if frame.canonical is not None:
+            sizes["canonical"] += _float_bytes(frame.canonical)
+        anchors = sum(level.shape[1] for level in frame.motion)
+        sizes["motion"] += _FLOAT_BYTES * _FLOATS_OF_ANCHOR * anchors
+        if frame.births is not None:
+            sizes["births"] += _float_bytes(frame.births.newborn)
+    return dict(sizes)
+
+
+def compress_lzma(block: bytes) -> bytes:
+    """Compress as `xz -9e` does, in the container of fewest bytes."""
+    return lzma.compress(block, format=lzma.FORMAT_ALONE, preset=9 | lzma.PRESET_EXTREME)
+
+
+def compress_zstd(block: bytes) -> bytes:
+    """Compress as `zstd -19` does, without checksum and content size.
+
+    Raises:
+        ImportError: The package `zstandard` is not installed.
+    """
+    import zstandard
+
+    return zstandard.ZstdCompressor(level=19, write_content_size=False).compress(block)
+
+
+COMPRESSORS: dict[str, Compressor] = {"zstd-19": compress_zstd, "lzma-9e": compress_lzma}
+
+
+def _list_rows(gaussians: Gaussians) -> list[Int64]:
+    return [*gaussians.positions, *gaussians.rotations, *gaussians.codes]
+
+
+def _float_bytes(gaussians: Gaussians) -> int:
+    return _FLOAT_BYTES * (_FLOATS_OF_PLACE + gaussians.codes.shape[0]) * gaussians.count
+
+
+def _narrow(row: Int64) -> np.ndarray:
+    """Return a row as little-endian integers of 1, 2, 4 or 8 bytes."""
+    low, high = int(row.min(initial=0)), int(row.max(initial=0))
+    types = [np.dtype(name) for name in ("<i1", "<i2", "<i4", "<i8")]
+    fits = [kind for kind in types if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max]
+    return row.astype(fits[0])

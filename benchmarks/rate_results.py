@@ -1,0 +1,126 @@
+"""What a run of the rate tables has found: shown, and written into its folder."""
+
+import os
+import platform
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import rate_splats
+from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
+from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
+from rate_claims import Claim, list_moved
+from rate_hull import Point, upper_hull
+from rate_measure import Measured, write_beside
+from rate_rows import FLOATS, FOURDGS, Row
+from rate_tables import (
+    format_claims,
+    format_points,
+    format_rows,
+    list_claim_records,
+    list_point_records,
+    list_row_records,
+    write_csv,
+)
+
+_PACKAGES = ("numpy", "constriction", "torch", "numba", "zstandard", "fourdgs")
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """All that is shown, by name of the capture."""
+
+    rows: list[Row] = field(default_factory=list)
+    moved: dict[tuple[str, str], int] = field(default_factory=dict)
+    claims: dict[str, list[Claim]] = field(default_factory=dict)
+    points: dict[str, list[Point]] = field(default_factory=dict)
+
+    def add(self, measured: Measured, rows: list[Row]) -> None:
+        """Take in the rows of a stream."""
+        self.rows.extend(rows)
+        self.moved[rows[0].capture, rows[0].preset] = len(list_moved(measured.summary))
+
+    def markdown(self) -> str:
+        """Return the tables."""
+        tables = [format_rows(self.rows, self.moved), format_claims(self.claims)]
+        return "\n".join([*tables, *([format_points(self.points)] if self.points else [])])
+
+    def as_json(self, folder: Path) -> dict[str, object]:
+        """Return what `--json` prints."""
+        return {
+            "machine": describe_machine(folder),
+            "rows": list_row_records(self.rows),
+            "claims": list_claim_records(self.claims),
+            "sweep": list_point_records(self.points),
+        }
+
+
+def write_files(results: Results, folder: Path) -> None:
+    """Write tables, CSV and plots."""
+    tables = {
+        "rate.csv": list_row_records(results.rows),
+        "claims.csv": list_claim_records(results.claims),
+        "sweep.csv": list_point_records(results.points),
+    }
+    for name, records in tables.items():
+        if records:
+            write_beside(folder / name, write_csv(records))
+    write_beside(folder / "rate.md", results.markdown().encode())
+    for capture in results.claims:
+        write_beside(folder / f"{capture}.coders.png", plot_coders(_panels(results, capture)))
+    for capture, points in results.points.items():
+        write_beside(folder / f"{capture}.sweep.png", _plot_points(points))
+
+
+def describe_machine(folder: Path) -> dict[str, object]:
+    """Return the kind of the machine, and the versions of what was used."""
+    return {
+        "processor": _read_processor(),
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        **{name: _read_version(name) for name in _PACKAGES},
+        "splat-transform": rate_splats.tell_version(folder),
+    }
+
+
+def _panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
+    """Return `{axis: {coder: KB}}` of a capture's streams.
+
+    Left out are floats, which would dwarf all others, and what has no SH.
+    """
+    panels: dict[str, dict[str, float]] = {}
+    for kind in KINDS:
+        is_once = kind == "canonical"
+        sizes = {}
+        for row in results.rows:
+            left_out = row.coder.startswith((FLOATS, FOURDGS))
+            if row.capture == capture and getattr(row, kind) and not left_out:
+                frames = 1 if is_once else results.moved[capture, row.preset]
+                sizes[f"{row.preset}: {row.coder}"] = getattr(row, kind) / KILOBYTE / frames
+        if sizes:
+            panels[f"{kind}, KB" if is_once else f"{kind}, KB per frame"] = sizes
+    return panels
+
+
+def _plot_points(points: list[Point]) -> bytes:
+    places = [(point.kilobytes, point.psnr, point.label) for point in points]
+    hull = [(point.kilobytes, point.psnr) for point in upper_hull(points)]
+    return plot_rate_distortion(places, hull)
+
+
+def _read_processor() -> str:
+    """Return the processor's kind, as Linux tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def _read_version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

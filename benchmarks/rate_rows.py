@@ -1,0 +1,112 @@
+"""The rows of the rate table: one stream, coded by this format and by others."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import fmean
+
+import rate_fourdgs
+from quarc_ref.decoder import decode, dequantize
+from quarc_ref.evaluation.stream_summary import KINDS
+from rate_measure import Measured, measure_first_frame
+from rate_planes import COMPRESSORS, read_symbols, sum_compressed, sum_floats
+from rate_splats import NotAtHandError, convert_scene
+
+FILE, ESTIMATE, FLOATS, FOURDGS = "the file", "zero-order estimate", "float32", "fourdgs"
+STILL_FORMATS = {"spz": "SPZ", "sog": "SOG"}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A stream in one coding; bytes of the whole stream, None where there is none to tell.
+
+    Attributes:
+        capture: Name of the capture.
+        preset: Of the stream.
+        coder: What codes it.
+        canonical: Bytes of canonical frames; of a file of the first frame alone
+            where a format has no such thing.
+        motion: Bytes of the anchors' residuals.
+        births: Bytes of the newborn.
+        rest: Bytes of headers, index, cameras and metadata.
+        total: Bytes of all.
+        psnr_first: Held out, of frame 0, dB.
+        psnr_mean: Held out, mean of the frames, dB.
+        remark: Why a number is missing, or with what settings it was made.
+    """
+
+    capture: str
+    preset: str
+    coder: str
+    canonical: float | None = None
+    motion: float | None = None
+    births: float | None = None
+    rest: float | None = None
+    total: float | None = None
+    psnr_first: float | None = None
+    psnr_mean: float | None = None
+    remark: str = ""
+
+
+def list_own_rows(measured: Measured) -> list[Row]:
+    """Return the file's row, and that of the estimate of its symbols."""
+    blank = _blank(measured)
+    coded, psnr = measured.summary.coded_bytes(), measured.psnr
+    estimate = {
+        kind: sum(frame.estimate_bytes[kind] for frame in measured.summary.frames) for kind in KINDS
+    }
+    made = f"made with other {', '.join(measured.differences)}" if measured.differences else ""
+    file = replace(blank, coder=FILE, **{kind: coded[kind] for kind in KINDS}, remark=made)
+    file = replace(file, rest=coded["overhead"], total=coded["total"])
+    file = replace(file, psnr_first=psnr[0], psnr_mean=fmean(psnr))
+    return [file, _sum(replace(blank, coder=ESTIMATE, **estimate))]
+
+
+def list_generic_rows(measured: Measured) -> list[Row]:
+    """Return the rows of general-purpose compressors and of raw floats, on the same symbols."""
+    frames, blank = list(read_symbols(measured.data)), _blank(measured)
+    rows = []
+    for name, compress in COMPRESSORS.items():
+        try:
+            kinds = sum_compressed(frames, compress)
+        except ImportError as error:
+            rows.append(replace(blank, coder=name, remark=_lack(error)))
+        else:
+            rows.append(_sum(replace(blank, coder=name, **kinds)))
+    return [*rows, _sum(replace(blank, coder=FLOATS, **sum_floats(frames)))]
+
+
+def make_still_row(measured: Measured, ending: str, folder: Path) -> Row:
+    """Return the row of another format's file of frame 0."""
+    blank = replace(_blank(measured), coder=STILL_FORMATS[ending])
+    splats = dequantize(next(decode(measured.data)))
+    try:
+        converted = convert_scene(splats, ending, folder)
+    except NotAtHandError as error:
+        return replace(blank, remark=_lack(error))
+    psnr = measure_first_frame(converted.splats, measured)
+    return replace(blank, coder=converted.label, canonical=converted.byte_count, psnr_first=psnr)
+
+
+def list_fourdgs_rows(measured: Measured) -> list[Row]:
+    """Return the rows of the decoded frames in `4dgs` files; that of fewest bytes first."""
+    blank = replace(_blank(measured), coder=FOURDGS)
+    try:
+        sizes = rate_fourdgs.count_bytes(decode(measured.data))
+    except ImportError as error:
+        return [replace(blank, remark=_lack(error))]
+    return [
+        replace(blank, coder=name, canonical=each.first, total=each.total, remark=each.settings)
+        for name, each in zip((FOURDGS, f"{FOURDGS}, its defaults"), sizes, strict=True)
+    ]
+
+
+def _blank(measured: Measured) -> Row:
+    return Row(measured.job.capture.resolve().name, measured.job.preset, "")
+
+
+def _sum(row: Row) -> Row:
+    return replace(row, total=sum(getattr(row, kind) or 0 for kind in KINDS))
+
+
+def _lack(error: Exception) -> str:
+    return f"not at hand: {error}"

@@ -1,0 +1,219 @@
+"""Decoding all symbols of a frame on one thread: milliseconds.
+
+    python benchmarks/symbols.py [--gaussians N] [--births N] [--repeats N] [--json]
+
+The symbols are simulated: a few things move, each with a motion of its own
+that goes on from frame to frame, and a level's anchors take a third of it
+each, give or take a step. So they hang on their parents and on the frame
+before, as those of a trained stream do; how much of the scene moves is set so
+that the share of symbols that are not 0 is the one asked for.
+"""
+
+import argparse
+import json
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from statistics import median
+from time import perf_counter, process_time
+
+import numpy as np
+
+from quarc_ref.decoder.reconstruct import (
+    State,
+    begin_canonical,
+    begin_frame,
+    motion_contexts,
+    move,
+)
+from quarc_ref.format.ans import PythonBitDecoder
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.entropy import HAS_CONSTRICTION, decoding_with, open_fastest
+from quarc_ref.format.gaussian_planes import read_births, write_births
+from quarc_ref.format.motion_planes import read_motion, write_motion
+from quarc_ref.format.records import Births, Gaussians, StreamHeader
+
+REGIMES = {"paper": 0.07, "sparse": 0.01}
+_MOVERS = 8
+_HEADER = StreamHeader(
+    level=20, level_count=3, gaussians_per_anchor=4, anchor_ratio=3, resample_interval=1
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scenery:
+    """What moves, and how far from it everything is.
+
+    Attributes:
+        distance: `[N]` of each Gaussian to the nearest mover, lattice units.
+        mover: `[N]` which that is.
+        velocity: `[c, movers]` steps per frame.
+    """
+
+    distance: np.ndarray
+    mover: Int64
+    velocity: np.ndarray
+
+    def advance(self, rng: np.random.Generator) -> "Scenery":
+        """Return the next frame's: motions go on, a little changed."""
+        noise = rng.normal(size=self.velocity.shape) * self.velocity.std(axis=1, keepdims=True)
+        return Scenery(self.distance, self.mover, 0.95 * self.velocity + 0.3 * noise)
+
+
+def make_canonical(count: int, rng: np.random.Generator) -> State:
+    """Return a canonical frame of clusters in a room."""
+    centers = rng.uniform(-3000, 3000, (3, 60))
+    positions = centers[:, rng.integers(0, 60, count)] + rng.normal(size=(3, count)) * 300
+    rotations = np.zeros((4, count), dtype=np.int64)
+    codes = np.zeros((_HEADER.code_planes, count), dtype=np.int64)
+    return begin_canonical(_HEADER, 0, Gaussians(positions.astype(np.int64), rotations, codes))
+
+
+def make_scenery(state: State, rng: np.random.Generator) -> Scenery:
+    """Return movers at drawn Gaussians."""
+    positions = state.scene.positions.astype(np.float64)
+    centers = positions[:, rng.integers(0, state.scene.count, _MOVERS)]
+    distances = np.stack([np.linalg.norm(positions - at[:, None], axis=0) for at in centers.T])
+    velocity = rng.normal(size=(_HEADER.symbol_planes, _MOVERS))
+    velocity *= np.where(np.arange(_HEADER.symbol_planes) < 3, 5.0, 1.2)[:, None]
+    return Scenery(distances.min(axis=0), distances.argmin(axis=0), velocity)
+
+
+def make_symbols(state: State, scenery: Scenery, share: float) -> list[Int64]:
+    """Return symbols of which about a share is not 0, level 1 first.
+
+    Args:
+        state: After `begin_frame`.
+        scenery: Of the frame.
+        share: From 0 to what there is if all moves.
+    """
+    low, high = 0.0, float(scenery.distance.max())
+    for _ in range(12):
+        reach = (low + high) / 2
+        too_many = share_of_nonzero(_draw_symbols(state, scenery, reach)) > share
+        low, high = (low, reach) if too_many else (reach, high)
+    return _draw_symbols(state, scenery, low)
+
+
+def share_of_nonzero(symbols: list[Int64]) -> float:
+    """Return the share of symbols that are not 0."""
+    return float(np.mean(np.concatenate(symbols, axis=1) != 0))
+
+
+def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
+    """Return newborn near drawn parents."""
+
+    def draw(rows: int, width: float) -> Int64:
+        return rng.laplace(0, width, (rows, count)).astype(np.int64)
+
+    rotations = np.concatenate([rng.integers(0, 4, (1, count)), draw(3, 30).clip(-128, 128)])
+    residuals = Gaussians(draw(3, 12), rotations, draw(_HEADER.code_planes, 4))
+    return Births(np.sort(rng.integers(0, state.scene.count, count)), residuals)
+
+
+def prepare(
+    state: State, symbols: list[Int64], births: Births
+) -> tuple[Callable[[], ContextCounts], int]:
+    """Code a frame's symbols; the one place that knows how the format is called.
+
+    Returns:
+        What decodes them and gives back what contexts have seen since, and how
+        many bytes they take.
+    """
+    levels = motion_contexts(state, previous=True)
+    motion = write_motion(levels, symbols, state.counts)
+    decoded, counts = read_motion(motion, levels, state.counts)
+    newborn = write_births(births, counts)
+    count, planes = births.newborn.count, _HEADER.code_planes
+    if not all(map(np.array_equal, decoded, symbols)):
+        message = "the symbols do not come back"
+        raise RuntimeError(message)
+
+    def decode() -> ContextCounts:
+        _, seen = read_motion(motion, levels, state.counts)
+        _, seen = read_births(newborn, planes, count, seen)
+        return seen
+
+    return decode, motion.byte_count() + newborn.byte_count()
+
+
+def time_regime(state: State, share: float, births: int, repeats: int) -> list[dict[str, object]]:
+    """Return a row to each coder: milliseconds of the second of two moved frames."""
+    rng = np.random.default_rng(1)
+    scenery = make_scenery(state, rng)
+    begun = begin_frame(state, 0)
+    symbols = make_symbols(begun, scenery, share)
+    decode, _ = prepare(begun, symbols, make_births(begun, births, rng))
+    begun = begin_frame(replace(move(begun, symbols), counts=decode()), 0)
+    symbols = make_symbols(begun, scenery.advance(rng), share)
+    decode, size = prepare(begun, symbols, make_births(begun, births, rng))
+    facts = {
+        "anchors": sum(level.shape[1] for level in symbols),
+        "nonzero": share_of_nonzero(symbols),
+        "bytes": size,
+    }
+    openers = {"constriction": open_fastest} if HAS_CONSTRICTION else {}
+    rows: list[dict[str, object]] = []
+    for name, opener in {**openers, "python": PythonBitDecoder}.items():
+        with decoding_with(opener):
+            rows.append({"coder": name, **facts, **time_calls(decode, repeats)})
+    return rows
+
+
+def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
+    """Return the medians of a call's milliseconds, by the clock and of the processor.
+
+    They are alike where nobody else uses the processor.
+    """
+    spent = []
+    for _ in range(repeats):
+        begun, begun_cpu = perf_counter(), process_time()
+        call()
+        spent.append((perf_counter() - begun, process_time() - begun_cpu))
+    by_clock, of_processor = zip(*spent, strict=True)
+    return {"ms": 1e3 * median(by_clock), "cpu_ms": 1e3 * median(of_processor)}
+
+
+def main() -> None:
+    """Time both regimes with both coders."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--gaussians", type=int, default=244_000)
+    parser.add_argument("--births", type=int, default=150)
+    parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    state = make_canonical(arguments.gaussians, np.random.default_rng(0))
+    rows = [
+        {"regime": regime, **row}
+        for regime, share in REGIMES.items()
+        for row in time_regime(state, share, arguments.births, arguments.repeats)
+    ]
+    if arguments.json:
+        machine = platform.processor() or platform.machine()
+        print(json.dumps({"machine": machine, "births": arguments.births, "rows": rows}, indent=2))
+        return
+    print(
+        "| symbols | anchors | not 0 | bytes | coder | ms | CPU ms |\n|---|---|---|---|---|---|---|"
+    )
+    for row in rows:
+        print(
+            f"| {row['regime']} | {row['anchors']:,} | {row['nonzero']:.1%} | {row['bytes']:,} | "
+            f"{row['coder']} | {row['ms']:.1f} | {row['cpu_ms']:.1f} |"
+        )
+
+
+def _draw_symbols(state: State, scenery: Scenery, reach: float) -> list[Int64]:
+    """Return symbols of the anchors within reach of a mover; the noise is the same in each call."""
+    rng, symbols = np.random.default_rng(2), []
+    for level in state.known_anchors.levels:
+        places = np.searchsorted(state.scene.ids, level.owners)
+        thirds = scenery.velocity[:, scenery.mover[places]] / 3
+        moving = scenery.distance[places] < reach
+        noise = rng.normal(size=thirds.shape) * 0.4
+        symbols.append(np.rint((thirds + noise) * moving).astype(np.int64))
+    return symbols
+
+
+if __name__ == "__main__":
+    main()

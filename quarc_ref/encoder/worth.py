@@ -1,0 +1,107 @@
+"""What newborn are worth: what they take off the loss, against the bytes that they take.
+
+A newborn stays if the training views gain more by it than its share of the
+section costs, and the newborn of a frame stay if together they gain more than
+the whole section does.
+"""
+
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from quarc_ref.decoder.reconstruct import State
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.losses import photometric_loss
+from quarc_ref.encoder.quantize import quantize_births
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.format.gaussian_planes import write_births
+from quarc_ref.format.records import Births
+from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """What does not change while the newborn of a frame are trained and weighed.
+
+    Attributes:
+        studio: Views, renderer and draws.
+        config: Of the encoder.
+        state: After the motion of the frame, decoded.
+        scene: Its Gaussians in floats.
+    """
+
+    studio: Studio
+    config: EncoderConfig
+    state: State
+    scene: Attributes
+
+    @property
+    def frame(self) -> int:
+        """Ordinal of the frame."""
+        return self.state.scene.frame
+
+    def draw(self, newborn: Attributes) -> Attributes:
+        """Return the scene with the newborn as a stream would carry them."""
+        return self.scene.joined(newborn.quantized(self.state.scene.header))
+
+    def compare(self, drawn: Gaussians, view: int) -> tuple[Rendering, Tensor]:
+        """Return what a view sees of Gaussians, and its loss."""
+        rendering = self.studio.render(drawn, view)
+        truth = self.studio.truth(view, self.frame)
+        return rendering, photometric_loss(rendering.image, truth, self.config.motion.dssim)
+
+    def mean_loss(self, scene: Attributes) -> float:
+        """Return the mean loss of the training views."""
+        drawn, views = scene.activated(), range(len(self.studio.views.cameras))
+        with torch.no_grad():
+            return sum(float(self.compare(drawn, view)[1]) for view in views) / len(views)
+
+
+def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | None:
+    """Return the newborn that are worth their bytes, or None.
+
+    Args:
+        stage: The frame's.
+        newborn: Trained; at least one.
+        parents: `[n]` the index of each one's parent.
+    """
+    price = stage.config.births.byte_price / stage.state.scene.count
+    if price:
+        births = _code(stage, newborn, parents)
+        each = write_births(births, stage.state.counts).byte_count() / parents.numel()
+        worthy = measure_gains(stage, newborn) > price * each
+        newborn, parents = newborn.rows(worthy), parents[worthy]
+    if not parents.numel():
+        return None
+    births = _code(stage, newborn, parents)
+    gain = stage.mean_loss(stage.scene) - stage.mean_loss(stage.draw(newborn))
+    cost = price * write_births(births, stage.state.counts).byte_count()
+    return births if gain > cost else None
+
+
+def measure_gains(stage: Stage, newborn: Attributes) -> Tensor:
+    """Return `[n]` what each newborn takes off the mean loss of the training views.
+
+    The slope of the loss by a newborn's opacity, all of them being half there,
+    is to second order what the loss falls by as they come in; the slope at the
+    end of training would be next to nothing.
+    """
+    drawn = stage.draw(newborn).activated()
+    count = newborn.opacities.numel()
+    there = torch.full_like(newborn.opacities, 0.5).requires_grad_()
+    opacities = torch.cat([drawn.opacities[:-count], drawn.opacities[-count:] * there])
+    halfway = replace(drawn, opacities=opacities)
+    views = range(len(stage.studio.views.cameras))
+    gains = torch.zeros_like(newborn.opacities)
+    for view in views:
+        (slope,) = torch.autograd.grad(
+            stage.compare(halfway, view)[1], there, retain_graph=view < views[-1]
+        )
+        gains -= slope
+    return gains / len(views)
+
+
+def _code(stage: Stage, newborn: Attributes, parents: Tensor) -> Births:
+    return quantize_births(newborn, parents.cpu().numpy(), stage.state.scene)

@@ -1,0 +1,64 @@
+"""What contexts have seen so far, and the probability that follows: SPEC 8.2.
+
+Both sides count the zeros and ones of every context and go on counting from
+frame to frame, so that a probability need not be sent. Counts are halved when
+they grow large: what was seen lately weighs most.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import COUNT_LIMIT, WEIGHT_BITS
+
+
+class ContextCounts:
+    """The counts of all contexts of all models, nothing seen at first.
+
+    What was handed out by `copy` does not change what it was copied from.
+    """
+
+    def __init__(self) -> None:
+        self._models: dict[str, Int64] = {}
+
+    def copy(self) -> "ContextCounts":
+        """Return counts that go on from these."""
+        copied = ContextCounts()
+        copied._models = dict(self._models)
+        return copied
+
+    def weights(self, model: str, contexts: Int64) -> Int64:
+        """Return `[n]` the weights of a 1, of 2^24, in ascending contexts `[n]` of a model."""
+        zeros, ones = self._reaching(model, contexts)[:, contexts]
+        weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
+        return weights
+
+    def learn(self, model: str, contexts: Int64, zeros: Int64, ones: Int64) -> None:
+        """Add what a plane has shown.
+
+        Args:
+            model: Name.
+            contexts: `[n]` ascending, none twice.
+            zeros: `[n]` how many bits of each were 0.
+            ones: `[n]` how many were 1.
+        """
+        counts = self._reaching(model, contexts).copy()
+        seen = counts[:, contexts] + (zeros, ones)
+        while (many := seen[0] + seen[1] > COUNT_LIMIT).any():
+            seen[:, many] >>= 1
+        counts[:, contexts] = seen
+        self._models[model] = counts
+
+    def _reaching(self, model: str, contexts: Int64) -> Int64:
+        """Return `[2, c]` the counts of a model, of at least the greatest context."""
+        counts = self._models.get(model, _NOTHING)
+        greatest = int(contexts[-1])
+        if greatest < counts.shape[1]:
+            return counts
+        grown = np.zeros((2, 2 * greatest + 1), dtype=np.int64)
+        grown[:, : counts.shape[1]] = counts
+        return grown
+
+
+_NOTHING: Final = np.zeros((2, 0), dtype=np.int64)

@@ -1,0 +1,69 @@
+"""The whole command, on a small capture whose stream is there already."""
+
+import json
+import sys
+
+import pytest
+
+import rate
+from quarc_ref.datasets.open_capture import open_capture
+from tests.datasets import scenes
+from tests.evaluation.streams_of_captures import write_stream
+
+FILES = {"rate.csv", "claims.csv", "rate.md", "plane.coders.png"}
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rate") / "plane"
+    return scenes.write_n3dv(folder, scenes.make_shots(), 4, scenes.plane_points())
+
+
+@pytest.fixture
+def streams(capture, tmp_path, monkeypatch):
+    """A folder with both streams, on a machine without npm."""
+    monkeypatch.setenv("PATH", str(tmp_path / "nothing"))
+    data = write_stream(open_capture(capture).cameras, 4)
+    for preset in ("draft", "paper"):
+        (tmp_path / f"plane.{preset}.quarc").write_bytes(data)
+    return tmp_path
+
+
+def _run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rate.py", *map(str, arguments)])
+    rate.main()
+    return capsys.readouterr().out
+
+
+def test_everything_is_told_that_can_be_told_without_npm(capture, streams, monkeypatch, capsys):
+    options = ("--streams", streams, "--preset", "draft", "--json")
+    told = json.loads(_run(monkeypatch, capsys, capture, *options))
+
+    rows = {(row["preset"], row["coder"]): row for row in told["rows"]}
+    for coder in ("the file", "zero-order estimate", "lzma-9e", "float32"):
+        assert rows["draft", coder]["total"] > 0
+    for coder in ("SPZ", "SOG"):
+        assert rows["draft", coder]["remark"] == "not at hand: npm is not installed"
+    size = (streams / "plane.draft.quarc").stat().st_size
+    assert rows["paper", "the file"]["total"] == size
+    gain = [claim for claim in told["claims"] if claim["claim"].startswith("PSNR less the paper")]
+    assert [(claim["is"], claim["holds"]) for claim in gain] == [(0, True)]
+    assert told["machine"]["cores"] > 0
+    assert {path.name for path in streams.iterdir()} >= FILES
+
+
+def test_tables_and_csv_tell_the_same(capture, streams, monkeypatch, capsys):
+    options = ("--streams", streams, "--preset", "draft", "--no-paper")
+    told = _run(monkeypatch, capsys, capture, *options)
+
+    assert told.strip() == (streams / "rate.md").read_text().strip()
+    assert "| plane | draft | the file |" in told
+    assert "| plane | paper |" not in told
+
+
+def test_quality_is_not_measured_again_of_the_same_bytes(capture, streams, monkeypatch, capsys):
+    options = ("--streams", streams, "--preset", "draft", "--no-paper")
+    first = _run(monkeypatch, capsys, capture, *options)
+    monkeypatch.setattr("rate_measure.evaluate_stream", None)
+
+    assert _run(monkeypatch, capsys, capture, *options) == first

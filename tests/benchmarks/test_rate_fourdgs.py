@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import decode, dequantize
+from tests.streams import make_stream
+
+fourdgs = pytest.importorskip("fourdgs")
+rate_fourdgs = pytest.importorskip("rate_fourdgs")
+
+
+@pytest.fixture(scope="module")
+def data():
+    return make_stream(gaussian_count=60, frame_count=5)[0]
+
+
+def test_the_frames_that_are_written_are_those_of_the_stream(data, monkeypatch):
+    from fourdgs import keyframe_delta_file
+
+    write, written = keyframe_delta_file.write_sequence, []
+    monkeypatch.setattr(
+        keyframe_delta_file, "write_sequence", lambda *a, **k: written.append(write(*a, **k)) or b""
+    )
+    rate_fourdgs.count_bytes(decode(data))
+
+    assert len(written) == 4
+    for file in written[1::2]:
+        decoded = keyframe_delta_file.decode_streamed(file)
+        assert len(decoded.chunks) == 5
+        for chunk, scene in zip(decoded.chunks, decode(data), strict=True):
+            order = np.argsort(chunk.state.ids)
+            bins = chunk.state.bins[fourdgs.opcode.A_POSITION][order]
+            step, origin = decoded.quantization.step_pos, decoded.quantization.pos_origin
+            near = np.abs(bins * step + origin - dequantize(scene).positions)
+            assert np.array_equal(chunk.state.ids[order], scene.ids)
+            assert near.max() <= 0.51 * step + 1e-6
+
+
+def test_the_settings_of_fewest_bytes_take_the_fewest(data):
+    fewest, defaults = rate_fourdgs.count_bytes(decode(data))
+
+    assert fewest.settings != defaults.settings
+    assert fewest.total < defaults.total
+    assert fewest.first < defaults.first
+
+
+def test_a_stream_of_one_frame_takes_what_its_first_takes():
+    for sizes in rate_fourdgs.count_bytes(decode(make_stream(frame_count=1)[0])):
+        assert sizes.total == sizes.first > 0

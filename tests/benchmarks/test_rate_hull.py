@@ -1,0 +1,79 @@
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rate_hull import Point, gap_below, upper_hull
+
+POINTS = st.lists(
+    st.builds(Point, st.just(""), st.integers(1, 40).map(float), st.integers(0, 40).map(float)),
+    min_size=1,
+    max_size=12,
+)
+KNOWN = [
+    Point("a", 1.0, 20.0),
+    Point("b", 2.0, 24.0),
+    Point("under a-b", 1.5, 21.0),
+    Point("c", 4.0, 26.0),
+    Point("under b-c", 3.0, 24.5),
+    Point("worse than c at more", 5.0, 25.0),
+]
+
+
+def test_a_known_hull():
+    assert [point.label for point in upper_hull(KNOWN)] == ["a", "b", "c"]
+
+
+@pytest.mark.parametrize(
+    ("label", "gap"),
+    [("a", 0), ("b", 0), ("under a-b", 1.0), ("under b-c", 0.5), ("worse than c at more", 1.0)],
+)
+def test_known_gaps(label, gap):
+    (point,) = [each for each in KNOWN if each.label == label]
+
+    assert gap_below(point, upper_hull(KNOWN)) == pytest.approx(gap)
+
+
+@given(POINTS)
+def test_the_hull_is_of_the_points_and_rises_ever_less(points):
+    hull = upper_hull(points)
+    gains = [
+        (right.psnr - left.psnr) / (right.kilobytes - left.kilobytes)
+        for left, right in pairwise(hull)
+    ]
+
+    assert set(hull) <= set(points)
+    assert all(gain > 0 for gain in gains)
+    assert gains == sorted(gains, reverse=True)
+    assert len(set(gains)) == len(gains)
+
+
+@given(POINTS)
+def test_no_point_and_no_mixture_of_two_is_above_the_hull(points):
+    hull = upper_hull(points)
+
+    assert all(gap_below(point, hull) == 0 for point in hull)
+    for one in points:
+        for other in points:
+            middle = Point("", (one.kilobytes + other.kilobytes) / 2, (one.psnr + other.psnr) / 2)
+            assert upper_hull([*points, middle]) == hull
+
+
+@given(POINTS, st.sampled_from([0.25, 0.5, 2.0]))
+def test_a_gap_is_what_lifts_a_point_onto_the_hull(points, lift):
+    hull = upper_hull(points)
+
+    for point in points:
+        gap = gap_below(point, hull)
+        lifted = Point("", point.kilobytes, point.psnr + gap + lift)
+        assert lifted in upper_hull([*points, lifted])
+        assert gap_below(Point("", point.kilobytes, point.psnr + gap), hull) <= 1e-9
+
+
+@given(POINTS)
+def test_the_best_quality_and_the_least_rate_are_on_the_hull(points):
+    hull = upper_hull(points)
+
+    assert hull[-1].psnr == max(point.psnr for point in points)
+    assert hull[0].kilobytes == min(point.kilobytes for point in points)

@@ -1,0 +1,57 @@
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from quarc_ref.encoder.presets import list_settings
+from rate_jobs import Job, list_differences, provide_stream
+
+JOB = Job(Path("captures/plane"), "draft")
+
+
+def test_every_difference_between_jobs_is_in_the_name():
+    jobs = [
+        JOB,
+        replace(JOB, capture=Path("captures/other")),
+        replace(JOB, preset="paper"),
+        replace(JOB, changes=(("seed", "1"),)),
+        replace(JOB, changes=(("seed", "2"),)),
+        replace(JOB, frames=3),
+        replace(JOB, downscale=2),
+        replace(JOB, held_out=("cam03",)),
+        replace(JOB, held_out=("cam03", "cam12")),
+    ]
+
+    assert JOB.file_name() == "plane.draft.quarc"
+    assert len({job.file_name() for job in jobs}) == len(jobs)
+
+
+def test_changes_are_made_to_the_settings():
+    config = replace(JOB, changes=(("motion.rate", "0.5"), ("seed", "7"))).config()
+
+    assert (config.motion.rate, config.seed) == (0.5, 7)
+
+
+def _metadata(job):
+    settings = dict(list_settings(job.config()))
+    return {"settings": " ".join(f"{name}={value}" for name, value in settings.items())}
+
+
+@pytest.mark.parametrize("preset", ["draft", "paper"])
+def test_a_stream_made_with_these_settings_has_no_differences(preset):
+    job = replace(JOB, preset=preset)
+
+    assert list_differences(job, _metadata(job)) == []
+
+
+def test_a_stream_made_with_other_settings_is_told():
+    other = replace(JOB, changes=(("motion.rate", "0.5"), ("births.split_at", "3,4")))
+
+    assert list_differences(JOB, _metadata(other)) == ["births.split_at", "motion.rate"]
+    assert list_differences(JOB, {}) == []
+
+
+def test_a_stream_that_is_there_is_taken_as_it_is(tmp_path):
+    (tmp_path / "plane.draft.quarc").write_bytes(b"a stream")
+
+    assert provide_stream(JOB, tmp_path) == b"a stream"

@@ -1,0 +1,76 @@
+import csv
+import io
+
+from rate_claims import Claim
+from rate_hull import Point
+from rate_rows import Row
+from rate_tables import (
+    format_claims,
+    format_points,
+    format_rows,
+    list_claim_records,
+    list_point_records,
+    list_row_records,
+    write_csv,
+)
+
+ROWS = [
+    Row("plane", "draft", "the file", 2048, 3072, 0, 512, 5632, 30.0, 29.5),
+    Row("plane", "draft", "SOG", remark="not at hand: npm is not installed"),
+]
+CLAIMS = {"plane": [Claim("less", 0.5, 0.6), Claim("more", 1.0, 2.0, False), Claim("?", None, 1)]}
+POINTS = {"plane": [Point("", 2.0, 30.0), Point("rate_weight=2", 1.0, 28.0), Point("x", 3, 29)]}
+
+
+def _cells(table):
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines()]
+
+
+def test_sizes_are_in_kilobytes_and_motion_per_moved_frame():
+    head, rule, file, missing = _cells(format_rows(ROWS, {("plane", "draft"): 3}))
+
+    assert len(head) == len(rule) == len(file) == len(missing)
+    assert file[3:9] == ["2.0", "1.000", "0.000", "0.50", "5.5", "30.00 / 29.50"]
+    assert missing[3:9] == [""] * 6
+    assert missing[9] == "not at hand: npm is not installed"
+
+
+def test_nothing_is_told_per_frame_of_a_stream_without_moved_frames():
+    file = _cells(format_rows(ROWS[:1], {("plane", "draft"): 0}))[2]
+
+    assert file[3:6] == ["2.0", "", ""]
+
+
+def test_claims_say_whether_they_hold():
+    _, _, *lines = _cells(format_claims(CLAIMS))
+
+    assert lines == [
+        ["plane", "less", "0.500", "at most 0.6", "yes"],
+        ["plane", "more", "1.000", "at least 2", "**no**"],
+        ["plane", "?", "", "at most 1", "no number"],
+    ]
+
+
+def test_points_say_whether_they_are_on_the_hull():
+    _, _, *lines = _cells(format_points(POINTS))
+
+    assert [(line[1], line[4]) for line in lines] == [
+        ("the default", "yes"),
+        ("rate_weight=2", "yes"),
+        ("x", ""),
+    ]
+
+
+def test_records_come_back_from_csv():
+    for records in (list_row_records(ROWS), list_claim_records(CLAIMS), list_point_records(POINTS)):
+        read = list(csv.DictReader(io.StringIO(write_csv(records).decode())))
+
+        wanted = [
+            {key: "" if value is None else str(value) for key, value in each.items()}
+            for each in records
+        ]
+        assert read == wanted
+
+
+def test_no_records_make_an_empty_csv():
+    assert write_csv([]) == b"\n"

@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+
+import symbols
+from quarc_ref.decoder.reconstruct import begin_frame
+
+
+@pytest.fixture(scope="module")
+def begun():
+    return begin_frame(symbols.make_canonical(4000, np.random.default_rng(0)), 0)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.07])
+def test_symbols_are_as_sparse_as_asked_for(begun, share):
+    scenery = symbols.make_scenery(begun, np.random.default_rng(1))
+
+    assert symbols.share_of_nonzero(symbols.make_symbols(begun, scenery, share)) == pytest.approx(
+        share, rel=0.25
+    )
+
+
+def test_an_anchor_moves_more_often_where_its_parent_does(begun):
+    scenery = symbols.make_scenery(begun, np.random.default_rng(1))
+    fine, coarse, _ = symbols.make_symbols(begun, scenery, 0.07)
+    parents = begun.known_anchors.levels[0].parents
+    moves = np.any(fine, axis=0)
+    parent_moves = np.any(coarse, axis=0)[parents]
+
+    assert moves[parent_moves].mean() > 3 * moves[~parent_moves].mean()
+
+
+def test_both_coders_are_timed_on_the_same_symbols():
+    state = symbols.make_canonical(1000, np.random.default_rng(0))
+    rows = symbols.time_regime(state, 0.07, births=10, repeats=1)
+
+    assert "python" in {row["coder"] for row in rows}
+    assert len({(row["bytes"], row["nonzero"], row["anchors"]) for row in rows}) == 1
+    assert all(row["ms"] > 0 for row in rows)

@@ -1,0 +1,36 @@
+import io
+
+import matplotlib.image
+import numpy as np
+
+from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
+
+PANELS = {"motion, KB": {"file": 1.0, "float32": 400.0}, "births, KB": {"file": 0.5}}
+POINTS = [(2.0, 30.0, ""), (1.0, 28.0, "rate_weight=2"), (3.0, 30.2, "rate_weight=0.5")]
+HULL = [(1.0, 28.0), (2.0, 30.0), (3.0, 30.2)]
+
+
+def _colors(png):
+    picture = matplotlib.image.imread(io.BytesIO(png))[..., :3]
+    return np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size
+
+
+def test_coders_and_points_make_pictures():
+    assert _colors(plot_coders(PANELS)) > 10
+    assert _colors(plot_rate_distortion(POINTS, HULL)) > 10
+
+
+def test_a_default_alone_can_be_plotted():
+    assert _colors(plot_rate_distortion(POINTS[:1], [POINTS[0][:2]])) > 10
+
+
+def test_other_sizes_make_another_plot():
+    panels = {**PANELS, "births, KB": {"file": 0.6}}
+
+    assert plot_coders(panels) != plot_coders(PANELS)
+
+
+def test_the_default_is_marked():
+    turned = [POINTS[1], POINTS[0], POINTS[2]]
+
+    assert plot_rate_distortion(turned, HULL) != plot_rate_distortion(POINTS, HULL)
