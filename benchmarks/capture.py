@@ -87,7 +87,7 @@ def main() -> None:
     """Measure every capture named."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("captures", nargs="+", type=Path, metavar="CAPTURE")
-    parser.add_argument("--preset", choices=sorted(PRESETS), default="draft")
+    parser.add_argument("--preset", choices=sorted(PRESETS), default="main")
     parser.add_argument("--frames", type=int)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()

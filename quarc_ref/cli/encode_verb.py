@@ -22,7 +22,7 @@ from quarc_ref.cli.stream_verbs import describe
 from quarc_ref.cli.targets import written_stream
 
 _PRESET_HELP = (
-    "main: fewest bytes at the best quality; draft: quicker; demo: quicker still; "
+    "main: fewest bytes at the best quality; demo: quicker, for the built-in capture; "
     "paper: the paper's schedule and steps."
 )
 

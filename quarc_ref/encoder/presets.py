@@ -1,9 +1,9 @@
 """Named trees of settings, and changes to single leaves by name.
 
 `main` is the best that was measured, bytes against PSNR (benchmarks/README.md).
-`draft` is for CPUs and first looks. `demo` fits the built-in capture into a few
-minutes of two cores. `paper` is the paper's schedule to the letter, where it
-states one, and its steps: all of them 0.01 but that of positions.
+`demo` fits the built-in capture into a few minutes of two cores. `paper` is the
+paper's schedule to the letter, where it states one, and its steps: all of them
+0.01 but that of positions.
 """
 
 import difflib
@@ -35,8 +35,17 @@ _PAPER = EncoderConfig(
     ),
     canonical=CanonicalSettings(quantize_from=1.0),
 )
-_DRAFT = EncoderConfig(
-    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1),
+_MAIN = EncoderConfig(
+    stream=StreamHeader(
+        gaussians_per_anchor=4,
+        resample_interval=1,
+        rotation_bits=6,
+        log_scale_step=1 / 8,
+        opacity_step=1 / 4,
+        sh_dc_step=1 / 16,
+        sh_rest_step=1 / 16,
+    ),
+    steps=StepSettings(position_pixels=0.2, translation_pixels=0.25),
     canonical=CanonicalSettings(
         iterations=3000,
         initial_gaussians=20_000,
@@ -49,9 +58,14 @@ _DRAFT = EncoderConfig(
         exposure_from=100,
         opacity_price=0.01,
         scale_price=0.01,
+        quantize_from=0.9,
+        gaussian_price=0.5,
+        code_price=5e-4,
+        rate_end=0.05,
     ),
     motion=MotionSettings(
         rate=1e-3,
+        step_rate=0.25,
         level_rate=2.0,
         rate_end=0.05,
         price="group_log",
@@ -62,42 +76,20 @@ _DRAFT = EncoderConfig(
     births=BirthSettings(
         iterations=40,
         placement="errors",
-        error=0.2,
+        error=0.1,
         deaths_below=0.05,
-        max_births=100,
+        max_births=300,
         rate_factor=10.0,
         rate_end=0.05,
         split_at=(),
         must_pay=True,
+        byte_price=0.03,
     ),
-)
-_MAIN = replace(
-    _DRAFT,
-    stream=replace(
-        _DRAFT.stream,
-        gaussians_per_anchor=8,
-        rotation_unity=50,
-        rotation_bits=6,
-        log_scale_step=1 / 8,
-        opacity_step=1 / 4,
-        sh_dc_step=1 / 16,
-        sh_rest_step=1 / 16,
-    ),
-    steps=StepSettings(position_pixels=0.2, translation_pixels=0.36),
-    canonical=replace(
-        _DRAFT.canonical,
-        quantize_from=0.9,
-        gaussian_price=0.5,
-        code_price=5e-4,
-        rate_end=0.05,
-    ),
-    motion=replace(_DRAFT.motion, step_rate=0.2, price_weight=0.008),
-    births=replace(_DRAFT.births, error=0.1, max_births=300, byte_price=0.03),
 )
 _DEMO = replace(
-    _DRAFT,
+    _MAIN,
     canonical=replace(
-        _DRAFT.canonical,
+        _MAIN.canonical,
         iterations=1000,
         initial_gaussians=8000,
         max_gaussians=20_000,
@@ -105,10 +97,8 @@ _DEMO = replace(
         noise=0.0,
         exposure_rate=0.0,
     ),
-    motion=replace(_DRAFT.motion, iterations=180, price_weight=5e-4),
-    births=replace(_DRAFT.births, iterations=60, error=0.04, max_births=800),
 )
-PRESETS = {"main": _MAIN, "draft": _DRAFT, "demo": _DEMO, "paper": _PAPER}
+PRESETS = {"main": _MAIN, "demo": _DEMO, "paper": _PAPER}
 
 
 class SettingError(ValueError):

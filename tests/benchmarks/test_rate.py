@@ -24,7 +24,7 @@ def streams(capture, tmp_path, monkeypatch):
     """A folder with both streams, on a machine without npm."""
     monkeypatch.setenv("PATH", str(tmp_path / "nothing"))
     data = write_stream(open_capture(capture).cameras, 4)
-    for preset in ("draft", "paper"):
+    for preset in ("main", "paper"):
         (tmp_path / f"plane.{preset}.quarc").write_bytes(data)
     return tmp_path
 
@@ -36,15 +36,15 @@ def _run(monkeypatch, capsys, *arguments):
 
 
 def test_everything_is_told_that_can_be_told_without_npm(capture, streams, monkeypatch, capsys):
-    options = ("--streams", streams, "--preset", "draft", "--json")
+    options = ("--streams", streams, "--preset", "main", "--json")
     told = json.loads(_run(monkeypatch, capsys, capture, *options))
 
     rows = {(row["preset"], row["coder"]): row for row in told["rows"]}
     for coder in ("the file", "zero-order estimate", "lzma-9e", "float32"):
-        assert rows["draft", coder]["total"] > 0
+        assert rows["main", coder]["total"] > 0
     for coder in ("SPZ", "SOG"):
-        assert rows["draft", coder]["remark"] == "not at hand: npm is not installed"
-    size = (streams / "plane.draft.quarc").stat().st_size
+        assert rows["main", coder]["remark"] == "not at hand: npm is not installed"
+    size = (streams / "plane.main.quarc").stat().st_size
     assert rows["paper", "the file"]["total"] == size
     gain = [claim for claim in told["claims"] if claim["claim"].startswith("PSNR less the paper")]
     assert [(claim["is"], claim["holds"]) for claim in gain] == [(0, True)]
@@ -53,16 +53,16 @@ def test_everything_is_told_that_can_be_told_without_npm(capture, streams, monke
 
 
 def test_tables_and_csv_tell_the_same(capture, streams, monkeypatch, capsys):
-    options = ("--streams", streams, "--preset", "draft", "--no-paper")
+    options = ("--streams", streams, "--preset", "main", "--no-paper")
     told = _run(monkeypatch, capsys, capture, *options)
 
     assert told.strip() == (streams / "rate.md").read_text().strip()
-    assert "| plane | draft | the file |" in told
+    assert "| plane | main | the file |" in told
     assert "| plane | paper |" not in told
 
 
 def test_quality_is_not_measured_again_of_the_same_bytes(capture, streams, monkeypatch, capsys):
-    options = ("--streams", streams, "--preset", "draft", "--no-paper")
+    options = ("--streams", streams, "--preset", "main", "--no-paper")
     first = _run(monkeypatch, capsys, capture, *options)
     monkeypatch.setattr("rate_measure.evaluate_stream", None)
 

@@ -6,7 +6,7 @@ import pytest
 from quarc_ref.encoder.presets import list_settings
 from rate_jobs import Job, list_differences, provide_stream
 
-JOB = Job(Path("captures/plane"), "draft")
+JOB = Job(Path("captures/plane"), "main")
 
 
 def test_every_difference_between_jobs_is_in_the_name():
@@ -22,7 +22,7 @@ def test_every_difference_between_jobs_is_in_the_name():
         replace(JOB, held_out=("cam03", "cam12")),
     ]
 
-    assert JOB.file_name() == "plane.draft.quarc"
+    assert JOB.file_name() == "plane.main.quarc"
     assert len({job.file_name() for job in jobs}) == len(jobs)
 
 
@@ -37,7 +37,7 @@ def _metadata(job):
     return {"settings": " ".join(f"{name}={value}" for name, value in settings.items())}
 
 
-@pytest.mark.parametrize("preset", ["draft", "paper"])
+@pytest.mark.parametrize("preset", ["main", "paper"])
 def test_a_stream_made_with_these_settings_has_no_differences(preset):
     job = replace(JOB, preset=preset)
 
@@ -52,6 +52,6 @@ def test_a_stream_made_with_other_settings_is_told():
 
 
 def test_a_stream_that_is_there_is_taken_as_it_is(tmp_path):
-    (tmp_path / "plane.draft.quarc").write_bytes(b"a stream")
+    (tmp_path / "plane.main.quarc").write_bytes(b"a stream")
 
     assert provide_stream(JOB, tmp_path) == b"a stream"

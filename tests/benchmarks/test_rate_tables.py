@@ -15,8 +15,8 @@ from rate_tables import (
 )
 
 ROWS = [
-    Row("plane", "draft", "the file", 2048, 3072, 0, 512, 5632, 30.0, 29.5),
-    Row("plane", "draft", "SOG", remark="not at hand: npm is not installed"),
+    Row("plane", "main", "the file", 2048, 3072, 0, 512, 5632, 30.0, 29.5),
+    Row("plane", "main", "SOG", remark="not at hand: npm is not installed"),
 ]
 CLAIMS = {"plane": [Claim("less", 0.5, 0.6), Claim("more", 1.0, 2.0, False), Claim("?", None, 1)]}
 POINTS = {"plane": [Point("", 2.0, 30.0), Point("rate_weight=2", 1.0, 28.0), Point("x", 3, 29)]}
@@ -27,7 +27,7 @@ def _cells(table):
 
 
 def test_sizes_are_in_kilobytes_and_motion_per_moved_frame():
-    head, rule, file, missing = _cells(format_rows(ROWS, {("plane", "draft"): 3}))
+    head, rule, file, missing = _cells(format_rows(ROWS, {("plane", "main"): 3}))
 
     assert len(head) == len(rule) == len(file) == len(missing)
     assert file[3:9] == ["2.0", "1.000", "0.000", "0.50", "5.5", "30.00 / 29.50"]
@@ -36,7 +36,7 @@ def test_sizes_are_in_kilobytes_and_motion_per_moved_frame():
 
 
 def test_nothing_is_told_per_frame_of_a_stream_without_moved_frames():
-    file = _cells(format_rows(ROWS[:1], {("plane", "draft"): 0}))[2]
+    file = _cells(format_rows(ROWS[:1], {("plane", "main"): 0}))[2]
 
     assert file[3:6] == ["2.0", "", ""]
 

@@ -80,7 +80,7 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
         (["--lambda", "0"], "rate_weight"),
         (["--lambda", "nan"], "rate_weight"),
         (["--target-kb-per-frame", "-1"], "target_kb_per_frame"),
-        (["--preset", "fast"], "main, draft"),
+        (["--preset", "fast"], "main, demo"),
         (["--seed", "-1"], "--seed"),
         (["--seed", 1 << 64], "--seed"),
         (["--frames", "0"], "--frames"),

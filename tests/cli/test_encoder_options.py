@@ -10,12 +10,12 @@ def test_a_preset_without_settings_is_itself():
 
 
 def test_the_seed_is_an_option_and_a_setting():
-    assert configure("draft", [], 5).seed == 5
-    assert configure("draft", ["seed=7"], 0).seed == 7
+    assert configure("main", [], 5).seed == 5
+    assert configure("main", ["seed=7"], 0).seed == 7
 
 
 def test_of_two_settings_of_a_name_the_last_counts():
-    config = configure("draft", ["motion.rate=1", "births.iterations=3", "motion.rate=2"], 0)
+    config = configure("main", ["motion.rate=1", "births.iterations=3", "motion.rate=2"], 0)
 
     assert config.motion.rate == 2
     assert config.births.iterations == 3
@@ -23,7 +23,7 @@ def test_of_two_settings_of_a_name_the_last_counts():
 
 def test_options_that_are_settings_change_them_and_those_not_given_do_not():
     asked = name_settings({"rate_weight": 2.5, "target_kb_per_frame": None, "canonical.every": 30})
-    config = configure("draft", asked, 0)
+    config = configure("main", asked, 0)
 
     assert (config.rate_weight, config.target_kb_per_frame) == (2.5, 0)
     assert config.canonical.every == 30
@@ -32,4 +32,4 @@ def test_options_that_are_settings_change_them_and_those_not_given_do_not():
 @pytest.mark.parametrize("setting", ["motion.rate", "", "=1", "motion=1", "motion.rate=", "a=b=c"])
 def test_what_is_no_setting_is_a_usage_error(setting):
     with pytest.raises(UsageError):
-        configure("draft", [setting], 0)
+        configure("main", [setting], 0)

@@ -55,7 +55,7 @@ def test_no_setting_means_the_main_preset():
     ],
 )
 def test_a_leaf_can_be_changed_by_its_name(path, text, value):
-    changed = change_setting(choose_preset("draft"), path, text)
+    changed = change_setting(choose_preset("main"), path, text)
 
     assert dict(list_settings(changed))[path] == value
 
@@ -78,12 +78,12 @@ def test_a_leaf_can_be_changed_by_its_name(path, text, value):
 )
 def test_a_value_out_of_range_is_refused_by_name(path, text):
     with pytest.raises(SettingError, match=f"^{path}={text}: {path.split('.')[-1]} "):
-        change_setting(choose_preset("draft"), path, text)
+        change_setting(choose_preset("main"), path, text)
 
 
 def test_changing_a_leaf_leaves_all_others():
-    before = dict(list_settings(choose_preset("draft")))
-    after = dict(list_settings(change_setting(choose_preset("draft"), "motion.rate", "0.5")))
+    before = dict(list_settings(choose_preset("main")))
+    after = dict(list_settings(change_setting(choose_preset("main"), "motion.rate", "0.5")))
 
     assert {name for name in before if before[name] != after[name]} == {"motion.rate"}
 
@@ -103,7 +103,7 @@ def test_changing_a_leaf_leaves_all_others():
 )
 def test_what_cannot_be_set_is_said(path, text, said):
     with pytest.raises(SettingError, match=said):
-        change_setting(choose_preset("draft"), path, text)
+        change_setting(choose_preset("main"), path, text)
 
 
 def test_an_unknown_preset_names_those_there_are():

@@ -60,7 +60,7 @@ def test_without_a_target_the_sizes_do_not_matter(name):
 
 
 def test_rate_weight_multiplies_every_price_of_a_frame():
-    config = change_setting(choose_preset("draft"), "births.byte_price", "1e-6")
+    config = change_setting(choose_preset("main"), "births.byte_price", "1e-6")
     priced = price_bytes(change_setting(config, "rate_weight", "3"), [])
 
     assert priced.motion.price_weight == pytest.approx(3 * config.motion.price_weight)
@@ -68,14 +68,14 @@ def test_rate_weight_multiplies_every_price_of_a_frame():
 
 
 def test_too_large_frames_make_the_next_one_dearer():
-    config = change_setting(choose_preset("draft"), "target_kb_per_frame", "2")
+    config = change_setting(choose_preset("main"), "target_kb_per_frame", "2")
 
     dear, cheap = (price_bytes(config, [size] * 3).motion.price_weight for size in (4096, 1024))
     assert dear > config.motion.price_weight > cheap
 
 
 def test_canonical_prices_are_as_dear_as_bytes():
-    config = change_setting(choose_preset("draft"), "rate_weight", "3")
+    config = change_setting(choose_preset("main"), "rate_weight", "3")
     config = change_setting(config, "canonical.gaussian_price", "0.5")
     config = change_setting(config, "canonical.code_price", "0.01")
 
