@@ -69,7 +69,7 @@ _MAIN = EncoderConfig(
         level_rate=2.0,
         rate_end=0.05,
         price="group_log",
-        price_weight=0.01,
+        price_weight=0.005,
         warm_start="projection",
         momentum=1.0,
     ),
@@ -83,7 +83,7 @@ _MAIN = EncoderConfig(
         rate_end=0.05,
         split_at=(),
         must_pay=True,
-        byte_price=0.03,
+        byte_price=0.003,
     ),
 )
 _DEMO = replace(
@@ -97,6 +97,7 @@ _DEMO = replace(
         noise=0.0,
         exposure_rate=0.0,
     ),
+    rate_weight=0.25,
 )
 PRESETS = {"main": _MAIN, "demo": _DEMO, "paper": _PAPER}
 
