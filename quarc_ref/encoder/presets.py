@@ -97,7 +97,8 @@ _DEMO = replace(
         noise=0.0,
         exposure_rate=0.0,
     ),
-    rate_weight=0.25,
+    motion=replace(_MAIN.motion, price_weight=1.25e-3),
+    births=replace(_MAIN.births, byte_price=7.5e-4),
 )
 PRESETS = {"main": _MAIN, "demo": _DEMO, "paper": _PAPER}
 
