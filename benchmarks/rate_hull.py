@@ -39,6 +39,8 @@ def gap_below(point: Point, hull: Sequence[Point]) -> float:
         point: One of those that the hull is of.
         hull: As `upper_hull` gives it.
     """
+    if point in hull:
+        return 0.0  # and not what rounding makes of it
     for left, right in pairwise(hull):
         if left.kilobytes <= point.kilobytes <= right.kilobytes:
             reached = left.psnr + _gain(left, right) * (point.kilobytes - left.kilobytes)
