@@ -27,7 +27,7 @@ def _write_stream(path, metadata, frames=1):
 def test_info_gives_every_figure_as_json(stream_file, made):
     printed = run_json("info", stream_file)
 
-    assert printed["format_version"] == "0.9"
+    assert printed["format_version"] == "1.0"
     assert printed["frames"] == 4
     assert printed["gaussians"] == made.states[-1].scene.count
     assert printed["anchors"] == max(
