@@ -226,7 +226,7 @@ class FrameChunk:
         previous_contexts: Whether the last frame's motion gives contexts.
         death_count: Gaussians that leave before the motion.
         birth_count: Gaussians that join after it.
-        motion: The anchors' residuals; empty where nothing moves.
+        motion: The anchors' symbols.
         births: The newborn; empty where there are none.
         state_crc: CRC-32 of the decoded state.
     """
