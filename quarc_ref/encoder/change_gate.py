@@ -23,11 +23,13 @@ def measure_change(studio: Studio, attributes: Attributes, frame: int, view_coun
         attributes: Of the scene after its motion.
         frame: Compared with the frame before it.
         view_count: Training views taken, evenly spread over all, the same in
-            every frame.
+            every frame; of none the gate is open for all.
 
     The median is taken over the Gaussians that some view sees: were those
     unseen counted, a median of 0 would open the gate for all.
     """
+    if view_count == 0:
+        return torch.ones_like(attributes.opacities)
     total = torch.zeros_like(attributes.opacities)
     seen = torch.zeros_like(attributes.opacities, dtype=torch.bool)
     view_total = len(studio.views.cameras)

@@ -155,7 +155,7 @@ class BirthSettings(Checked):
         iterations: Paper 100; 0 leaves the stage out.
         placement: Where newborn start: `gate`, clones that the change gate lets
             through (paper), or `errors`, on the pixels farthest from the truth.
-        gate_views: Training views of the change gate (4).
+        gate_views: Training views of the change gate (4); 0 leaves it open.
         gradient: Least gated statistic of a parent, NDC (1.5e-4).
         error: Least error of a pixel that gets a newborn, mean over its colors.
         error_reach: Pixels to each side among which such a pixel must be the worst.
@@ -179,7 +179,7 @@ class BirthSettings(Checked):
 
     iterations: Count = 100
     placement: Placement = "gate"
-    gate_views: Some = 4
+    gate_views: Count = 4
     gradient: Amount = 1.5e-4
     error: Amount = 0.08
     error_reach: Count = 1

@@ -32,10 +32,13 @@ class FittedMotion:
 
     Attributes:
         symbols: `[c, a]` of each level, level 1 first.
+        residuals: `[A, c]` what these stand for, in steps, levels one after the
+            other; other than they only `without_rounding`.
         statistics: Screen gradients over the iterations, for the births.
     """
 
     symbols: list[Int64]
+    residuals: Tensor
     statistics: ScreenStatistics
 
 
@@ -69,7 +72,7 @@ def fit_motion(
         gradient = residuals.step(adam, loss, rendering.means2d)
         statistics.add(gradient, rendering, studio.camera(view))
         studio.progress.advance("motion", step + 1, settings.iterations)
-    return FittedMotion(residuals.symbols(), statistics)
+    return FittedMotion(residuals.symbols(), residuals.in_steps(), statistics)
 
 
 class _Residuals:
@@ -134,6 +137,12 @@ class _Residuals:
             leaf.grad = gradient
         adam.step()
         return by_extra
+
+    def in_steps(self) -> Tensor:
+        """Return `[A, c]` the residuals that the symbols stand for, in steps."""
+        with torch.no_grad():
+            kinds = zip(_kinds(self.quantized()), self._steps, strict=True)
+            return torch.cat([kind / step for kind, step in kinds], dim=1)
 
     def symbols(self) -> list[Int64]:
         """Return `[c, a]` of each level."""

@@ -4,14 +4,36 @@ What leaves a quantizer here is what the decoder would make of the symbol, to
 float precision; the state itself is made by the decoder alone.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
 import torch
 from torch import Tensor
 
 from quarc_ref.format.records import StreamHeader
 
 
+_rounds = ContextVar("rounds", default=True)
+
+
+@contextmanager
+def without_rounding() -> Iterator[None]:
+    """Within this context training goes on as if no stream were to be written.
+
+    What it ends on is in no step: this is for measuring what rounding costs.
+    """
+    token = _rounds.set(False)
+    try:
+        yield
+    finally:
+        _rounds.reset(token)
+
+
 def round_to_step(values: Tensor, step: float) -> Tensor:
     """Return the multiples of a step nearest to values, with the gradient of the identity."""
+    if not _rounds.get():
+        return values
     return values + (torch.round(values / step) * step - values).detach()
 
 
@@ -23,6 +45,8 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
         fraction_bits: Of the three components.
     """
     unit = torch.nn.functional.normalize(quaternions, dim=1)
+    if not _rounds.get():
+        return unit
     with torch.no_grad():
         index, components = split_rotations(unit, fraction_bits)
         others = components / (1 << fraction_bits)

@@ -27,3 +27,9 @@ def test_between_equal_pictures_it_stays_shut(monkeypatch):
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
     assert not measure_change(studio, attributes, frame=1, view_count=3).any()
+
+
+def test_without_views_it_is_open_for_all():
+    attributes = from_splats(make_splats(0), torch.device("cpu"))
+
+    assert measure_change(make_studio(), attributes, frame=1, view_count=0).unique().tolist() == [1]

@@ -10,6 +10,7 @@ from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame
 from quarc_ref.encoder.config import MotionSettings
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.quantize import quantize_gaussians
+from quarc_ref.encoder.straight_through import without_rounding
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews
@@ -101,3 +102,17 @@ def test_the_dearer_symbols_are_the_fewer_there_are():
         for weight in (0.0, 2e-3, 1.0)
     ]
     assert counts[0] > counts[1] > counts[2]
+
+
+def test_residuals_are_the_symbols_unless_nothing_is_rounded():
+    studio, state = make_studio(), _make_state()
+    begun = begin_frame(state, 0)
+
+    rounded = fit_motion(studio, state, begun, _MOTION)
+    with without_rounding():
+        free = fit_motion(studio, state, begun, _MOTION)
+
+    symbols = np.concatenate(rounded.symbols, axis=1).T
+    assert np.allclose(rounded.residuals.numpy(), symbols, atol=1e-4)
+    fractions = free.residuals.numpy() - np.concatenate(free.symbols, axis=1).T
+    assert np.count_nonzero(np.abs(fractions) > 0.01) > free.residuals.numel() / 2

@@ -6,7 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.decoder.rotation import expand_rotations
-from quarc_ref.encoder.straight_through import round_rotations, round_to_step, split_rotations
+from quarc_ref.encoder.straight_through import (
+    round_rotations,
+    round_to_step,
+    split_rotations,
+    without_rounding,
+)
 
 _COMPONENT = st.floats(-1, 1, width=32)
 
@@ -51,3 +56,14 @@ def test_the_gradient_of_rounded_rotations_is_that_of_the_normalization():
     (torch.nn.functional.normalize(plain, dim=1) * weights).sum().backward()
 
     assert torch.equal(leaf.grad, plain.grad)
+
+
+def test_nothing_is_rounded_where_no_stream_is_to_be_written():
+    values, quaternion = torch.tensor([0.3, 7.7]), torch.tensor([[2.0, 1.0, 0.3, 0.0]])
+    unit = quaternion / quaternion.norm()
+
+    with without_rounding():
+        assert torch.equal(round_to_step(values, 0.5), values)
+        assert torch.allclose(round_rotations(quaternion, 1), unit)
+    assert torch.equal(round_to_step(values, 0.5), torch.tensor([0.5, 7.5]))
+    assert not torch.allclose(round_rotations(quaternion, 1), unit)
