@@ -13,6 +13,7 @@ from typing import Any
 
 from tests import oracle
 from tests.spec import plain_gaussians
+from tests.spec.plain_coder import Counts
 from tests.spec.plain_fields import FieldReader, PlainChunk, Row
 from tests.spec.plain_motion import read_motion
 from tests.spec.plain_planes import PlainSection, Run, open_section, rows_alike, rows_apart
@@ -48,11 +49,13 @@ def decode_plain(spec: str, data: bytes) -> PlainStream:
     for chunk in chunks:
         if chunk.kind in {"CANO", "FRAM"}:
             before = frames[-1].state if frames else None
-            frames.append(_Frame(header, chunk.fields).decode(before))
+            frames.append(FrameDecoder(header, chunk.fields).decode(before))
     return PlainStream(reader.rows, chunks, frames)
 
 
-class _Frame:
+class FrameDecoder:
+    """One frame's chunk, of parsed fields; `conformance` makes its frames by the same walk."""
+
     def __init__(self, header: dict[str, Any], fields: dict[str, Any]) -> None:
         self.header, self.fields = header, fields
         self.runs: list[Run] = []
@@ -61,11 +64,20 @@ class _Frame:
 
     def decode(self, before: PlainState | None) -> PlainFrame:
         kind = "CANO" if "gaussian_count" in self.fields else "FRAM"
-        state = self._canonical() if before is None or kind == "CANO" else self._follow(before)
+        state = self.state_after(before)
         whole = state.phase % self.header["full_crc_interval"] == 0
         crc = zlib.crc32(state.serialize(codes=whole))
         assert crc == self.fields["state_crc"], "state-crc"
         return PlainFrame(kind, state, self.runs, self.notes, crc)
+
+    def state_after(self, before: PlainState | None) -> PlainState:
+        """The state that the chunk makes, whatever its CRC says."""
+        if before is None or "gaussian_count" in self.fields:
+            return self._canonical()
+        return self._follow(before)
+
+    def _open(self, title: str, stored: Any, counts: Counts) -> PlainSection:  # noqa: ANN401
+        return open_section(title, stored, counts)
 
     def _close(self, section: PlainSection) -> None:
         section.close()
@@ -78,7 +90,7 @@ class _Frame:
         """SPEC 7.2 and 8.5."""
         count, step = self.fields["gaussian_count"], self.header["position_step"]
         stored = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
-        opened = [open_section(name, section, {}) for name, section in stored]
+        opened = [self._open(name, section, {}) for name, section in stored]
         keys = plain_gaussians.read_keys(opened[0], "keys", count)
         assert max(keys) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
         dc = plain_gaussians.read_colors(opened[1], "SH DC", count)
@@ -163,7 +175,7 @@ class _Frame:
         if not self.fields["previous_contexts"]:
             previous = {}
         channels = 3 + self.header["rotation_components"]
-        section = open_section("motion", self.fields["motion"], state.counts)
+        section = self._open("motion", self.fields["motion"], state.counts)
         read_motion(section, channels, previous, state.levels)
         self._close(section)
         for number, level in enumerate(state.levels, 1):
@@ -184,7 +196,7 @@ class _Frame:
     def _bear(self, state: PlainState) -> None:
         """SPEC 8.6 and 7.6."""
         count, step = self.fields["birth_count"], self.header["position_step"]
-        section = open_section("births", self.fields["births"], state.counts)
+        section = self._open("births", self.fields["births"], state.counts)
         parents = plain_gaussians.read_keys(section, "births parents", count)
         position = rows_alike(section, "births positions", count, 3)
         dc = plain_gaussians.read_colors(section, "births SH DC", count)
