@@ -122,7 +122,8 @@ def _show_evaluation(
     summary, quality = evaluation.summary, evaluation.quality
     if as_json:
         report = {} if page is None else {"report": str(page)}
-        print_json({"file": str(file), **summary.as_json(), **quality.as_json(), **report})
+        measured = {**quality.as_json(), "protocol": evaluation.protocol.as_json()}
+        print_json({"file": str(file), **summary.as_json(), **measured, **report})
         return
     lines = {
         "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "

@@ -13,7 +13,6 @@ from torch import Tensor
 
 from quarc_ref.format.records import StreamHeader
 
-
 _rounds = ContextVar("rounds", default=True)
 
 

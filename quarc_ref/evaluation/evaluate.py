@@ -10,7 +10,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.decoder import Scene, Splats, decode, dequantize
+from quarc_ref.decoder import Splats, decode, dequantize
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.metrics import (
     PSNR_VARIANT,
@@ -19,6 +19,7 @@ from quarc_ref.evaluation.metrics import (
     measure_psnr,
     measure_ssim,
 )
+from quarc_ref.evaluation.protocol import Protocol, describe_protocol
 from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.format.records import Camera
 from quarc_ref.rendering.pictures import render_picture
@@ -75,11 +76,13 @@ class Evaluation:
         summary: What it is made of.
         quality: Its metrics.
         shown: Views of the first held-out camera: first, middle and last frame.
+        protocol: Under what conditions.
     """
 
     summary: StreamSummary
     quality: Quality
     shown: tuple[View, ...]
+    protocol: Protocol
 
 
 def open_same_capture(summary: StreamSummary, folder: Path) -> Capture:
@@ -129,13 +132,33 @@ def evaluate_stream(data: bytes, folder: Path, note: Callable[[str, int, int], N
     count = len(summary.frames)
     shown, psnr, ssim = [], [], []
     for index, scene in enumerate(decode(data)):
-        views = _measure(scene, summary.cameras, capture)
+        views = measure_views(dequantize(scene), scene.frame, summary.cameras, capture)
         psnr.append(float(np.mean([view.psnr for view in views])))
         ssim.append(float(np.mean([view.ssim for view in views])))
         if index in {0, count // 2, count - 1}:
             shown.append(views[0])
         note("evaluate", index + 1, count)
-    return Evaluation(summary, Quality(tuple(psnr), tuple(ssim)), tuple(shown))
+    made_from = summary.metadata.get("fingerprint")
+    protocol = describe_protocol(capture, summary.cameras, count, summary.header.seed, made_from)
+    return Evaluation(summary, Quality(tuple(psnr), tuple(ssim)), tuple(shown), protocol)
+
+
+def measure_views(
+    splats: Splats, frame: int, cameras: Sequence[Camera], capture: Capture
+) -> list[View]:
+    """Return what the held-out cameras see of a frame, and how near it is to the truth.
+
+    Args:
+        splats: The frame's scene in floats.
+        frame: Its ordinal.
+        cameras: To draw with, in the order of the capture: those of a stream
+            are not to the last bit those of its capture.
+        capture: Whose held-out pictures are the truth.
+    """
+    return [
+        _view(splats, cameras[index], capture.image(index, frame), frame)
+        for index in capture.held_out
+    ]
 
 
 def _require_equal(subject: str, of_capture: Sequence[str], of_stream: Sequence[str]) -> None:
@@ -155,15 +178,6 @@ def _sizes(cameras: Sequence[Camera]) -> list[str]:
 
 def _finite(number: float) -> float | None:
     return number if math.isfinite(number) else None
-
-
-def _measure(scene: Scene, cameras: Sequence[Camera], capture: Capture) -> list[View]:
-    """Return the views of the held-out cameras, as the stream and not the capture has these."""
-    splats = dequantize(scene)
-    return [
-        _view(splats, cameras[index], capture.image(index, scene.frame), scene.frame)
-        for index in capture.held_out
-    ]
 
 
 def _view(splats: Splats, camera: Camera, image: Image, frame: int) -> View:

@@ -70,7 +70,8 @@ def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
         frames_plot=_embed(pictures["frames.png"]),
         kinds_plot=_embed(pictures["bytes.png"]),
         bytes_table=_compose_bytes(summary),
-        settings=_compose_settings(summary.metadata),
+        protocol=_compose_lines(evaluation.protocol.as_lines()),
+        settings=_compose_lines(summary.metadata),
     )
 
 
@@ -117,8 +118,8 @@ def _compose_bytes(summary: StreamSummary) -> str:
     return f"<table>{head}{''.join(rows)}</table>"
 
 
-def _compose_settings(metadata: dict[str, str]) -> str:
-    lines = [f"{key}: {value}" for key, value in metadata.items()]
+def _compose_lines(named: dict[str, str]) -> str:
+    lines = [f"{key}: {value}" for key, value in named.items()]
     return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
 
 

@@ -7,7 +7,6 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from quarc_ref.evaluation.evaluate import Evaluation
 from quarc_ref.evaluation.report import DIFFERENCE_GAIN, write_report
 
 _PNG = "data:image/png;base64,"
@@ -120,7 +119,7 @@ def test_what_a_stream_says_of_itself_is_text_and_no_markup(page):
 
 def test_a_camera_s_name_leads_to_no_other_folder(evaluation, tmp_path):
     shown = tuple(replace(view, camera="../../up\\<i>") for view in evaluation.shown)
-    odd = Evaluation(evaluation.summary, evaluation.quality, shown)
+    odd = replace(evaluation, shown=shown)
     page = write_report(odd, tmp_path / "a" / "b")
 
     files = [path for path in tmp_path.rglob("*") if path.is_file()]

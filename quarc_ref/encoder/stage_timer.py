@@ -1,0 +1,50 @@
+"""Where the seconds of an encode go, told by its progress alone."""
+
+import time
+from collections.abc import Callable
+
+from quarc_ref.encoder.progress import Progress, Silence
+
+# What happens between the last step of one stage and the first of the next.
+_BETWEEN = {
+    ("canonical", "frames"): "canonical commit",
+    ("frames", "motion"): "anchors",
+    ("motion", "births"): "placement",
+    ("motion", "frames"): "commit",
+    ("births", "frames"): "commit",
+}
+
+
+class StageTimer:
+    """Adds up the seconds of every stage of an encode, and tells another of the progress.
+
+    Args:
+        then: Is told of every step as well.
+        clock: Seconds since any moment.
+
+    Attributes:
+        seconds: By stage: `canonical`; then of all later frames together `anchors`
+            (sampling, binding, warm start), `motion`, `placement` (commit of the
+            motion, and where newborn start), `births` and `commit` (of the
+            births, of the frame, and its decoding). The first step of a stage
+            counts to what comes before it.
+    """
+
+    def __init__(
+        self, then: Progress | None = None, clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self._then = then or Silence()
+        self._clock = clock
+        self._last = clock()
+        self._stage: str | None = None
+        self.seconds: dict[str, float] = {}
+
+    def advance(self, stage: str, done: int, total: int) -> None:
+        """See `Progress.advance`."""
+        now = self._clock()
+        name = stage
+        if self._stage is not None:
+            name = _BETWEEN.get((self._stage, stage), stage)
+        self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
+        self._then.advance(stage, done, total)
+        self._last, self._stage = self._clock(), stage

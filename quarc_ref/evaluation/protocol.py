@@ -1,0 +1,119 @@
+"""Under what conditions a stream was measured: without them its figures mean nothing.
+
+Everything is read from the stream and the capture; nothing is typed in by hand.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+
+from quarc_ref import __version__
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
+from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
+from quarc_ref.format.records import Camera
+
+RENDERER = "numba on the CPU, float32, black background"
+_PACKAGES = ("numpy", "numba", "torch", "gsplat")
+
+
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """The conditions of a measurement.
+
+    Attributes:
+        capture: Name of the capture.
+        fingerprint: Digest of the files that pictures were compared with.
+        encoded_from: Digest of the files that the stream says it was made from;
+            None if it does not say.
+        training: Names of the cameras that training could see.
+        held_out: Names of the cameras that were measured.
+        resolution: Width and height of the first held-out camera.
+        frames: How many were measured.
+        seed: Of every draw of the encoder.
+        renderer: What drew the decoded scenes.
+        versions: Of this package, the format and the libraries that are installed.
+        metrics: The variant of each metric, by its name.
+    """
+
+    capture: str
+    fingerprint: str
+    encoded_from: str | None
+    training: tuple[str, ...]
+    held_out: tuple[str, ...]
+    resolution: tuple[int, int]
+    frames: int
+    seed: int
+    renderer: str
+    versions: dict[str, str]
+    metrics: dict[str, str]
+
+    def as_json(self) -> dict[str, object]:
+        """Return what `eval --json` prints of it."""
+        return {
+            "capture": self.capture,
+            "fingerprint": self.fingerprint,
+            "encoded_from": self.encoded_from,
+            "cameras": {"training": list(self.training), "held_out": list(self.held_out)},
+            "resolution": list(self.resolution),
+            "frames": self.frames,
+            "seed": self.seed,
+            "renderer": self.renderer,
+            "versions": self.versions,
+            "metrics": self.metrics,
+        }
+
+    def as_lines(self) -> dict[str, str]:
+        """Return it as names and text, for people."""
+        same = "the same" if self.encoded_from == self.fingerprint else self.encoded_from
+        return {
+            "capture": f"{self.capture}, fingerprint {self.fingerprint}",
+            "encoded from": same or "the stream does not say",
+            "training cameras": ", ".join(self.training),
+            "held-out cameras": ", ".join(self.held_out),
+            "resolution": " x ".join(map(str, self.resolution)),
+            "frames": str(self.frames),
+            "seed": str(self.seed),
+            "renderer": self.renderer,
+            "versions": ", ".join(f"{name} {number}" for name, number in self.versions.items()),
+            "metrics": "; ".join(self.metrics.values()),
+        }
+
+
+def describe_protocol(
+    capture: Capture, cameras: Sequence[Camera], frames: int, seed: int, encoded_from: str | None
+) -> Protocol:
+    """Return the conditions of a measurement.
+
+    Args:
+        capture: Whose held-out pictures are the truth.
+        cameras: As the stream has them, at least one of them held out.
+        frames: How many are measured.
+        seed: Of the stream.
+        encoded_from: Fingerprint that the stream names.
+    """
+    held_out = [camera for camera in cameras if camera.held_out]
+    return Protocol(
+        capture.name,
+        capture.fingerprint,
+        encoded_from,
+        tuple(camera.name for camera in cameras if not camera.held_out),
+        tuple(camera.name for camera in held_out),
+        (held_out[0].width, held_out[0].height),
+        frames,
+        seed,
+        RENDERER,
+        list_versions(),
+        {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT},
+    )
+
+
+def list_versions() -> dict[str, str]:
+    """Return the versions of this package, its format, and the libraries that are installed."""
+    versions = {"quarc-ref": __version__, "format": f"{VERSION_MAJOR}.{VERSION_MINOR}"}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return versions

@@ -1,0 +1,75 @@
+"""The held-out camera is for measuring: no picture of it is read before that."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets import open_capture as opening
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder import EncodeOptions, encode
+from tests.datasets import scenes
+from tests.encoder.toys import SMALL
+
+_HELD_OUT = "cam01"
+
+
+class PeekedError(AssertionError):
+    """A held-out picture was read."""
+
+
+class _Guarded:
+    """A source that will not give the pictures of a camera."""
+
+    def __init__(self, source, forbidden):
+        self._source = source
+        self._forbidden = forbidden
+        self.asked = set()
+
+    def read(self, camera, frame):
+        if camera == self._forbidden:
+            message = f"frame {frame} of the held-out camera"
+            raise PeekedError(message)
+        self.asked.add((camera, frame))
+        return self._source.read(camera, frame)
+
+
+@pytest.fixture
+def guarded(tmp_path, monkeypatch) -> tuple[Path, list[_Guarded]]:
+    """A capture without initial points, of which every reader is guarded."""
+    shots, guards = scenes.make_shots(6, (160, 120), 150.0), []
+    for shot in shots:
+        picture = scenes.render(shot, painting=scenes.paint_grains, samples=4)
+        scenes.write_video(tmp_path / f"{shot.name}.mp4", [picture] * 3)
+    np.save(tmp_path / "poses_bounds.npy", [scenes.poses_row(shot) for shot in shots])
+    real = opening.RectifiedPictures
+
+    def guard(source, names, rectifiers):
+        guards.append(_Guarded(source, names.index(_HELD_OUT)))
+        return real(guards[-1], names, rectifiers)
+
+    monkeypatch.setattr(opening, "RectifiedPictures", guard)
+    return tmp_path, guards
+
+
+def test_no_held_out_picture_is_read_from_opening_to_the_end_of_the_stream(guarded):
+    folder, guards = guarded
+    capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
+    sink = io.BytesIO()
+    encode(capture, sink, EncodeOptions(SMALL, device="cpu"))
+
+    (guard,) = guards
+    frames = {frame for _, frame in guard.asked}
+    cameras = {camera for camera, _ in guard.asked}
+    assert frames == {0, 1, 2}
+    assert cameras == {0, 2, 3, 4, 5}
+    assert len(sink.getvalue()) > 1000
+
+
+def test_the_guard_sees_a_peek(guarded):
+    folder, _ = guarded
+    capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
+
+    with pytest.raises(PeekedError, match="frame 2"):
+        capture.image(capture.held_out[0], 2)

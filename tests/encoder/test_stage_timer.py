@@ -1,0 +1,63 @@
+import io
+
+import pytest
+
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.stage_timer import StageTimer
+from tests.encoder.toys import SMALL, make_capture
+
+_SHOWN = ["canonical", "canonical commit", "anchors", "motion", "placement", "births", "commit"]
+
+
+class _Ticks:
+    """A clock that goes on by so many seconds whenever it is told to."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+def test_seconds_go_to_the_stage_that_ends_and_to_what_is_between_two():
+    clock = _Ticks()
+    timer = StageTimer(clock=clock)
+    steps = [
+        (5, "canonical"), (2, "canonical"), (1, "frames"), (3, "motion"), (4, "motion"),
+        (7, "births"), (8, "births"), (9, "frames"), (10, "motion"), (11, "frames"),
+    ]  # fmt: skip
+    for seconds, stage in steps:
+        clock.now += seconds
+        timer.advance(stage, 1, 1)
+
+    assert timer.seconds == {
+        "canonical": 7, "canonical commit": 1, "anchors": 13, "motion": 4, "placement": 7,
+        "births": 8, "commit": 20,
+    }  # fmt: skip
+
+
+def test_another_is_told_and_its_seconds_do_not_count():
+    clock, told = _Ticks(), []
+
+    class Slow:
+        def advance(self, *step):
+            told.append(step)
+            clock.now += 100
+
+    timer = StageTimer(Slow(), clock)
+    clock.now += 1
+    timer.advance("motion", 1, 2)
+    clock.now += 2
+    timer.advance("motion", 2, 2)
+
+    assert timer.seconds == {"motion": 3}
+    assert told == [("motion", 1, 2), ("motion", 2, 2)]
+
+
+def test_an_encode_has_all_stages_and_no_others():
+    timer = StageTimer()
+    begun = timer._clock()
+    encode(make_capture(2), io.BytesIO(), EncodeOptions(SMALL, device="cpu", progress=timer))
+
+    assert sorted(timer.seconds) == sorted(_SHOWN)
+    assert 0 < sum(timer.seconds.values()) == pytest.approx(timer._clock() - begun, rel=0.1)

@@ -1,0 +1,58 @@
+import json
+from importlib.metadata import version
+
+import pytest
+
+from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.evaluation.protocol import describe_protocol
+from quarc_ref.evaluation.report import write_report
+from tests.evaluation.conftest import ignore
+from tests.evaluation.streams_of_captures import write_stream
+
+
+@pytest.fixture(scope="module")
+def protocol(evaluation):
+    return evaluation.protocol.as_json()
+
+
+def test_it_tells_all_that_a_figure_hangs_on(protocol, capture):
+    assert protocol["fingerprint"] == capture.fingerprint
+    assert protocol["cameras"] == {"training": ["cam00", "cam03"], "held_out": ["cam01", "cam04"]}
+    assert protocol["resolution"] == [48, 32]
+    assert protocol["frames"] == 4
+    assert protocol["seed"] == 5
+    assert "numba" in protocol["renderer"]
+    assert "ssim_inria" in protocol["metrics"]["ssim"]
+    assert "mean of the frames" in protocol["metrics"]["psnr"]
+
+
+def test_versions_are_those_that_are_installed(protocol):
+    for package in ("numpy", "numba", "torch"):
+        assert protocol["versions"][package] == version(package)
+    assert protocol["versions"]["format"] == "1.0"
+
+
+def test_it_is_json(protocol):
+    assert json.loads(json.dumps(protocol)) == protocol
+
+
+def test_a_stream_that_names_its_capture_is_held_against_it(folder, capture):
+    for said, told in ((capture.fingerprint, "the same"), ("f" * 64, "f" * 64)):
+        data = write_stream(capture.cameras, 1, {"fingerprint": said})
+        measured = evaluate_stream(data, folder, ignore).protocol
+
+        assert measured.encoded_from == said
+        assert measured.as_lines()["encoded from"] == told
+
+
+def test_a_stream_that_names_none_is_told_to(capture):
+    protocol = describe_protocol(capture, capture.cameras, 4, 0, None)
+
+    assert protocol.as_lines()["encoded from"] == "the stream does not say"
+
+
+def test_the_page_shows_it(evaluation, capture, tmp_path):
+    page = write_report(evaluation, tmp_path).read_text("utf-8")
+
+    assert capture.fingerprint in page
+    assert "held-out cameras: cam01, cam04" in page
