@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, settings
 
 from quarc_ref.evaluation.twin_coders import TwinCoders
 from quarc_ref.format.entropy import decoding_with
+from tests.clusters import run_cluster
 
 settings.register_profile("dev", max_examples=50, deadline=None)
 settings.register_profile(
@@ -30,6 +31,12 @@ def both_entropy_decoders():
     coders = TwinCoders()
     with decoding_with(coders.open):
         yield coders
+
+
+@pytest.fixture(scope="session")
+def ray_cluster():
+    """The address of a Ray cluster of two processors."""
+    yield from run_cluster()
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,11 @@
+"""The same function on many arguments, in processes of this machine or on a Ray cluster.
+
+    run_jobs(encode_segment, [Job("frames 0 to 29", first), ...], Where(workers=2))
+
+Nothing here knows what the jobs are about.
+"""
+
+from quarc_ref.jobs.job import Job, JobsError, Where
+from quarc_ref.jobs.run_jobs import run_jobs
+
+__all__ = ["Job", "JobsError", "Where", "run_jobs"]

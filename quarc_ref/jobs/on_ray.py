@@ -1,0 +1,47 @@
+"""Jobs as tasks of a Ray cluster, which starts one again whose machine is lost."""
+
+import logging
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from quarc_ref.jobs.job import Outcome, Where, attempt
+
+_LOCAL = "local"
+
+
+def run_on_ray(calls: Sequence[bytes], where: Where) -> Iterator[tuple[int, Outcome]]:
+    """Make calls, as many at a time as the cluster bears.
+
+    Yields:
+        The place of each call and its outcome, as they end.
+
+    Raises:
+        ImportError: Ray is not installed.
+        ConnectionError: No cluster is at the address.
+    """
+    import ray
+
+    # A cluster that is started here is as large as was asked for, and serves no pages.
+    here: dict[str, Any] = {"num_cpus": where.workers * where.threads, "include_dashboard": False}
+    quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
+    ray.init(where.ray, **quiet, **(here if where.ray == _LOCAL else {}))
+    try:
+        task = ray.remote(num_cpus=where.threads, num_gpus=where.gpus)(attempt)
+        places = {task.remote(call, where.environment): place for place, call in enumerate(calls)}
+        while places:
+            ended, _ = ray.wait(list(places))
+            for reference in ended:
+                yield places.pop(reference), _take_outcome(reference)
+    finally:
+        ray.shutdown()
+
+
+def _take_outcome(reference: Any) -> Outcome:  # noqa: ANN401
+    """Return the outcome of a task that has ended."""
+    import ray
+
+    try:
+        outcome: Outcome = ray.get(reference)
+    except ray.exceptions.RayError as error:
+        return Outcome(fault=f"Ray could not run it: {error}")
+    return outcome

@@ -1,0 +1,52 @@
+"""Jobs run, told of and gathered, wherever they run."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from quarc_ref.jobs.job import Argument, Job, Outcome, Result, Where, pack_call, take_results
+from quarc_ref.jobs.on_ray import run_on_ray
+from quarc_ref.jobs.processes import run_in_processes
+
+
+def run_jobs(
+    function: Callable[[Argument], Result],
+    jobs: Sequence[Job[Argument]],
+    where: Where,
+    told: Callable[[str, int, int], object] | None = None,
+) -> list[Result]:
+    """Call a function once for every job, each in a process of its own.
+
+    A job that fails does not stop the others. If the caller is interrupted or
+    killed, the jobs end with it: one that may come again should keep what it
+    has done in files.
+
+    Args:
+        function: Can be imported by its name where the jobs run, and its
+            result can be pickled.
+        jobs: In the order in which they are begun.
+        where: In processes of this machine, or on a Ray cluster. Files that
+            jobs name must be there too.
+        told: Is called after each job with its name, how many are over, and
+            how many there are.
+
+    Returns:
+        The results in the order of the jobs.
+
+    Raises:
+        JobsError: Some jobs have failed; the results of the others are lost.
+        ImportError: Ray is asked for and not installed.
+        ConnectionError: No Ray cluster is at the address.
+    """
+    outcomes: dict[int, Outcome] = {}
+    for place, outcome in _run(function, jobs, where):
+        outcomes[place] = outcome
+        if told is not None:
+            told(jobs[place].name, len(outcomes), len(jobs))
+    return take_results(jobs, outcomes)
+
+
+def _run(
+    function: Callable[[Any], Any], jobs: Sequence[Job[Any]], where: Where
+) -> Iterator[tuple[int, Outcome]]:
+    calls = [pack_call(function, job.argument) for job in jobs]
+    return run_in_processes(calls, where) if where.ray is None else run_on_ray(calls, where)

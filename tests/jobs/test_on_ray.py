@@ -1,0 +1,54 @@
+import os
+import time
+
+import pytest
+
+from quarc_ref.jobs import Job, JobsError, Where, run_jobs
+from tests.jobs import works
+
+
+def _make_jobs(*arguments):
+    return [Job(f"job {argument}", argument) for argument in arguments]
+
+
+def _is_gone(process):
+    for _ in range(200):
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_two_workers_of_a_cluster_work_at_once_and_results_keep_the_order(ray_cluster):
+    told = []
+    jobs = _make_jobs(3, 1, 2, 5)
+
+    results = run_jobs(
+        works.square_slowly, jobs, Where(ray=ray_cluster), lambda *of: told.append(of)
+    )
+
+    assert [square for square, _ in results] == [9, 1, 4, 25]
+    assert len({process for _, process in results}) == 2
+    assert [done for _, done, _ in told] == [1, 2, 3, 4]
+
+
+def test_jobs_that_fail_on_a_cluster_are_named(ray_cluster):
+    with pytest.raises(JobsError) as caught:
+        run_jobs(works.fail_if_odd, _make_jobs(1, 2), Where(ray=ray_cluster))
+
+    assert caught.value.faults == {"job 1": "ValueError: 1 is odd"}
+
+
+def test_a_job_of_a_cluster_has_its_threads(ray_cluster):
+    where = Where(threads=2, ray=ray_cluster)
+
+    assert run_jobs(works.name_threads, _make_jobs(1), where) == [(2, "2")]
+
+
+def test_a_cluster_that_is_started_here_ends_with_its_jobs(ray_cluster):
+    del ray_cluster  # what it sets holds for this one too
+    processes = run_jobs(works.name_processes, _make_jobs(1), Where(ray="local"))
+
+    assert [_is_gone(process) for process in processes[0]] == [True, True]

@@ -1,0 +1,63 @@
+import subprocess
+import sys
+import time
+
+import pytest
+
+from quarc_ref.jobs import Job, Where, run_jobs
+from tests.jobs import works
+
+_CALLER = """
+import sys
+from quarc_ref.jobs import Job, Where, run_jobs
+from tests.jobs import works
+
+if __name__ == "__main__":
+    run_jobs(works.sleep_noted, [Job(path, path) for path in sys.argv[1:]], Where(workers=2))
+"""
+
+
+def _await_text(path):
+    for _ in range(1500):
+        if path.is_file() and (text := path.read_text()):
+            return text
+        time.sleep(0.02)
+    return pytest.fail(f"nothing new is written into {path.name}")
+
+
+def _is_quiet(path):
+    """Whether the job that writes into a file does so no more."""
+    for _ in range(100):
+        before = path.read_text()
+        time.sleep(0.1)
+        if path.read_text() == before:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("signal_name", ["terminate", "kill"])
+def test_no_job_outlives_its_caller(signal_name, tmp_path):
+    notes = [tmp_path / "first", tmp_path / "second"]
+    program = tmp_path / "caller.py"
+    program.write_text(_CALLER)
+    command = [sys.executable, program, *notes]
+    with subprocess.Popen(command, env={"PYTHONPATH": "."}, stderr=subprocess.DEVNULL) as caller:
+        for note in notes:
+            _await_text(note)
+        getattr(caller, signal_name)()
+
+    assert [_is_quiet(note) for note in notes] == [True, True]
+
+
+def test_jobs_end_with_an_interruption_of_the_caller(tmp_path):
+    note = tmp_path / "note"
+
+    def interrupt(*_of):
+        _await_text(note)
+        raise KeyboardInterrupt
+
+    jobs = [Job("long", str(note)), Job("none", None)]
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(works.sleep_noted, jobs, Where(workers=2), interrupt)
+
+    assert _is_quiet(note)

@@ -1,0 +1,71 @@
+import os
+
+import pytest
+
+from quarc_ref.jobs import Job, JobsError, Where, run_jobs
+from tests.jobs import works
+
+TWO = Where(workers=2)
+
+
+def _make_jobs(*arguments):
+    return [Job(f"job {argument}", argument) for argument in arguments]
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+def test_results_come_in_the_order_of_the_jobs(workers):
+    assert run_jobs(works.square, _make_jobs(3, 1, 2), Where(workers)) == [9, 1, 4]
+
+
+def test_no_jobs_have_no_results():
+    assert run_jobs(works.square, [], TWO) == []
+
+
+def test_every_job_that_ends_is_told():
+    told = []
+    run_jobs(works.square, _make_jobs(3, 1), Where(), lambda *of: told.append(of))
+
+    assert told == [("job 3", 1, 2), ("job 1", 2, 2)]
+
+
+def test_every_job_has_a_process_and_threads_of_its_own(monkeypatch):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "7")
+    before = dict(os.environ)
+    processes = run_jobs(works.name_processes, _make_jobs(1, 2), TWO)
+
+    assert len({process for process, _ in processes}) == 2
+    assert {caller for _, caller in processes} == {os.getpid()}
+    assert run_jobs(works.name_threads, _make_jobs(1), Where(threads=3)) == [(3, "3")]
+    assert os.environ == before
+
+
+def test_jobs_that_fail_are_named_once_all_others_are_done():
+    told = []
+    with pytest.raises(JobsError) as caught:
+        run_jobs(works.fail_if_odd, _make_jobs(1, 2, 3), TWO, lambda *of: told.append(of))
+
+    assert caught.value.faults == {
+        "job 1": "ValueError: 1 is odd",
+        "job 3": "ValueError: 3 is odd",
+    }
+    assert str(caught.value).startswith("2 of 3 jobs failed; job 1: ValueError: 1 is odd; job 3")
+    assert "in fail_if_odd" in caught.value.__notes__[0]
+    assert len(told) == 3
+
+
+def test_a_process_that_dies_fails_its_own_job_alone():
+    with pytest.raises(JobsError) as caught:
+        run_jobs(works.end_if_odd, _make_jobs(1, 2), Where())
+
+    assert caught.value.faults == {"job 1": "its process ended with code -9"}
+
+
+def test_a_result_that_cannot_be_handed_over_is_the_job_s_fault():
+    with pytest.raises(JobsError, match="job 1: .*pickle"):
+        run_jobs(works.return_no_value, _make_jobs(1), Where())
+
+
+@pytest.mark.parametrize("numbers", [{"workers": 0}, {"threads": 0}, {"gpus": -1}])
+def test_places_that_cannot_be_are_refused(numbers):
+    with pytest.raises(ValueError, match="at least"):
+        Where(**numbers)

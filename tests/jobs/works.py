@@ -1,0 +1,52 @@
+"""What jobs do in the tests: they are imported by their names where they run."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def square(number):
+    return number * number
+
+
+def square_slowly(number):
+    """Return a square and who has found it, not before another worker may have begun."""
+    time.sleep(0.5)
+    return number * number, os.getpid()
+
+
+def fail_if_odd(number):
+    if number % 2:
+        message = f"{number} is odd"
+        raise ValueError(message)
+    return number
+
+
+def name_processes(_argument):
+    """Return who does this, and who has started it."""
+    return os.getpid(), os.getppid()
+
+
+def name_threads(_argument):
+    import numba
+
+    return numba.config.NUMBA_NUM_THREADS, os.environ["OMP_NUM_THREADS"]
+
+
+def end_if_odd(number):
+    """Die as a process does that the system has no memory for."""
+    if number % 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def return_no_value(_argument):
+    return lambda: None
+
+
+def sleep_noted(path):
+    """Tell that the job runs, for as long as it runs; without a path, do nothing."""
+    while path:
+        Path(path).write_text(f"{os.getpid()} {time.monotonic()}")
+        time.sleep(0.02)
