@@ -61,7 +61,7 @@ def test_a_process_that_dies_fails_its_own_job_alone():
 
 
 def test_a_result_that_cannot_be_handed_over_is_the_job_s_fault():
-    with pytest.raises(JobsError, match="job 1: .*pickle"):
+    with pytest.raises(JobsError, match=r"job 1: .*pickle"):
         run_jobs(works.return_no_value, _make_jobs(1), Where())
 
 
