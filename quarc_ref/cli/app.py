@@ -15,6 +15,7 @@ from quarc_ref.cli import (
     edit_verbs,
     encode_verb,
     inspect_verb,
+    render_verb,
     stream_verbs,
 )
 from quarc_ref.cli.faults import heed_termination
@@ -35,6 +36,7 @@ app.command("info")(stream_verbs.info)
 app.command("inspect")(inspect_verb.inspect)
 app.command("cut")(edit_verbs.cut)
 app.command("join")(edit_verbs.join)
+app.command("render")(render_verb.render)
 app.command("eval")(capture_verbs.evaluate)
 app.command("synth")(capture_verbs.synth)
 app.command("demo")(capture_verbs.demo)

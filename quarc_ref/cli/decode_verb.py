@@ -13,6 +13,7 @@ from quarc_ref.cli.options import (
     AsJson,
     FollowIt,
     Force,
+    Frames,
     Patience,
     Quiet,
     StreamName,
@@ -34,12 +35,7 @@ def decode_frames(
     to: Annotated[
         Literal["ply", "npz"], typer.Option("--to", help="3DGS PLY, or NumPy arrays.")
     ] = "ply",
-    frames: Annotated[
-        str | None,
-        typer.Option(
-            "--frames", metavar="A:B", help="Frames from A up to, and without, B; all by default."
-        ),
-    ] = None,
+    frames: Frames = None,
     follow: FollowIt = False,
     patience: Patience = 10.0,
     past_damage: Annotated[

@@ -8,9 +8,10 @@ import typer
 from quarc_ref.cli.faults import UsageError
 
 if TYPE_CHECKING:
-    from quarc_ref.decoder import Follow
+    from quarc_ref.decoder import Follow, Source
 
 STANDARD_STREAM = "-"
+_ALL = 1 << 62
 
 
 def is_file(name: str) -> bool:
@@ -49,6 +50,12 @@ StreamName = Annotated[
         help="A .quarc stream: a file, an http(s) URL, or - for standard input.",
         show_default=False,
         callback=check_file,
+    ),
+]
+Frames = Annotated[
+    str | None,
+    typer.Option(
+        "--frames", metavar="A:B", help="Frames from A up to, and without, B; all by default."
     ),
 ]
 Patience = Annotated[
@@ -98,6 +105,13 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
         message = f"--frames {text} is empty: it takes the frames from A up to, and without, B"
         raise UsageError(message)
     return start, stop
+
+
+def hold_whole(source: "Source") -> "Source":
+    """Return a stream that can be read again: what comes only once is read into memory."""
+    from quarc_ref.decoder import BytesSource
+
+    return source if source.size() is not None else BytesSource(source.read(0, _ALL))
 
 
 def choose_follow(name: str, patience: float, *, follow: bool) -> "Follow | None":

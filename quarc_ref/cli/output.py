@@ -74,7 +74,7 @@ class TerminalProgress:
         quiet: Whether to show nothing.
     """
 
-    _ONCE = ("synth", "canonical", "frames", "inspect", "evaluate", "decode", "seek")
+    _ONCE = ("synth", "canonical", "frames", "inspect", "evaluate", "decode", "seek", "render")
 
     def __init__(self, *, quiet: bool) -> None:
         console = Console(stderr=True)

@@ -13,6 +13,7 @@ from quarc_ref.cli.options import (
     Quiet,
     StreamName,
     choose_follow,
+    hold_whole,
     name_stream,
 )
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
@@ -101,13 +102,10 @@ class _Run:
             self._note("decode", self.frames + 1, total)
 
     def prove(self, source: "Source", follow: "Follow | None") -> "Proof":
-        """Decode every frame, and prove the rest; what comes once is read into memory."""
-        from quarc_ref.decoder import BytesSource
+        """Decode every frame, and prove the rest."""
         from quarc_ref.evaluation.prove_stream import prove_stream
 
-        if source.size() is None:
-            source = BytesSource(source.read(0, _ALL))
-        proof = prove_stream(source, self._note, follow)
+        proof = prove_stream(hold_whole(source), self._note, follow)
         self.digest = proof.sha256
         return proof
 
@@ -172,7 +170,6 @@ def _count_frames(count: int) -> str:
 
 
 _AXES = ("unknown", "+x", "-x", "+y", "-y", "+z", "-z")
-_ALL = 1 << 62
 _BOUNDS = {
     "gaussians": "Gaussians",
     "births": "births in a frame",

@@ -10,7 +10,7 @@ from tests.cli.commands import run
 
 VERBS = [
     *("encode", "decode", "verify", "info", "inspect", "cut", "join"),
-    *("eval", "synth", "demo"),
+    *("render", "eval", "synth", "demo"),
 ]
 HEAVY = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat"}
 

@@ -55,10 +55,11 @@ def test_a_damaged_stream_is_refused_there_too(stream_file, made):
     assert "the stream is refused" in done.stderr
 
 
-@pytest.mark.parametrize("verb", ["encode", "eval", "synth", "demo"])
+@pytest.mark.parametrize("verb", ["encode", "render", "eval", "synth", "demo"])
 def test_what_needs_more_says_what_to_install(verb, stream_file, tmp_path):
     arguments = {
         "encode": [tmp_path, "-o", tmp_path / "new.quarc"],
+        "render": [stream_file, "-o", tmp_path / "new.mp4"],
         "eval": [stream_file, tmp_path],
         "synth": [tmp_path / "new"],
         "demo": ["-o", tmp_path / "new"],

@@ -1,0 +1,163 @@
+"""The verb `render`: what a camera of a stream sees, as a video or as pictures."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import (
+    AsJson,
+    Force,
+    Frames,
+    Quiet,
+    StreamName,
+    hold_whole,
+    parse_frames,
+)
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.targets import put_file, written_file, written_folder
+
+if TYPE_CHECKING:
+    from quarc_ref.datasets.capture import Image
+    from quarc_ref.datasets.video_writer import VideoForm
+    from quarc_ref.decoder import Source
+    from quarc_ref.format.records import Camera
+    from quarc_ref.viewing.outline import Outline
+
+    _Pictures = Iterator[tuple[int, Image]]
+
+_MADE = ("frame_*.png",)
+# Hardly a loss: who wants a small file can code it again from this one.
+_X264 = {"crf": "6", "preset": "medium"}
+
+
+def render(
+    file: StreamName,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="PATH", help="Video or folder to make.")
+    ],
+    camera: Annotated[
+        str | None,
+        typer.Option(
+            "--camera", metavar="NAME", help="A camera of the stream; the first by default."
+        ),
+    ] = None,
+    to: Annotated[
+        Literal["mp4", "png"] | None,
+        typer.Option(
+            "--to", help="An H.264 video, or a PNG per frame; by default as PATH's name ends."
+        ),
+    ] = None,
+    frames: Frames = None,
+    width: Annotated[
+        int | None,
+        typer.Option("--width", min=1, help="Pixels, the camera's by default; height in step."),
+    ] = None,
+    pixels: Annotated[
+        Literal["yuv444p", "yuv420p"],
+        typer.Option(
+            "--pixels", help="Of a video: yuv420p halves the detail of colors, and plays anywhere."
+        ),
+    ] = "yuv444p",
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw what a camera of a stream sees, as `eval` does: a video, or a folder of PNG files.
+
+    Pictures are rounded to 8 bits and otherwise exact; a video is H.264 at CRF 6.
+    """
+    with reported_faults(), TerminalProgress(quiet=quiet) as progress:
+        from quarc_ref.decoder import open_source
+        from quarc_ref.viewing.outline import outline_stream
+
+        wanted = parse_frames(frames)
+        kind = to or ("mp4" if output.suffix.lower() == ".mp4" else "png")
+        with open_source(file) as opened:
+            source = hold_whole(opened)
+            outline = outline_stream(source)
+            eye = _choose_camera(outline, camera, width)
+            drawn = _draw(source, eye, wanted, progress, outline.count_frames(*wanted))
+            if kind == "mp4":
+                form = _choose_form(outline, eye, pixels)
+                made = _write_video(drawn, output, form, force=force)
+            else:
+                made = _write_pictures(drawn, output, force=force)
+        _show(output, eye, made, as_json=as_json)
+
+
+def _choose_camera(outline: "Outline", name: str | None, width: int | None) -> "Camera":
+    from quarc_ref.viewing.outline import CameraChoiceError, find_camera, resize_camera
+
+    try:
+        camera = find_camera(outline.cameras, name)
+    except CameraChoiceError as error:
+        raise UsageError(str(error)) from error
+    return resize_camera(camera, width) if width else camera
+
+
+def _choose_form(outline: "Outline", camera: "Camera", pixels: str) -> "VideoForm":
+    from quarc_ref.datasets.video_writer import VideoForm
+
+    if pixels == "yuv420p" and (camera.width % 2 or camera.height % 2):
+        message = (
+            f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs even "
+            "sizes: choose another --width, or yuv444p"
+        )
+        raise UsageError(message)
+    pace = Fraction(outline.header.timescale, outline.header.frame_ticks)
+    return VideoForm(camera.width, camera.height, pace, _X264, pixels)
+
+
+def _draw(
+    source: "Source",
+    camera: "Camera",
+    wanted: tuple[int, int | None],
+    progress: TerminalProgress,
+    total: int,
+) -> "_Pictures":
+    """Yield the pictures wanted, of which there must be one."""
+    from quarc_ref.viewing.draw_frames import draw_frames
+
+    drawn = draw_frames(source, camera, *wanted)
+    first = next(drawn, None)
+    if first is None:
+        message = "the stream holds none of the frames asked for"
+        raise UsageError(message)
+    for done, picture in enumerate(chain([first], drawn), 1):
+        progress.advance("render", done, total)
+        yield picture
+
+
+def _write_video(
+    drawn: "_Pictures", output: Path, form: "VideoForm", *, force: bool
+) -> dict[str, object]:
+    from quarc_ref.datasets.video_writer import write_mp4
+
+    with written_file(output, force=force) as sink:
+        count = write_mp4(sink, (picture for _, picture in drawn), form)
+    return {"file": str(output), "frames": count, "bytes": output.stat().st_size}
+
+
+def _write_pictures(drawn: "_Pictures", output: Path, *, force: bool) -> dict[str, object]:
+    from quarc_ref.datasets.video_writer import build_png
+
+    names = []
+    with written_folder(output, _MADE, force=force) as folder:
+        for frame, picture in drawn:
+            names.append(f"frame_{frame:04}.png")
+            put_file(folder / names[-1], build_png(picture))
+    return {"folder": str(output), "frames": len(names), "files": names}
+
+
+def _show(output: Path, camera: "Camera", made: dict[str, object], *, as_json: bool) -> None:
+    size = {"camera": camera.name, "width": camera.width, "height": camera.height}
+    if as_json:
+        print_json(made | size)
+        return
+    pictures = f"{made['frames']} of {camera.width} x {camera.height}, as {camera.name} sees them"
+    print_table(str(output), {"frames": pictures})

@@ -1,0 +1,37 @@
+"""The frames of a stream as pictures of one of its cameras.
+
+They are drawn as evaluation draws them, so that a picture has the quality that
+`eval` states, less its rounding to 8 bits.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Image
+from quarc_ref.decoder import Source, decode, dequantize
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering.pictures import render_picture
+
+
+def draw_frames(
+    source: Source, camera: Camera, start: int = 0, stop: int | None = None
+) -> Iterator[tuple[int, Image]]:
+    """Draw the frames of a stream.
+
+    Args:
+        source: A stream.
+        camera: Who sees them.
+        start: Ordinal of the first frame wanted.
+        stop: Ordinal after the last frame wanted; None for all.
+
+    Yields:
+        The ordinal of a frame, and its picture `[H, W, 3]` sRGB.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    for scene in decode(source, start, stop):
+        picture = np.clip(render_picture(dequantize(scene), camera), 0, 1)
+        yield scene.frame, (picture * 255 + np.float32(0.5)).astype(np.uint8)

@@ -1,0 +1,104 @@
+"""What there is to look at in a stream: its cameras and its frames, undecoded.
+
+Found from chunk header to chunk header; of the frames' payloads nothing is read.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+from quarc_ref.editing.frame_walk import FrameWalk
+from quarc_ref.format import container, wire
+from quarc_ref.format.container import ChunkHeader
+from quarc_ref.format.errors import BitstreamError
+from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.source import Source
+
+
+class CameraChoiceError(ValueError):
+    """A camera that the stream does not have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A stream, as far as its chunk headers tell.
+
+    Attributes:
+        header: From HEAD.
+        cameras: From the last `came`.
+        first_frame: Ordinal of the first frame.
+        chunks: Of the frames, in order; up to the first damage, if there is any.
+    """
+
+    header: StreamHeader
+    cameras: tuple[Camera, ...]
+    first_frame: int
+    chunks: tuple[ChunkHeader, ...]
+
+    @property
+    def stop(self) -> int:
+        """Ordinal after the last frame."""
+        return self.first_frame + len(self.chunks)
+
+    def count_frames(self, start: int, stop: int | None) -> int:
+        """Return how many frames there are from `start` up to, and without, `stop`."""
+        last = self.stop if stop is None else min(stop, self.stop)
+        return max(0, last - max(start, self.first_frame))
+
+
+def outline_stream(source: Source) -> Outline:
+    """Return the outline of a stream.
+
+    Raises:
+        BitstreamError: What is wrong with HEAD.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    walk = FrameWalk(source)
+    cameras: tuple[Camera, ...] = ()
+    chunks: list[ChunkHeader] = []
+    first_frame = 0
+    with suppress(BitstreamError):  # who decodes is told of it there
+        for step in walk:
+            if step.header.kind == container.CAME:
+                cameras = wire.parse_cameras(walk.take(step).payload)
+            if step.is_frame and step.frame is not None and _is_whole(step.header, source):
+                first_frame = first_frame if chunks else step.frame
+                chunks.append(step.header)
+    return Outline(wire.parse_stream_header(walk.head), cameras, first_frame, tuple(chunks))
+
+
+def _is_whole(header: ChunkHeader, source: Source) -> bool:
+    size = source.size()
+    return size is None or header.end <= size
+
+
+def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
+    """Return a camera by its name; the first one by None.
+
+    Raises:
+        CameraChoiceError: There is no such camera; the message names those that are there.
+    """
+    if not cameras:
+        message = "the stream has no cameras to look through"
+        raise CameraChoiceError(message)
+    for camera in cameras:
+        if name in (None, camera.name):
+            return camera
+    there = ", ".join(camera.name for camera in cameras)
+    message = f"the stream has no camera {name}; it has {there}"
+    raise CameraChoiceError(message)
+
+
+def resize_camera(camera: Camera, width: int) -> Camera:
+    """Return a camera whose pictures are `width` pixels wide and show the same."""
+    height = max(1, round(camera.height * width / camera.width))
+    across, down = width / camera.width, height / camera.height
+    return replace(
+        camera,
+        width=width,
+        height=height,
+        fx=camera.fx * across,
+        cx=camera.cx * across,
+        fy=camera.fy * down,
+        cy=camera.cy * down,
+    )

@@ -1,0 +1,104 @@
+import json
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.evaluation.metrics import measure_psnr
+from tests.cli.commands import run, run_json
+from tests.cli.processes import run_piped
+from tests.datasets import scenes
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def _measure(pictures, truths):
+    """The mean PSNR of 8-bit pictures, as `eval` takes it."""
+    pairs = zip(pictures, truths, strict=True)
+    return np.mean([measure_psnr(a / np.float32(255), b / np.float32(255)) for a, b in pairs])
+
+
+@pytest.mark.parametrize("kind", ["mp4", "png"])
+def test_what_is_rendered_has_the_quality_that_eval_states(kind, encoded, capture, tmp_path):
+    """To 0.1 dB; the toy's pictures are rough, and a video has to keep up with them."""
+    output = tmp_path / ("out.mp4" if kind == "mp4" else "out")
+    printed = run_json("render", encoded.file, "--camera", "cam00", "-o", output)
+    if kind == "mp4":
+        reader = VideoReader(output)
+        pictures = [reader.read(frame) for frame in range(reader.frame_count)]
+    else:
+        pictures = [read_still(output / name) for name in printed["files"]]
+
+    truths = scenes.read_video(capture / "cam00.mp4")[: len(pictures)]
+    stated = run_json("eval", encoded.file, capture)
+    assert printed["frames"] == stated["frames"] == len(pictures)
+    assert _measure(pictures, truths) == pytest.approx(stated["psnr"], abs=0.1)
+
+
+def test_a_range_is_rendered_as_files_that_keep_their_numbers(stream_file, tmp_path):
+    printed = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
+
+    assert printed["files"] == ["frame_0001.png", "frame_0002.png"]
+    assert _names(tmp_path / "out") == printed["files"]
+    assert read_still(tmp_path / "out" / "frame_0001.png").shape == (48, 64, 3)
+
+
+def test_a_width_brings_its_height(stream_file, tmp_path):
+    printed = run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", 32)
+
+    assert (printed["camera"], printed["width"], printed["height"]) == ("cam00", 32, 24)
+    assert VideoReader(tmp_path / "o.mp4").width == 32
+    assert printed["bytes"] == (tmp_path / "o.mp4").stat().st_size
+
+
+def test_the_kind_can_be_said(stream_file, tmp_path):
+    run_json("render", stream_file, "-o", tmp_path / "film", "--to", "mp4", "--pixels", "yuv420p")
+
+    assert VideoReader(tmp_path / "film").frame_count == 4
+
+
+def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
+    done = run_piped(
+        "render", "-", "-o", tmp_path / "o", "--frames", "2:", "--json", data=made.data
+    )
+
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["files"] == ["frame_0002.png", "frame_0003.png"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--camera", "cam07"], "cam00"),
+        (["--frames", "4:"], "none of the frames"),
+        (["--to", "mp4", "--pixels", "yuv420p", "--width", "33"], "even"),
+    ],
+)
+def test_what_cannot_be_rendered_makes_nothing_and_is_explained(
+    options, said, stream_file, tmp_path
+):
+    result = run("render", stream_file, "-o", tmp_path / "out", *options)
+
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert _names(tmp_path) == ["small.quarc"]
+
+
+def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
+    stream_file.write_bytes(made.data[:-60])
+
+    assert run("render", stream_file, "-o", tmp_path / "a.mp4").exit_code == 1
+    assert run("render", stream_file, "-o", tmp_path / "a").exit_code == 1
+    assert _names(tmp_path) == ["small.quarc"]
+
+
+def test_what_exists_is_replaced_by_force_alone(stream_file, tmp_path):
+    (tmp_path / "o.mp4").write_text("mine")
+    refused = run("render", stream_file, "-o", tmp_path / "o.mp4")
+    kept = (tmp_path / "o.mp4").read_text()
+    forced = run("render", stream_file, "-o", tmp_path / "o.mp4", "--force")
+
+    assert (refused.exit_code, kept, forced.exit_code) == (2, "mine", 0)
+    assert VideoReader(tmp_path / "o.mp4").frame_count == 4

@@ -1,0 +1,60 @@
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.video_writer import VideoForm, build_png, write_mp4
+
+
+def _smooth_picture(width, height, shift=0):
+    y, x = np.mgrid[:height, :width]
+    return np.stack([40 + 3 * x + shift, 60 + 3 * y, 200 - 2 * x], axis=2).astype(np.uint8)
+
+
+def _write(path, form, count=4):
+    pictures = [_smooth_picture(form.width, form.height, 5 * shift) for shift in range(count)]
+    with path.open("wb") as sink:
+        assert write_mp4(sink, iter(pictures), form) == count
+    return pictures
+
+
+@pytest.mark.parametrize("pixel_format", ["yuv444p", "yuv420p"])
+def test_a_video_decodes_to_what_was_written(pixel_format, tmp_path):
+    form = VideoForm(48, 32, Fraction(30000, 1001), {"crf": "4"}, pixel_format)
+    pictures = _write(tmp_path / "a.mp4", form)
+    reader = VideoReader(tmp_path / "a.mp4")
+
+    assert (reader.width, reader.height, reader.frame_count) == (48, 32, 4)
+    assert reader.frames_per_second == pytest.approx(30000 / 1001)
+    for frame, picture in enumerate(pictures):
+        assert np.abs(reader.read(frame).astype(float) - picture).mean() < 2
+
+
+def test_the_full_detail_of_colors_takes_any_size(tmp_path):
+    _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30)))
+    reader = VideoReader(tmp_path / "odd.mp4")
+
+    assert (reader.width, reader.height) == (47, 33)
+
+
+def test_a_video_says_what_its_colors_are(tmp_path):
+    _write(tmp_path / "a.mp4", VideoForm(48, 32, Fraction(30)))
+    with av.open(str(tmp_path / "a.mp4")) as container:
+        context = container.streams.video[0].codec_context
+        said = (context.colorspace, context.color_range, context.pix_fmt)
+
+    assert said == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
+
+
+def test_an_encoder_that_refuses_is_an_error_of_the_system(tmp_path):
+    with pytest.raises(OSError, match=r"H\.264"):
+        _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30), {}, "yuv420p"))
+
+
+def test_a_png_is_the_picture(tmp_path):
+    picture = np.random.default_rng(1).integers(0, 256, (13, 7, 3), dtype=np.uint8)
+    (tmp_path / "a.png").write_bytes(build_png(picture))
+
+    assert np.array_equal(read_still(tmp_path / "a.png"), picture)

@@ -1,0 +1,18 @@
+import numpy as np
+
+from quarc_ref.decoder import BytesSource, dequantize
+from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.viewing.draw_frames import draw_frames
+from tests.streams import CAMERA, make_stream
+
+
+def test_pictures_are_those_of_evaluation_but_for_their_rounding():
+    data, states = make_stream()
+    drawn = dict(draw_frames(BytesSource(data), CAMERA, 1, 3))
+
+    assert list(drawn) == [1, 2]
+    for frame, picture in drawn.items():
+        exact = np.clip(render_picture(dequantize(states[frame].scene), CAMERA), 0, 1)
+        assert picture.dtype == np.uint8
+        assert np.abs(picture / 255 - exact).max() <= 0.5 / 255 + 1e-6
+        assert picture.std() > 1

@@ -1,0 +1,109 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import BytesSource, PipeSource
+from quarc_ref.format import container, wire
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.errors import BitstreamError
+from quarc_ref.viewing.outline import (
+    CameraChoiceError,
+    find_camera,
+    outline_stream,
+    resize_camera,
+)
+from tests.streams import CAMERA, CountedSource, make_stream, rebuild_stream
+
+OTHER = replace(CAMERA, name="cam01", held_out=False)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return make_stream(frame_count=5, canonical_every=3)[0]
+
+
+def test_the_frames_are_those_of_the_stream(data):
+    outline = outline_stream(BytesSource(data))
+
+    assert outline.cameras == (CAMERA,)
+    assert outline.header == make_stream()[1][0].scene.header
+    kinds = [chunk.kind for chunk in outline.chunks]
+    assert kinds == [b"CANO", b"FRAM", b"FRAM", b"CANO", b"FRAM"]
+    assert (outline.first_frame, outline.stop) == (0, 5)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "count"), [(0, None, 5), (2, None, 3), (0, 2, 2), (4, 9, 1), (5, 9, 0)]
+)
+def test_frames_of_a_range_are_counted(start, stop, count, data):
+    assert outline_stream(BytesSource(data)).count_frames(start, stop) == count
+
+
+def test_ordinals_of_a_part_of_a_stream_stay(data):
+    chunks = [chunk for chunk in split_chunks(data) if chunk.kind != container.INDX]
+    head, came = chunks[0], chunks[1]
+    later = [chunk for chunk in chunks[2:] if chunk.kind != container.TAIL][-2:]
+    part = rebuild_stream((chunk.kind, chunk.payload) for chunk in (head, came, *later))
+    outline = outline_stream(BytesSource(part))
+
+    assert (outline.first_frame, outline.stop) == (3, 5)
+    assert outline.count_frames(0, 4) == 1
+
+
+def test_the_last_cameras_count(data):
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
+    chunks.insert(3, (container.CAME, wire.build_cameras((OTHER,))))
+
+    assert outline_stream(BytesSource(rebuild_stream(chunks))).cameras == (OTHER,)
+
+
+def test_payloads_of_frames_are_not_read(data):
+    source = CountedSource(data)
+    outline = outline_stream(source)
+
+    wanted = sum(chunk.length for chunk in outline.chunks)
+    assert source.byte_count() < len(data) - wanted / 2
+
+
+def test_a_stream_that_is_cut_has_the_frames_before(data):
+    whole = outline_stream(BytesSource(data))
+    cut = outline_stream(BytesSource(data[: whole.chunks[-1].end - 1]))
+
+    assert cut.chunks == whole.chunks[:4]
+    assert cut.cameras == (CAMERA,)
+
+
+def test_what_is_no_stream_is_refused():
+    with pytest.raises(BitstreamError, match="bad-magic"):
+        outline_stream(BytesSource(b"no stream at all"))
+
+
+def test_a_pipe_is_outlined_too(data, tmp_path):
+    (tmp_path / "a.quarc").write_bytes(data)
+    with (tmp_path / "a.quarc").open("rb") as pipe:
+        assert outline_stream(PipeSource(pipe)) == outline_stream(BytesSource(data))
+
+
+def test_a_camera_is_found_by_its_name_or_is_the_first():
+    assert find_camera([CAMERA, OTHER], "cam01") == OTHER
+    assert find_camera([CAMERA, OTHER], None) == CAMERA
+
+
+def test_a_camera_that_is_not_there_is_answered_with_those_that_are():
+    with pytest.raises(CameraChoiceError, match="cam02; it has cam00, cam01"):
+        find_camera([CAMERA, OTHER], "cam02")
+    with pytest.raises(CameraChoiceError, match="no cameras"):
+        find_camera([], None)
+
+
+@pytest.mark.parametrize("width", [1, 33, 64, 200])
+def test_a_camera_of_another_size_sees_the_same(width):
+    resized = resize_camera(CAMERA, width)
+
+    assert resized.width == width
+    for place in np.random.default_rng(2).uniform(-1, 1, (5, 2)):
+        x, y = CAMERA.fx * place[0] + CAMERA.cx, CAMERA.fy * place[1] + CAMERA.cy
+        u, v = resized.fx * place[0] + resized.cx, resized.fy * place[1] + resized.cy
+        assert u / resized.width == pytest.approx(x / CAMERA.width)
+        assert v / resized.height == pytest.approx(y / CAMERA.height)
