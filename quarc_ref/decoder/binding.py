@@ -31,13 +31,15 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     Returns:
         `[N]` anchor indices; of equally near anchors, the least.
     """
+    first = _first_of_each_place(anchors)
+    anchors = anchors[:, first]
     search = _CellSearch(positions, anchors, max(shift, _LEAST_SHIFT))
     for step in _NEIGHBORS:
         search.look_into(np.array(step, dtype=np.int64))
     reached = search.nearest_outside() <= search.distances
     far = np.flatnonzero(reached)
     search.answers[far] = bind_exhaustively(positions[:, far], anchors)
-    return search.answers
+    return first[search.answers]
 
 
 def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
@@ -48,6 +50,17 @@ def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
         part = positions[:, start : start + rows, None].astype(np.int64)
         answers[start : start + rows] = _squared(part - anchors[:, None, :]).argmin(axis=1)
     return answers
+
+
+def _first_of_each_place(anchors: Int32) -> Int64:
+    """Return the indices, ascending, of the anchors that are the first where they are.
+
+    Of anchors at one place the first wins, and a few bytes of a stream can put
+    all of them there: held against every Gaussian, they would cost minutes.
+    """
+    order = np.lexsort(anchors)  # stable: those of one place ascend
+    apart = np.any(np.diff(anchors[:, order], axis=1), axis=0)
+    return np.sort(order[np.append(True, apart)])
 
 
 class _CellSearch:
