@@ -16,8 +16,14 @@ from quarc_ref.decoder.reconstruct import (
     move,
 )
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.constants import COUNTER_LIMIT
-from quarc_ref.format.errors import CountError, CountLevelError, FrameOrderError, StateCrcError
+from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
+from quarc_ref.format.errors import (
+    CountError,
+    CountLevelError,
+    FrameOrderError,
+    LimitError,
+    StateCrcError,
+)
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.motion_planes import read_motion
 from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader
@@ -36,6 +42,7 @@ def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> State:
     if count > header.limits.gaussians:
         message = f"{count} Gaussians are too many for level {header.level}"
         raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
     state = begin_canonical(header, chunk.frame, read_canonical(chunk, header.code_planes))
     _check_state(state.scene, chunk.state_crc)
     return state
@@ -91,6 +98,8 @@ def decode_births(state: State, section: Section, count: int) -> State:
     if count > header.limits.births:
         message = f"{count} births are too many for level {header.level}"
         raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.births, count, "births")
+    _decline_beyond(_OWN_LIMITS.gaussians, state.scene.count + count, "Gaussians")
     births, counts = read_births(section, header.code_planes, count, state.counts)
     return bear(replace(state, counts=counts), births)
 
@@ -100,7 +109,21 @@ def covers_all_fields(scene: Scene) -> bool:
     return scene.phase % scene.header.full_crc_interval == 0
 
 
+def _decline_beyond(most: int, count: int, what: str) -> None:
+    """Keep to this decoder's own limits, which matter at the unlimited level alone.
+
+    Raises:
+        LimitError: It is beyond them, which is no fault of the stream.
+    """
+    if count > most:
+        message = f"{count:,} {what} are more than this decoder takes, {most:,}"
+        raise LimitError(message)
+
+
 def _check_state(scene: Scene, state_crc: int) -> None:
     if compute_state_crc(scene, all_fields=covers_all_fields(scene)) != state_crc:
         message = f"frame {scene.frame} is not the one that was encoded"
         raise StateCrcError(message)
+
+
+_OWN_LIMITS = LEVELS[30]  # what stands at the unlimited level (SPEC 3.2)

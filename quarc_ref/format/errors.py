@@ -5,6 +5,7 @@
     │   ├── ContainerError      framing, order, versions, fields
     │   ├── EntropyError        coded planes
     │   └── StateError          what the frame would make of the scene
+    ├── LimitError              they ask for more than this decoder gives
     ├── SourceError             what holds the bytes cannot be read
     ├── EncodeError             your scene or setting cannot be written
     ├── EditError               your streams cannot be cut or joined so
@@ -225,6 +226,10 @@ class StateCrcError(StateError):
     """The decoded state is not the one that the encoder had."""
 
     reject_id = "state-crc"
+
+
+class LimitError(QuarcError):
+    """A stream of the unlimited level asks for more than this decoder gives (SPEC 3.2)."""
 
 
 class SourceError(QuarcError):

@@ -22,6 +22,7 @@ from quarc_ref.format.errors import (
     FieldError,
     FrameOrderError,
     IndexMismatchError,
+    LimitError,
     StateCrcError,
     TailMismatchError,
     TrailingDataError,
@@ -55,6 +56,29 @@ def _frames(data):
     except BitstreamError as error:
         return frames, error
     return frames, None
+
+
+@pytest.mark.parametrize(
+    ("kind", "place", "value"),
+    [
+        (container.CANO, 4, 0xFFFFFFFF),
+        (container.CANO, 4, (1 << 20) + 1),
+        (container.FRAM, 9, (1 << 16) + 1),
+        (container.FRAM, 9, 0xFFFFFFFF),
+    ],
+)
+def test_what_no_level_bounds_is_declined_and_not_refused(kind, place, value):
+    def change(of, payload):
+        if of == container.HEAD:
+            return payload[:10] + bytes([31]) + payload[11:]
+        return _put_number(payload, place, value) if of == kind else payload
+
+    with pytest.raises(LimitError, match="more than this decoder takes"):
+        list(decode(_rebuilt(change)))
+
+
+def _put_number(payload, place, value):
+    return payload[:place] + value.to_bytes(4, "little") + payload[place + 4 :]
 
 
 def test_a_decoder_has_the_states_that_the_writer_had():
