@@ -76,7 +76,7 @@ class FrameDecoder:
             return self._canonical()
         return self._follow(before)
 
-    def _open(self, title: str, stored: Any, counts: Counts) -> PlainSection:  # noqa: ANN401
+    def _open(self, title: str, stored: Any, counts: Counts) -> PlainSection:
         return open_section(title, stored, counts)
 
     def _close(self, section: PlainSection) -> None:
