@@ -1,0 +1,83 @@
+/** What canonical and newborn Gaussians are coded with alike: rows, codes, rotations (SPEC 7.2, 8.5, 8.6). */
+
+import { tabulate } from "./columns.js";
+import {
+  CLASS_BITS,
+  CODE_LIMIT,
+  LOG_SCALE_PLANES,
+  POSITION_LIMIT,
+  ROTATION_INDEX_BITS,
+  SH_DC_PLANES,
+} from "./constants.js";
+import { decodeFixed, decodeSigned, sequenceModels } from "./integers.js";
+import type { SequenceModels } from "./integers.js";
+import type { Section } from "./planes.js";
+import { demand } from "./reject.js";
+import { expandRotation } from "./rotation.js";
+
+/** The models of the attributes that are coded alike; a canonical frame and the births have their own each. */
+export class AttributeModels {
+  readonly shDc = sequenceModels(CLASS_BITS, SH_DC_PLANES);
+  readonly opacity = sequenceModels(CLASS_BITS);
+  readonly logScales = sequenceModels(CLASS_BITS, LOG_SCALE_PLANES);
+  readonly rotationIndex = sequenceModels(ROTATION_INDEX_BITS);
+  readonly rotations = sequenceModels(CLASS_BITS, 3);
+}
+
+/** `rows` rows of `count` numbers: the outer context of a number is that of its row. */
+export function decodeRowsApart(section: Section, models: SequenceModels, rows: number, count: number): Int32Array[] {
+  const outer = tabulate(rows * count, (i) => Math.floor(i / count));
+  return splitRows(decodeSigned(section, models, rows * count, outer), rows);
+}
+
+/** `rows` rows of `count` numbers, all in outer context 0. */
+export function decodeRowsAlike(section: Section, models: SequenceModels, rows: number, count: number): Int32Array[] {
+  return splitRows(decodeSigned(section, models, rows * count, 0), rows);
+}
+
+/** SH DC of red, green, blue, from green, red less green and blue less green. */
+export function decodeShDc(section: Section, models: AttributeModels, count: number): Int32Array[] {
+  const [green, redLess, blueLess] = decodeRowsApart(section, models.shDc, SH_DC_PLANES, count);
+  return [sum(redLess, green), green, sum(blueLess, green)].map(checkCodes);
+}
+
+/** Rotations w, x, y, z, from the index of a component and the other three. */
+export function decodeRotations(
+  section: Section,
+  models: AttributeModels,
+  count: number,
+  rotationBits: number,
+): Int32Array[] {
+  const indices = decodeFixed(section, models.rotationIndex, count, 0);
+  const [a, b, c] = decodeRowsApart(section, models.rotations, 3, count);
+  const rotations = [0, 1, 2, 3].map(() => new Int32Array(count));
+  for (let i = 0; i < count; i++) {
+    const rotation = expandRotation(indices[i], [a[i], b[i], c[i]], rotationBits);
+    rotations.forEach((column, component) => {
+      column[i] = rotation[component];
+    });
+  }
+  return rotations;
+}
+
+/** The row, once every number of it is seen to be a code. */
+export function checkCodes(row: Int32Array): Int32Array {
+  const greatest = row.reduce((most, code) => Math.max(most, Math.abs(code)), 0);
+  demand(greatest <= CODE_LIMIT, "code-range", `a code of magnitude ${greatest}`);
+  return row;
+}
+
+export function sum(first: Int32Array, second: Int32Array): Int32Array {
+  return first.map((number, i) => number + second[i]);
+}
+
+/** A coordinate, once it is seen to be one. */
+export function checkPosition(coordinate: number): number {
+  demand(Math.abs(coordinate) <= POSITION_LIMIT, "position-range", `a coordinate of ${coordinate}`);
+  return coordinate;
+}
+
+function splitRows(numbers: Int32Array, rows: number): Int32Array[] {
+  const count = numbers.length / rows;
+  return Array.from({ length: rows }, (_, row) => numbers.subarray(row * count, (row + 1) * count));
+}

@@ -1,0 +1,63 @@
+/** Newborn, each placed relative to its parent (SPEC 7.6, 8.6). */
+
+import {
+  AttributeModels,
+  checkPosition,
+  decodeRotations,
+  decodeRowsAlike,
+  decodeRowsApart,
+  decodeShDc,
+  sum,
+  checkCodes,
+} from "./attributes.js";
+import * as constants from "./constants.js";
+import type { StreamHeader } from "./header.js";
+import { decodeAscending, sequenceModels } from "./integers.js";
+import type { Section } from "./planes.js";
+import { newScene } from "./scene.js";
+import type { Scene } from "./scene.js";
+
+/** The models of births, which go on from frame to frame. */
+export class BirthModels extends AttributeModels {
+  readonly parents = sequenceModels(constants.KEY_CLASS_BITS);
+  readonly positions = sequenceModels(constants.CLASS_BITS);
+  readonly shRest = sequenceModels(constants.CLASS_BITS);
+}
+
+/**
+ * The newborn of a frame.
+ *
+ * @param scene the scene after the deaths and the motion of the frame, among which parents are
+ * @param firstId the id of the first newborn
+ */
+export function decodeNewborn(
+  section: Section,
+  models: BirthModels,
+  scene: Scene,
+  header: StreamHeader,
+  count: number,
+  firstId: number,
+): Scene {
+  const limit = BigInt(scene.ids.length);
+  const parents = decodeAscending(section, models.parents, count, limit, "parent-range");
+  const residuals = decodeRowsAlike(section, models.positions, 3, count);
+  const dc = decodeShDc(section, models, count);
+  const opacity = decodeRowsApart(section, models.opacity, constants.OPACITY_PLANES, count);
+  const logScales = decodeLogScales(section, models, count);
+  const rotations = decodeRotations(section, models, count, header.rotationBits);
+  const restRows = header.shDegree === 1 ? constants.SH_REST_PLANES : 0;
+  const rest = decodeRowsAlike(section, models.shRest, restRows, count);
+  const positions = scene.positions.map((column, axis) =>
+    residuals[axis].map((residual, i) => checkPosition(column[Number(parents[i])] + header.positionStep * residual)),
+  );
+  const codes = [...[...logScales, ...opacity].map(checkCodes), ...dc, ...rest.map(checkCodes)];
+  const ids = new Uint32Array(count).map((_, i) => firstId + i);
+  return newScene({ ids, positions, rotations, codes }, header);
+}
+
+/** Log-scales x, y, z, from x, y less x, and z less y. */
+function decodeLogScales(section: Section, models: BirthModels, count: number): Int32Array[] {
+  const [x, yLess, zLess] = decodeRowsApart(section, models.logScales, constants.LOG_SCALE_PLANES, count);
+  const y = sum(x, yLess);
+  return [x, y, sum(y, zLess)];
+}

@@ -1,0 +1,36 @@
+/** The bytes of a state, its CRC and its digest (SPEC 9). */
+
+import { createHash } from "node:crypto";
+import { Crc } from "./crc.js";
+import type { Scene } from "./scene.js";
+
+/** The SHA-256 of the serialization, in hexadecimal. */
+export function stateDigest(scene: Scene, phase: number): string {
+  const hash = createHash("sha256");
+  for (const bytes of serialize(scene, phase, true)) hash.update(bytes);
+  return hash.digest("hex");
+}
+
+/** The CRC of the serialization: of all of it every `fullCrcInterval` phases, else of it without the codes. */
+export function stateCrc(scene: Scene, phase: number, fullCrcInterval: number): number {
+  const crc = new Crc();
+  for (const bytes of serialize(scene, phase, phase % fullCrcInterval === 0)) crc.add(bytes);
+  return crc.value();
+}
+
+/** The serialization, column by column, so that no more than one is in memory twice. */
+export function* serialize(scene: Scene, phase: number, withCodes: boolean): Generator<Uint8Array> {
+  yield toBytes([scene.ids.length, phase]);
+  yield toBytes(scene.ids);
+  for (const column of [...scene.positions, ...scene.rotations]) yield toBytes(column);
+  if (!withCodes) return;
+  for (const row of scene.codes) yield toBytes(row);
+}
+
+/** Integers of 32 bits as bytes, least byte first; of an i32 and a u32 that are equal modulo 2^32 they are the same. */
+function toBytes(numbers: ArrayLike<number>): Uint8Array {
+  const bytes = new Uint8Array(4 * numbers.length);
+  const view = new DataView(bytes.buffer);
+  for (let i = 0; i < numbers.length; i++) view.setInt32(4 * i, numbers[i], true);
+  return bytes;
+}

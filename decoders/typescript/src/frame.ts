@@ -1,0 +1,114 @@
+/** FRAM: the state of a frame from that of the frame before (SPEC 5.5, 7.4 to 7.6). */
+
+import { bindNewborn, sampleAndBind } from "./anchors.js";
+import type { AnchorLevel } from "./anchors.js";
+import { checkPosition } from "./attributes.js";
+import { decodeNewborn } from "./births.js";
+import { allIndices } from "./columns.js";
+import { COUNTER_LIMIT } from "./constants.js";
+import { Fields } from "./fields.js";
+import type { Words } from "./fields.js";
+import type { StreamHeader } from "./header.js";
+import { decodeMotion } from "./motion.js";
+import type { Rows } from "./motion.js";
+import { Section } from "./planes.js";
+import { demand } from "./reject.js";
+import { turn } from "./rotation.js";
+import { append, select } from "./scene.js";
+import type { Scene } from "./scene.js";
+import { checkCounts } from "./state.js";
+import type { State } from "./state.js";
+
+export interface FrameChunk {
+  readonly phase: number;
+  readonly previousContexts: boolean;
+  readonly deathCount: number;
+  readonly birthCount: number;
+  readonly motion: Words;
+  readonly births: Words;
+  readonly stateCrc: number;
+}
+
+export function parseFrame(payload: Uint8Array): FrameChunk {
+  const fields = new Fields(payload);
+  const chunk = {
+    phase: fields.u32("phase"),
+    previousContexts: fields.u8("previous_contexts", 0, 1) === 1,
+    deathCount: fields.u32("death_count"),
+    birthCount: fields.u32("birth_count"),
+    motion: fields.section("motion"),
+    births: fields.section("births"),
+    stateCrc: fields.u32("state_crc"),
+  };
+  fields.end();
+  return chunk;
+}
+
+/** The next state; the counts of contexts of `before` go on in it, so that `before` is not to be used again. */
+export function decodeFrame(chunk: FrameChunk, before: State, header: StreamHeader): State {
+  checkFrame(chunk, before, header);
+  const survivors = removeDead(before.scene, chunk.deathCount);
+  const samples = (chunk.phase - 1) % header.resampleInterval === 0;
+  const [levels, bound] = samples
+    ? sampleAndBind(survivors, chunk.phase, header)
+    : [before.levels, bindNewborn(survivors, before.levels)];
+  const moved = moveScene(bound, decodeSymbols(chunk, before, levels, bound), header);
+  const births = new Section(chunk.births);
+  const newborn = decodeNewborn(births, before.birthModels, moved, header, chunk.birthCount, before.nextId);
+  births.finish();
+  return {
+    ...before,
+    ordinal: before.ordinal + 1,
+    phase: chunk.phase,
+    scene: append(moved, newborn),
+    levels,
+    nextId: before.nextId + chunk.birthCount,
+  };
+}
+
+function checkFrame(chunk: FrameChunk, before: State, header: StreamHeader): void {
+  const count = before.scene.ids.length;
+  demand(chunk.phase === before.phase + 1, "frame-order", `phase ${chunk.phase} follows ${before.phase}`);
+  demand(before.ordinal < COUNTER_LIMIT, "frame-order", "the ordinal of a frame is above 2^32 - 1");
+  demand(chunk.deathCount < count, "count", `${chunk.deathCount} deaths of ${count} Gaussians`);
+  checkCounts(count - chunk.deathCount + chunk.birthCount, chunk.birthCount, header);
+  demand(before.nextId + chunk.birthCount - 1 <= COUNTER_LIMIT, "count-exceeds-level", "there are no more ids");
+}
+
+/** The scene without the `count` Gaussians of least (opacity code, id). */
+function removeDead(scene: Scene, count: number): Scene {
+  const opacity = scene.codes[3];
+  const order = allIndices(scene.ids.length).sort((i, j) => opacity[i] - opacity[j] || i - j);
+  return select(scene, order.subarray(count).sort());
+}
+
+function decodeSymbols(chunk: FrameChunk, before: State, levels: readonly AnchorLevel[], scene: Scene): Rows[] {
+  const section = new Section(chunk.motion);
+  const symbols = decodeMotion(section, before.motionModels, levels, scene, chunk.previousContexts);
+  section.finish();
+  return symbols;
+}
+
+/** The scene, moved by the symbols of the anchors that its Gaussians follow (7.5). */
+function moveScene(scene: Scene, symbols: readonly Rows[], header: StreamHeader): Scene {
+  const motion = scene.motion.map((row, channel) =>
+    row.map((_, i) => symbols.reduce((sum, rows, level) => sum + rows[channel][scene.binding[level][i]], 0)),
+  );
+  const positions = scene.positions.map((column, axis) =>
+    column.map((coordinate, i) => checkPosition(coordinate + header.translationStep * motion[axis][i])),
+  );
+  return { ...scene, motion, positions, rotations: turnAll(scene, motion, header) };
+}
+
+function turnAll(scene: Scene, motion: readonly Int32Array[], header: StreamHeader): Int32Array[] {
+  const [w, x, y, z] = scene.rotations.map((column) => column.slice());
+  const [mx, my, mz] = motion.slice(-3);
+  const mw = header.rotationComponents === 4 ? motion[3] : new Int32Array(mx.length);
+  const identity = header.levelCount * header.rotationUnity;
+  for (let i = 0; i < w.length; i++) {
+    if (mw[i] === 0 && mx[i] === 0 && my[i] === 0 && mz[i] === 0) continue;
+    const residual = [identity + mw[i], mx[i], my[i], mz[i]] as const;
+    [w[i], x[i], y[i], z[i]] = turn([w[i], x[i], y[i], z[i]], residual);
+  }
+  return [w, x, y, z];
+}

@@ -1,0 +1,33 @@
+/** The contexts of motion (SPEC 8.7): classes of what is expected of an anchor, and of what its parent did. */
+
+export const MOVES_CONTEXTS = 20;
+export const NOT_ZERO_CONTEXTS = 16;
+export const SIGN_CONTEXTS = 9;
+export const MAGNITUDE_CONTEXTS = 33;
+
+/** 5 P + E, of the sums of the magnitudes of the parent's symbols and of what is expected. */
+export function movesContext(parentSum: number, expectedSum: number): number {
+  return 5 * Math.min(doublingClass(parentSum), 3) + doublingClass(expectedSum);
+}
+
+/** 4 min(|e|, 3) + min(n, 3), of what is expected and the channels before that are not 0. */
+export function notZeroContext(expected: number, notZeroBefore: number): number {
+  return 4 * Math.min(Math.abs(expected), 3) + Math.min(notZeroBefore, 3);
+}
+
+/** 4 + sign(e) k, of what is expected. */
+export function signContext(expected: number): number {
+  return 4 + Math.sign(expected) * doublingClass(Math.abs(expected));
+}
+
+/** 11 min(i, 2) + k, where k tells how far what is expected, with the symbol's sign, is above i. */
+export function magnitudeContext(plane: number, expectedWithSign: number): number {
+  const greatestOfClass = [-9, -4, -2, -1, 0, 1, 2, 3, 5, 9, Infinity];
+  const ahead = expectedWithSign - plane;
+  return 11 * Math.min(plane, 2) + greatestOfClass.findIndex((greatest) => ahead <= greatest);
+}
+
+/** 0 for 0, 1 for 1, 2 for 2 to 3, 3 for 4 to 7, 4 for 8 and above. */
+function doublingClass(magnitude: number): number {
+  return Math.min(32 - Math.clz32(magnitude), 4);
+}

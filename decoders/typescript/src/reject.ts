@@ -1,0 +1,59 @@
+/** Why a stream is not decoded: it breaks a clause (SPEC 3.3), or is larger than this decoder takes (SPEC 3.2). */
+
+export const REJECT_IDS = [
+  "bad-magic",
+  "truncated",
+  "bad-sync",
+  "header-crc",
+  "payload-crc",
+  "sequence",
+  "bad-chunk-type",
+  "chunk-order",
+  "unknown-critical",
+  "chunk-exceeds-level",
+  "trailing-data",
+  "tail-mismatch",
+  "index-mismatch",
+  "unsupported-version",
+  "unsupported-feature",
+  "field",
+  "bad-probability",
+  "invalid-words",
+  "unconsumed-words",
+  "symbol-range",
+  "count-exceeds-level",
+  "count",
+  "frame-order",
+  "position-range",
+  "code-range",
+  "rotation-range",
+  "degenerate-rotation",
+  "parent-range",
+  "state-crc",
+] as const;
+
+export type RejectId = (typeof REJECT_IDS)[number];
+
+/** The stream does not conform; `rejectId` is one of those that are true of it. */
+export class Rejection extends Error {
+  constructor(
+    readonly rejectId: RejectId,
+    message: string,
+  ) {
+    super(message);
+    this.name = "Rejection";
+  }
+}
+
+/** The stream is of the unlimited level and beyond this decoder's own limits: that is no rejection. */
+export class Declined extends Error {
+  constructor(message: string) {
+    super(message);
+    this.name = "Declined";
+  }
+}
+
+/** Reject the stream with `rejectId` unless the clause holds. */
+export function demand(holds: boolean, rejectId: RejectId, message: string): asserts holds {
+  if (!holds) throw new Rejection(rejectId, message);
+}

@@ -1,0 +1,70 @@
+/** Bytes in their order, from memory or from a file, as many at a time as are asked for. */
+
+import { readSync } from "node:fs";
+
+/** Where a stream comes from. */
+export interface Source {
+  /** The next `length` bytes, or fewer where the stream ends. */
+  read(length: number): Uint8Array;
+}
+
+/** A stream that is in memory. */
+export class MemorySource implements Source {
+  #offset = 0;
+
+  constructor(readonly bytes: Uint8Array) {}
+
+  read(length: number): Uint8Array {
+    const start = this.#offset;
+    this.#offset = Math.min(start + length, this.bytes.length);
+    return this.bytes.subarray(start, this.#offset);
+  }
+}
+
+/** Memory for a payload grows with the bytes that came, never by the length that a header states (SPEC 13-1). */
+const PIECE_BYTES = 1 << 20;
+
+const RETRY_MILLISECONDS = 5;
+
+/** A stream that is an open file or a pipe. */
+export class FileSource implements Source {
+  constructor(readonly descriptor: number) {}
+
+  read(length: number): Uint8Array {
+    const pieces: Uint8Array[] = [];
+    let due = length;
+    while (due > 0) {
+      const size = Math.min(due, PIECE_BYTES);
+      const piece = this.#readPiece(size);
+      pieces.push(piece);
+      if (piece.length < size) break;
+      due -= size;
+    }
+    return pieces.length === 1 ? pieces[0] : Buffer.concat(pieces);
+  }
+
+  #readPiece(size: number): Uint8Array {
+    const piece = Buffer.allocUnsafe(size);
+    let filled = 0;
+    while (filled < size) {
+      const count = readSome(this.descriptor, piece.subarray(filled));
+      if (count === 0) break;
+      filled += count;
+    }
+    return piece.subarray(0, filled);
+  }
+}
+
+/** Read at least a byte, or none at the end; wait where a pipe has nothing yet. */
+function readSome(descriptor: number, piece: Uint8Array): number {
+  for (;;) {
+    try {
+      return readSync(descriptor, piece);
+    } catch (error) {
+      const code = (error as NodeJS.ErrnoException).code;
+      if (code === "EOF") return 0;
+      if (code !== "EAGAIN") throw error;
+      Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, RETRY_MILLISECONDS);
+    }
+  }
+}

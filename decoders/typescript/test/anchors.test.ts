@@ -1,0 +1,73 @@
+/** The sampler and the binding: the example of F.7, and the search against every anchor. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { sampleAndBind } from "../src/anchors.js";
+import type { StreamHeader } from "../src/header.js";
+import { AnchorSearch } from "../src/nearest.js";
+import type { Point } from "../src/nearest.js";
+import { philox } from "../src/philox.js";
+import { anchorCounts } from "../src/sampler.js";
+import { newScene } from "../src/scene.js";
+import { integers, sampler } from "./spec.js";
+
+const HEADER = {
+  seed: 7n,
+  levelCount: 1,
+  gaussiansPerAnchor: 2,
+  anchorRatio: 2,
+  rotationComponents: 3,
+} as StreamHeader;
+
+test("the anchors are those of F.7, and so are their followers", () => {
+  const rows = sampler();
+  const points = rows.map(([, position]) => integers(position));
+  const scene = newScene(
+    {
+      ids: Uint32Array.from(rows, ([id]) => Number(id)),
+      positions: [0, 1, 2].map((axis) => Int32Array.from(points, (point) => point[axis])),
+      rotations: [],
+      codes: [],
+    },
+    HEADER,
+  );
+  const [[level], bound] = sampleAndBind(scene, 3, HEADER);
+
+  assert.deepEqual(
+    Array.from(level.ids, String),
+    rows.filter((row) => row[4] !== "no").map(([id]) => id),
+  );
+  assert.deepEqual(
+    Array.from(bound.binding[0], String),
+    rows.map((row) => row[5]),
+  );
+});
+
+test("40 Gaussians have 10, 3 and 1 anchors, as in 6.1", () => {
+  const header = { ...HEADER, levelCount: 3, gaussiansPerAnchor: 4, anchorRatio: 3 };
+
+  assert.deepEqual(anchorCounts(40, header), [10, 3, 1]);
+});
+
+test("the search gives the anchor of least (distance, number), also where many are equally near", () => {
+  for (const width of [1, 3, 10, 1000]) {
+    const anchors = [0, 1, 2].map((axis) => Int32Array.from({ length: 200 }, (_, i) => draw(i, axis, width)));
+    const search = new AnchorSearch(anchors);
+    for (let i = 1000; i < 1300; i++) {
+      const point = [draw(i, 0, width), draw(i, 1, width), draw(i, 2, width)] as const;
+
+      assert.equal(search.nearest(point), nearestOfAll(anchors, point));
+    }
+  }
+});
+
+function nearestOfAll(anchors: readonly Int32Array[], point: Point): number {
+  const distances = Array.from(anchors[0], (_, anchor) =>
+    anchors.reduce((sum, column, axis) => sum + (column[anchor] - point[axis]) ** 2, 0),
+  );
+  return distances.indexOf(Math.min(...distances));
+}
+
+function draw(index: number, axis: number, width: number): number {
+  return philox([index, axis, width, 0], [0, 0])[0] % width;
+}
