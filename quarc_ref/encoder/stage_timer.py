@@ -39,6 +39,10 @@ class StageTimer:
         self._stage: str | None = None
         self.seconds: dict[str, float] = {}
 
+    def skip(self) -> None:
+        """Leave out the seconds since the last step: others have worked."""
+        self._last = self._clock()
+
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
         now = self._clock()

@@ -2,6 +2,8 @@
 
 import io
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
 
 import matplotlib.image
 import numpy as np
@@ -14,6 +16,7 @@ from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
 
 _BLUE, _ORANGE, _GREEN, _GRAY = "#3b6ea8", "#d9822b", "#4f9d69", "#9aa3ad"
 _KIND_COLORS = {"canonical": _GREEN, "motion": _BLUE, "births": _ORANGE, "overhead": _GRAY}
+_CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY)
 _DOTS_PER_INCH = 110
 
 
@@ -114,6 +117,41 @@ def plot_rate_distortion(
     axes.set_xlabel("KB per frame, canonical frame spread over 300")
     axes.set_ylabel("PSNR, held out (dB)")
     _legend_above(axes)
+    return _png(figure)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Places along an axis and the numbers there."""
+
+    x: Sequence[float]
+    y: Sequence[float]
+
+
+def plot_curves(
+    panels: Mapping[str, Mapping[str, Curve]], axis: str, *, doublings: bool = False
+) -> bytes:
+    """Return a PNG of curves over one axis, in panels one below the other.
+
+    Args:
+        panels: `{label of the panel: {name of the curve: curve}}`; a single curve
+            needs no name.
+        axis: Label of the axis that they share.
+        doublings: Whether the axis is logarithmic.
+    """
+    figure, rows = _figure(len(panels))
+    for axes, (label, curves) in zip(rows, panels.items(), strict=True):
+        for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
+            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=3, label=name)
+        axes.set_ylabel(label)
+        if doublings:
+            axes.set_xscale("log", base=2)
+        else:
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.tick_params(labelbottom=axes is rows[-1])
+    rows[-1].set_xlabel(axis)
+    if len(next(iter(panels.values()))) > 1:
+        _legend_above(rows[0])
     return _png(figure)
 
 

@@ -54,6 +54,19 @@ def test_another_is_told_and_its_seconds_do_not_count():
     assert told == [("motion", 1, 2), ("motion", 2, 2)]
 
 
+def test_what_others_do_in_between_is_left_out():
+    clock = _Ticks()
+    timer = StageTimer(clock=clock)
+    clock.now += 1
+    timer.advance("frames", 1, 2)
+    clock.now += 50
+    timer.skip()
+    clock.now += 2
+    timer.advance("motion", 1, 1)
+
+    assert timer.seconds == {"frames": 1, "anchors": 2}
+
+
 def test_an_encode_has_all_stages_and_no_others():
     timer = StageTimer()
     begun = timer._clock()

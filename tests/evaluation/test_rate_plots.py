@@ -3,7 +3,7 @@ import io
 import matplotlib.image
 import numpy as np
 
-from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
+from quarc_ref.evaluation.plots import Curve, plot_coders, plot_curves, plot_rate_distortion
 
 PANELS = {"motion, KB": {"file": 1.0, "float32": 400.0}, "births, KB": {"file": 0.5}}
 POINTS = [(2.0, 30.0, ""), (1.0, 28.0, "rate_weight=2"), (3.0, 30.2, "rate_weight=0.5")]
@@ -34,3 +34,14 @@ def test_the_default_is_marked():
     turned = [POINTS[1], POINTS[0], POINTS[2]]
 
     assert plot_rate_distortion(turned, HULL) != plot_rate_distortion(POINTS, HULL)
+
+
+def test_curves_in_panels_over_one_axis():
+    panels = {
+        "dB": {"gate": Curve([0, 1, 2], [30, 31, 30.5]), "no gate": Curve([0, 1], [30, 32])},
+        "births": {"gate": Curve([0, 1, 2], [0, 5, 9])},
+    }
+    one = {"dB": {"": Curve([0.5, 1, 2], [30, 31, 30])}}
+
+    assert _colors(plot_curves(panels, "frame")) > 10
+    assert plot_curves(one, "step") != plot_curves(one, "step", doublings=True)

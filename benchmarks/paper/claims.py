@@ -1,0 +1,81 @@
+"""What the paper says of its ablations, held against what was measured here."""
+
+from collections.abc import Iterator, Mapping
+from statistics import fmean
+
+from paper.rows import Row
+from rate_claims import Claim
+
+_UNQUANTIZED_DB = 0.05
+_UNQUANTIZED_SHARE = 0.25
+_GATE_SHARE = 0.5
+_GATE_DB = 0.1
+_KNEE_DB = 0.1
+_KNEE_BYTES = 1.5
+_FEWER_ANCHORS_DB = 0.2
+
+Rows = Mapping[str, Row]
+
+
+def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
+    """Return the claims that the rows at hand can tell of.
+
+    Args:
+        experiments: `{experiment: {label: row}}` in the experiments' order.
+    """
+    claims: list[Claim] = []
+    for name, judge in _JUDGES.items():
+        rows = list(experiments.get(name, {}).values())
+        if len(rows) > 1:
+            claims += judge(rows)
+    return claims
+
+
+def _judge_quantization(rows: list[Row]) -> Iterator[Claim]:
+    full, floats = rows[0], rows[-1]
+    lost = _psnr(floats) - _psnr(full)
+    yield Claim("dB that quantization costs", lost, _UNQUANTIZED_DB)
+    share = full["bytes"]["kb_per_frame"] / floats["bytes"]["kb_per_frame"]
+    yield Claim("KB per frame, full method / floats", share, _UNQUANTIZED_SHARE)
+    if len(rows) > 2:
+        motion = _psnr(rows[1]) - _psnr(full)
+        yield Claim("dB of it in motion and births", motion, _UNQUANTIZED_DB)
+
+
+def _judge_gate(rows: list[Row]) -> Iterator[Claim]:
+    gated, opened = rows
+    births = [fmean(row["births"][1:]) for row in rows]
+    share = births[0] / births[1] if births[1] else None
+    yield Claim("births with the gate / without", share, _GATE_SHARE)
+    yield Claim("dB that the gate costs", _psnr(opened) - _psnr(gated), _GATE_DB)
+
+
+def _judge_step(rows: list[Row]) -> Iterator[Claim]:
+    middle = len(rows) // 2
+    default = rows[middle]
+    gained = max(_psnr(row) for row in rows[:middle]) - _psnr(default)
+    yield Claim("dB that a finer step gains", gained, _KNEE_DB)
+    sizes = [row["bytes"]["motion_kb_per_frame"] for row in rows]
+    grown = max(sizes[:middle]) / sizes[middle]
+    yield Claim("motion bytes of a finer step / default, at most", grown, _KNEE_BYTES, False)
+    lost = _psnr(default) - _psnr(rows[-1])
+    yield Claim("dB that the widest step loses", lost, _KNEE_DB, False)
+
+
+def _judge_anchors(rows: list[Row]) -> Iterator[Claim]:
+    for row in rows[1:]:
+        lost = _psnr(rows[0]) - _psnr(row)
+        yield Claim(f"dB lost with {row['label']}", lost, _FEWER_ANCHORS_DB, False)
+
+
+def _psnr(row: Row) -> float:
+    psnr: float = row["quality"]["psnr"]
+    return psnr
+
+
+_JUDGES = {
+    "quantization": _judge_quantization,
+    "gate": _judge_gate,
+    "step": _judge_step,
+    "anchors": _judge_anchors,
+}

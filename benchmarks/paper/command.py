@@ -1,0 +1,167 @@
+"""The command: which trials are wanted, where they run, and what is written of them."""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
+from paper.perceptual import Lpips
+from paper.results import write_results
+from paper.rows import Row, Task, make_row, recall_row
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.config import EncoderConfig, StepSettings
+from quarc_ref.encoder.encode_stream import suit_capture
+from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.jobs import Job, JobsError, Where, run_jobs
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """All trials on one capture.
+
+    Attributes:
+        capture: Its name.
+        fingerprint: Of its files.
+        preset: Name of the full method's settings.
+        experiments: What is compared.
+        tasks: A task to each trial.
+        folder: Where everything is kept.
+    """
+
+    capture: str
+    fingerprint: str
+    preset: str
+    experiments: list[Experiment]
+    tasks: list[Task]
+    folder: Path
+
+    def rows(self) -> dict[str, Row]:
+        """Return the rows that are done, by name, each with what its trial changes."""
+        base = self.tasks[0].trial.config
+        done = {}
+        for task in self.tasks:
+            row = recall_row(task, self.fingerprint)
+            if row is not None:
+                done[task.trial.name] = row | {"changes": task.trial.list_changes(base)}
+        return done
+
+    def write(self) -> Path | None:
+        """Write what there is to show; return the page, None before the first row."""
+        rows = self.rows()
+        if not rows:
+            return None
+        return write_results(self.experiments, rows, self.folder, self.capture, self.preset)
+
+
+def run_study(study: Study, where: Where) -> None:
+    """Run what is not done yet; tables and page are written anew after every row.
+
+    Raises:
+        JobsError: Some trials failed; all others are done.
+    """
+    done = study.rows()
+    waiting = [task for task in study.tasks if task.trial.name not in done]
+    note(f"{len(done)} of {len(study.tasks)} rows are there already")
+
+    def tell(name: str, over: int, total: int) -> None:
+        note(f"{name} is over, {over} of {total}")
+        study.write()
+
+    study.write()
+    run_jobs(make_row, [Job(task.trial.name, task) for task in waiting], where, tell)
+
+
+def plan_study(arguments: argparse.Namespace) -> Study:
+    """Return what is asked for.
+
+    Raises:
+        ValueError: A preset, a setting, an experiment or a camera does not exist.
+        CaptureError: The capture cannot be read.
+    """
+    options = CaptureOptions(arguments.downscale, tuple(arguments.held_out))
+    capture = open_capture(arguments.capture, options)
+    base = _settle_base(arguments, capture)
+    experiments = list_experiments(base, arguments.only)
+    frames = min(arguments.frames or capture.frame_count, capture.frame_count)
+    tasks = [
+        Task(
+            trial,
+            arguments.capture.resolve(),
+            options,
+            frames,
+            arguments.out.resolve(),
+            arguments.lpips,
+            arguments.device,
+        )
+        for trial in list_trials([*list_experiments(base, ["full"]), *experiments])
+    ]
+    name, preset = capture.name, arguments.preset
+    return Study(name, capture.fingerprint, preset, experiments, tasks, arguments.out)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    arguments = _parse_arguments(words)
+    if arguments.lpips:
+        Lpips(arguments.lpips)  # refused now, not after the first hour
+    study = plan_study(arguments)
+    where = Where(arguments.workers, arguments.threads, arguments.ray)
+    code = 0
+    try:
+        run_study(study, where)
+    except JobsError as error:
+        note(str(error))
+        code = 3
+    page = study.write()
+    if arguments.json:
+        print(json.dumps(list(study.rows().values()), indent=1))
+    elif page:
+        print((study.folder / "paper.md").read_text())
+        print(page)
+    return code
+
+
+def note(text: str) -> None:
+    """Tell whoever waits."""
+    sys.stderr.write(text + "\n")
+
+
+def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
+    """Return the full method's settings, with the steps that suit the capture in world units."""
+    config = choose_preset(arguments.preset)
+    for setting in [*arguments.set, f"seed={arguments.seed}"]:
+        name, _, value = setting.partition("=")
+        config = change_setting(config, name, value)
+    return replace(suit_capture(config, capture), steps=StepSettings())
+
+
+def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="paper.py",
+        description="Run the paper's experiments on a capture: tables, plots and one page.",
+    )
+    add = parser.add_argument
+    add("capture", type=Path, metavar="CAPTURE", help="a folder; quarc-ref synth makes one")
+    add("--out", type=Path, default=Path("out/paper"), metavar="DIR", help="kept between runs")
+    add("--preset", choices=sorted(PRESETS), default="main", help="the full method")
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
+    add("--frames", type=int, help="of every trial; all by default")
+    add("--downscale", type=int, default=1, help="make the pictures smaller by this factor")
+    add("--held-out", action="append", default=[], metavar="NAME", help="the first by default")
+    add("--seed", type=int, default=0)
+    add("--only", type=_split, default=[], metavar="NAMES", help=f"some of {','.join(EXPERIMENTS)}")
+    add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
+    add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
+    add("--workers", type=int, default=1, help="trials at a time")
+    add("--threads", type=int, default=1, help="of every trial")
+    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
+    add("--json", action="store_true", help="print the rows as JSON")
+    return parser.parse_args(words)
+
+
+def _split(text: str) -> list[str]:
+    return [name for name in text.split(",") if name]

@@ -1,0 +1,97 @@
+"""The experiments on one page, which carries its pictures within itself."""
+
+import base64
+import html
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from string import Template
+
+from paper.experiments import Experiment
+from paper.rows import Row
+from paper.tables import format_html, format_stages
+from rate_claims import Claim
+
+_TEMPLATE = Path(__file__).with_name("page.html")
+_HOLDS = {True: "yes", False: "<b>no</b>", None: "no number"}
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One experiment on the page.
+
+    Attributes:
+        experiment: What is compared.
+        rows: Those at hand, in its order.
+        plots: PNG files by name.
+    """
+
+    experiment: Experiment
+    rows: list[Row]
+    plots: dict[str, bytes]
+
+
+def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim]) -> bytes:
+    """Return the page.
+
+    Args:
+        title: Its heading.
+        sections: At least one of them with a row.
+        claims: Of the paper.
+    """
+    rows = list({row["name"]: row for section in sections for row in section.rows}.values())
+    protocol = rows[0]["protocol"]
+    text = Template(_TEMPLATE.read_text("utf-8")).substitute(
+        title=html.escape(title),
+        subtitle=html.escape(_describe(rows[0])),
+        claims=_compose_claims(claims),
+        sections="".join(_compose_section(section) for section in sections if section.rows),
+        stages=format_stages(rows),
+        protocol=_compose_protocol(protocol),
+    )
+    return text.encode()
+
+
+def _describe(row: Row) -> str:
+    protocol = row["protocol"]
+    held_out = ", ".join(protocol["cameras"]["held_out"])
+    return (
+        f"Measured on {held_out}, which training never saw, drawn from the decoded files. "
+        f"{row['frames']} frames of {protocol['resolution'][0]} x {protocol['resolution'][1]}, "
+        f"seed {row['seed']}, trained with {row['renderer']['training']}. KB are 1024 bytes; KB / "
+        "frame, motion, births and estimate (the paper's, of the same symbols) are those of the "
+        "frames after the canonical one; births, n are their number per frame; moving is the PSNR "
+        "where the picture moves; dB / 100 the drift over 100 frames."
+    )
+
+
+def _compose_section(section: Section) -> str:
+    figures = "".join(
+        f'<figure><img alt="{html.escape(section.experiment.title)}" src="{_embed(png)}"></figure>'
+        for png in section.plots.values()
+    )
+    remark = section.experiment.remark
+    return (
+        f"<h2>{html.escape(section.experiment.title)}</h2>"
+        + (f'<p class="soft">{html.escape(remark)}</p>' if remark else "")
+        + f'<div class="wide">{format_html(section.rows)}</div>{figures}'
+    )
+
+
+def _compose_claims(claims: Sequence[Claim]) -> str:
+    lines = ["<tr><th>claim</th><th>is</th><th>asked</th><th>holds</th></tr>"]
+    for claim in claims:
+        told = claim.as_json()
+        number = "" if claim.value is None else f"{claim.value:.3f}"
+        cells = (html.escape(claim.name), number, told["asked"], _HOLDS[claim.holds])
+        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return f"<table>{''.join(lines)}</table>"
+
+
+def _compose_protocol(protocol: Mapping[str, object]) -> str:
+    lines = [f"{name}: {value}" for name, value in protocol.items()]
+    return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
+
+
+def _embed(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode()

@@ -1,0 +1,97 @@
+"""LPIPS with weights that the user brings: none are shipped, and none are fetched.
+
+    torch.save(lpips.LPIPS(net="vgg").state_dict(), "lpips_vgg.pth")
+
+makes the file. The pictures are fed from 0 to 1, as 3DGS and its followers do,
+though the network was made for -1 to 1: figures are comparable with theirs.
+"""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn.functional import conv2d, max_pool2d, normalize, relu
+
+from quarc_ref.evaluation.metrics import Picture
+
+# The convolutions of VGG16, by their numbers in its list of layers, slice by slice.
+_SLICES = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
+_EPSILON = 1e-10
+_LEAST_SIZE = 16  # four halvings
+
+
+class WeightsError(ValueError):
+    """A file that does not hold the weights of LPIPS."""
+
+
+class Lpips:
+    """LPIPS on VGG16.
+
+    Args:
+        path: File of the weights.
+
+    Attributes:
+        variant: The name that figures are given with.
+
+    Raises:
+        WeightsError: The file is not there, or holds something else.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            data = path.read_bytes()
+            weights = torch.load(path, map_location="cpu", weights_only=True)
+        except Exception as error:  # torch names no class for a file that is none of its own
+            message = f"{path} cannot be read as weights of LPIPS: {error}"
+            raise WeightsError(message) from error
+        missing = [name for name in _list_names() if name not in weights]
+        if missing:
+            message = f"{path} has no {missing[0]}: it wants lpips.LPIPS(net='vgg').state_dict()"
+            raise WeightsError(message)
+        self._weights = {name: weights[name].float() for name in _list_names()}
+        digest = hashlib.sha256(data).hexdigest()[:12]
+        self.variant = f"lpips_vgg_3dgs: VGG16, pictures fed from 0 to 1; weights {digest}"
+
+    def measure(self, picture: Picture, truth: Picture) -> float:
+        """Return the distance of two pictures `[H, W, 3]` from 0 to 1.
+
+        Raises:
+            ValueError: They are too small for the network.
+        """
+        if min(picture.shape[:2]) < _LEAST_SIZE:
+            message = f"LPIPS wants pictures of {_LEAST_SIZE} pixels and more"
+            raise ValueError(message)
+        stacked = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
+        total = 0.0
+        with torch.no_grad():
+            for place, features in enumerate(self._list_features(stacked)):
+                first, second = normalize(features, dim=1, eps=_EPSILON)
+                head = self._weights[f"lin{place}.model.1.weight"]
+                total += float(conv2d((first - second).square()[None], head).mean())
+        return total
+
+    def _list_features(self, pictures: Tensor) -> list[Tensor]:
+        """Return `[2, C, h, w]` the features at the end of every slice."""
+        shift, scale = (self._weights[f"scaling_layer.{name}"] for name in ("shift", "scale"))
+        flow, found = (pictures - shift) / scale, []
+        for place, layers in enumerate(_SLICES):
+            flow = max_pool2d(flow, 2) if place else flow
+            for layer in layers:
+                name = f"net.slice{place + 1}.{layer}"
+                weight, bias = (self._weights[f"{name}.{kind}"] for kind in ("weight", "bias"))
+                flow = relu(conv2d(flow, weight, bias, padding=1))
+            found.append(flow)
+        return found
+
+
+def _list_names() -> list[str]:
+    heads = [f"lin{place}.model.1.weight" for place in range(len(_SLICES))]
+    layers = [
+        f"net.slice{place + 1}.{layer}.{kind}"
+        for place, slice_layers in enumerate(_SLICES)
+        for layer in slice_layers
+        for kind in ("weight", "bias")
+    ]
+    return ["scaling_layer.shift", "scaling_layer.scale", *layers, *heads]

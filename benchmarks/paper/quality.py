@@ -1,0 +1,86 @@
+"""Quality on the held-out cameras, frame by frame, of scenes wherever they come from."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from statistics import fmean
+
+import numpy as np
+
+from paper.perceptual import Lpips
+from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.decoder import Splats
+from quarc_ref.evaluation.evaluate import View, measure_views
+from quarc_ref.evaluation.metrics import measure_psnr
+from quarc_ref.format.records import Camera
+
+_MOVED = 16  # of 255: more than a codec's noise between two frames
+MOVING_VARIANT = (
+    "psnr_moving: as psnr, over the pixels of which a channel differs by more than 16 of 255 "
+    "from the frame before"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """A number to each frame, the mean over the held-out cameras.
+
+    Attributes:
+        psnr: dB.
+        ssim: As `ssim_inria`.
+        psnr_moving: dB where the picture moved; None in frame 0, and where nothing did.
+        lpips: Where there are weights for it.
+    """
+
+    psnr: list[float] = field(default_factory=list)
+    ssim: list[float] = field(default_factory=list)
+    psnr_moving: list[float | None] = field(default_factory=list)
+    lpips: list[float] = field(default_factory=list)
+
+
+def measure_quality(
+    frames: Iterable[tuple[int, Splats]],
+    cameras: Sequence[Camera],
+    capture: Capture,
+    lpips: Lpips | None,
+) -> Quality:
+    """Return the quality of frames.
+
+    Args:
+        frames: Ordinal and scene of each.
+        cameras: To draw with, in the order of the capture.
+        capture: Whose held-out pictures are the truth.
+        lpips: None to leave it out.
+    """
+    quality = Quality()
+    for frame, splats in frames:
+        views = measure_views(splats, frame, cameras, capture)
+        quality.psnr.append(fmean(view.psnr for view in views))
+        quality.ssim.append(fmean(view.ssim for view in views))
+        quality.psnr_moving.append(_measure_moving(views, frame, capture))
+        if lpips is not None:
+            quality.lpips.append(fmean(lpips.measure(view.decoded, view.truth) for view in views))
+    return quality
+
+
+def fit_slope(psnr: Sequence[float]) -> float | None:
+    """Return the drift of a stream by least squares, dB per 100 frames; None below two frames."""
+    if len(psnr) < 2:
+        return None
+    return 100 * float(np.polyfit(range(len(psnr)), psnr, 1)[0])
+
+
+def _measure_moving(views: Sequence[View], frame: int, capture: Capture) -> float | None:
+    if frame == 0:
+        return None
+    found = []
+    for view, index in zip(views, capture.held_out, strict=True):
+        moved = _find_moved(capture.image(index, frame), capture.image(index, frame - 1))
+        if moved.any():
+            found.append(measure_psnr(view.decoded[moved][:, None], view.truth[moved][:, None]))
+    return fmean(found) if found and all(map(math.isfinite, found)) else None
+
+
+def _find_moved(now: Image, before: Image) -> np.ndarray:
+    """Return `[H, W]` whether a pixel has moved."""
+    return np.abs(now.astype(np.int16) - before).max(axis=2) > _MOVED

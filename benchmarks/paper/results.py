@@ -1,0 +1,100 @@
+"""What the rows at hand show: tables, plots, claims and the page, written into the folder."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from paper.claims import list_claims
+from paper.experiments import Experiment, Point
+from paper.page import Section, compose_page
+from paper.rows import Row
+from paper.tables import format_markdown, write_csv
+from quarc_ref.evaluation.plots import Curve, plot_curves
+from rate_tables import format_claims
+
+Rows = Mapping[str, Row]
+
+
+def write_results(
+    experiments: Sequence[Experiment], rows: Rows, folder: Path, capture: str, preset: str
+) -> Path:
+    """Write all that the rows show; return the path of the page.
+
+    Args:
+        experiments: What is compared.
+        rows: Those that are done, by the trial's name; at least one.
+        folder: Where to.
+        capture: Its name.
+        preset: That of the full method.
+    """
+    title = f"{capture}: the paper's experiments, preset {preset}"
+    sections = [_make_section(experiment, rows) for experiment in experiments]
+    claims = list_claims(
+        {
+            section.experiment.name: {row["label"]: row for row in section.rows}
+            for section in sections
+            if len(section.rows) == len(section.experiment.points)
+        }
+    )
+    listed = [(section.experiment.name, row) for section in sections for row in section.rows]
+    tables = [
+        f"### {section.experiment.title}\n\n{format_markdown(section.rows)}"
+        for section in sections
+        if section.rows
+    ]
+    files = {
+        "paper.csv": write_csv(listed),
+        "paper.md": "\n".join([format_claims({capture: claims}), *tables]).encode(),
+        **{name: png for section in sections for name, png in section.plots.items()},
+        "index.html": compose_page(title, sections, claims),
+    }
+    for name, data in files.items():
+        _replace(folder / name, data)
+    return folder / "index.html"
+
+
+def _make_section(experiment: Experiment, rows: Rows) -> Section:
+    done = [
+        (point, rows[point.trial.name] | {"label": point.label, "title": experiment.title})
+        for point in experiment.points
+        if point.trial.name in rows
+    ]
+    plots = {f"{experiment.name}.png": _plot(experiment, done)} if done else {}
+    return Section(experiment, [row for _, row in done], plots)
+
+
+def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
+    """Return what an experiment looks like: along its axis, or frame by frame if it has none."""
+    if experiment.axis and len(done) > 1:
+        axis = [point.x for point, _ in done]
+        quality = [row["quality"]["psnr"] for _, row in done]
+        sizes = [row["bytes"]["kb_per_frame"] for _, row in done]
+        panels = {
+            "PSNR, held out (dB)": {"": Curve(axis, quality)},
+            "KB per frame": {"": Curve(axis, sizes)},
+        }
+        return plot_curves(panels, experiment.axis, doublings=experiment.name == "step")
+    panels = {"PSNR, held out (dB)": _follow(done, lambda row: row["per_frame"]["psnr"])}
+    if experiment.name in {"full", "gate"}:
+        panels["newborn so far"] = _follow(done, _accumulate_births)
+        panels["Gaussians"] = _follow(done, lambda row: row["gaussians"])
+    return plot_curves(panels, "frame")
+
+
+def _follow(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa: ANN001
+    curves = {}
+    for point, row in done:
+        numbers = tell(row)
+        curves[point.label] = Curve(list(range(len(numbers))), list(numbers))
+    return curves
+
+
+def _accumulate_births(row: Row) -> list[int]:
+    return [sum(row["births"][: frame + 1]) for frame in range(len(row["births"]))]
+
+
+def _replace(path: Path, data: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data)
+    os.replace(part, path)

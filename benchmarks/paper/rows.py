@@ -1,0 +1,231 @@
+"""A row of the tables: one trial encoded, decoded, measured, and kept as a file.
+
+A row that is there is not made again, as long as it was made of the same
+capture with the same settings.
+"""
+
+import hashlib
+import io
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+from paper.float_bytes import summarize_floats
+from paper.perceptual import Lpips
+from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
+from paper.trials import Trial
+from paper.unquantized import encode_unquantized
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.decoder import Splats, decode, dequantize
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.stage_timer import StageTimer
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.protocol import describe_protocol
+from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, FrameSummary
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
+
+Row = dict[str, Any]
+_SECONDS_BETWEEN_LINES = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A trial on a capture, all that a process must know to make its row.
+
+    Attributes:
+        trial: What is tried.
+        capture: Folder of the capture.
+        options: At what size it is opened, and what is held out.
+        frames: How many, from the first.
+        folder: Where rows and streams are kept.
+        lpips: File of the weights; None to leave LPIPS out.
+        device: Where training runs.
+    """
+
+    trial: Trial
+    capture: Path
+    options: CaptureOptions
+    frames: int
+    folder: Path
+    lpips: Path | None = None
+    device: str = "cpu"
+
+    @property
+    def row_path(self) -> Path:
+        """Where the row is kept."""
+        return self.folder / "rows" / f"{self.trial.name}.json"
+
+    @property
+    def stream_path(self) -> Path:
+        """Where the stream is kept, if there is one."""
+        return self.folder / "streams" / f"{self.trial.name}.quarc"
+
+    def key(self, fingerprint: str) -> str:
+        """Return a digest of all that the row hangs on but the code."""
+        said = {
+            "capture": fingerprint,
+            "size": asdict(self.options),
+            "frames": self.frames,
+            "settings": [[name, f"{value}"] for name, value in list_settings(self.trial.config)],
+            "floats": self.trial.floats,
+            "rebinds": self.trial.rebinds,
+            "lpips": self.lpips is not None,
+            "device": self.device,
+        }
+        return hashlib.sha256(json.dumps(said).encode()).hexdigest()
+
+
+def recall_row(task: Task, fingerprint: str) -> Row | None:
+    """Return the row that was kept; None if there is none, or one of something else."""
+    if not task.row_path.is_file():
+        return None
+    row: Row = json.loads(task.row_path.read_text())
+    return row if row["key"] == task.key(fingerprint) else None
+
+
+def make_row(task: Task) -> None:
+    """Run a trial and keep its row."""
+    capture = open_capture(task.capture, task.options)
+    if recall_row(task, capture.fingerprint) is not None:
+        return
+    lpips = Lpips(task.lpips) if task.lpips else None
+    timer = StageTimer(_Lines(task.trial.name))
+    run = _measure_floats if task.trial.floats else _measure_stream
+    row = run(task, capture, lpips, timer)
+    row = {"key": task.key(capture.fingerprint), "name": task.trial.name, **row}
+    _write(task.row_path, json.dumps(row, indent=1).encode())
+
+
+def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
+    sink = io.BytesIO()
+    encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
+    data = sink.getvalue()
+    _write(task.stream_path, data)
+    summary = inspect_stream(data)
+    scenes = ((scene.frame, dequantize(scene)) for scene in decode(data))
+    quality = measure_quality(scenes, summary.cameras, capture, lpips)
+    return _compose(task, capture, lpips, summary.frames, len(data), quality, timer.seconds)
+
+
+def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
+    frames: list[FrameSummary] = []
+
+    def walk() -> Iterator[tuple[int, Splats]]:
+        encoding = encode_unquantized(capture, task.trial, task.frames, task.device, timer)
+        for made in encoding:
+            frames.append(summarize_floats(made, task.trial))
+            yield made.state.scene.frame, dequantize(made.state.scene)
+            timer.skip()
+
+    quality = measure_quality(walk(), capture.cameras, capture, lpips)
+    total = sum(frame.chunk_bytes for frame in frames)
+    return _compose(task, capture, lpips, tuple(frames), total, quality, timer.seconds)
+
+
+def _compose(
+    task: Task,
+    capture: Capture,
+    lpips: Lpips | None,
+    frames: tuple[FrameSummary, ...],
+    total: int,
+    quality: Quality,
+    seconds: Mapping[str, float],
+) -> Row:
+    """Return the row of a trial."""
+    seed = task.trial.config.seed
+    protocol = describe_protocol(
+        capture, capture.cameras, len(frames), seed, capture.fingerprint
+    ).as_json()
+    metrics = {**protocol["metrics"], "psnr_moving": MOVING_VARIANT}
+    if lpips is not None:
+        metrics["lpips"] = lpips.variant
+    trained_with = choose_rasterizer(choose_device(task.device)).name
+    return {
+        "floats": task.trial.floats,
+        "rebinds": task.trial.rebinds,
+        "frames": len(frames),
+        "quality": _sum_quality(quality),
+        "bytes": _sum_bytes(frames, total),
+        "births": [frame.births for frame in frames],
+        "deaths": [frame.deaths for frame in frames],
+        "gaussians": [frame.gaussians for frame in frames],
+        "anchors": max(frame.anchors for frame in frames),
+        "canonical_sha256": frames[0].sha256,
+        "seconds": _sum_seconds(seconds, len(frames)),
+        "seed": seed,
+        "renderer": {"training": trained_with, "measuring": protocol["renderer"]},
+        "protocol": {**protocol, "metrics": metrics},
+        "per_frame": asdict(quality),
+    }
+
+
+def _sum_quality(quality: Quality) -> Row:
+    moving = [psnr for psnr in quality.psnr_moving if psnr is not None]
+    return {
+        "psnr": fmean(quality.psnr),
+        "psnr_first": quality.psnr[0],
+        "psnr_worst": min(quality.psnr),
+        "psnr_slope": fit_slope(quality.psnr),
+        "psnr_moving": fmean(moving) if moving else None,
+        "ssim": fmean(quality.ssim),
+        "lpips": fmean(quality.lpips) if quality.lpips else None,
+    }
+
+
+def _sum_bytes(frames: tuple[FrameSummary, ...], total: int) -> Row:
+    """Return bytes by kind: the canonical frame's as they are, all else per later frame."""
+    moved = [frame for frame in frames if not frame.canonical]
+    count = max(len(moved), 1)
+    sums = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}
+    prices = {kind: sum(frame.estimate_bytes[kind] for frame in frames) for kind in KINDS}
+    chunks = sum(frame.chunk_bytes for frame in moved)
+    return {
+        "total": total,
+        "canonical_kb": sums["canonical"] / KILOBYTE,
+        "motion_kb_per_frame": sums["motion"] / count / KILOBYTE,
+        "births_kb_per_frame": sums["births"] / count / KILOBYTE,
+        "overhead_kb": (total - sum(sums.values())) / KILOBYTE,
+        "kb_per_frame": chunks / count / KILOBYTE,
+        "canonical_estimate_kb": prices["canonical"] / KILOBYTE,
+        "motion_estimate_kb_per_frame": prices["motion"] / count / KILOBYTE,
+        "births_estimate_kb_per_frame": prices["births"] / count / KILOBYTE,
+    }
+
+
+def _sum_seconds(seconds: Mapping[str, float], frames: int) -> dict[str, float]:
+    """Return the seconds of the canonical frame, and of a later frame by stage."""
+    once = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
+    later = {
+        name: seconds.get(name, 0.0) / max(frames - 1, 1)
+        for name in ("anchors", "motion", "placement", "births", "commit")
+    }
+    return {**once, **later, "frame": sum(later.values())}
+
+
+def _write(path: Path, data: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data)
+    os.replace(part, path)
+
+
+class _Lines:
+    """Tells on stderr now and then how far a trial is."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
+
+    def advance(self, stage: str, done: int, total: int) -> None:
+        """See `Progress.advance`."""
+        if stage in {"canonical", "frames"} and time.monotonic() >= self._next:
+            self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
+            sys.stderr.write(f"{self._name}: {stage} {done}/{total}\n")

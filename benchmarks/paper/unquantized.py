@@ -1,0 +1,180 @@
+"""The encoder's loop in floats: what the method gives before anything is rounded.
+
+The schedule, the draws and the rules are those of `encoder.encode_stream`; what
+it commits through bytes stays as it was trained here. Scenes are held on a
+lattice so fine that it is as good as floats, since anchors are drawn by
+integers; residuals are applied as they are. No stream comes of it.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from paper.trials import Trial
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.reconstruct import State, bear, begin_canonical, begin_frame
+from quarc_ref.encoder.births import fit_births
+from quarc_ref.encoder.canonical import train_canonical
+from quarc_ref.encoder.config import EncoderConfig, make_header
+from quarc_ref.encoder.encode_stream import count_deaths, settle_exposures, suit_capture
+from quarc_ref.encoder.exposure import Exposures
+from quarc_ref.encoder.motion import fit_motion
+from quarc_ref.encoder.progress import Progress
+from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
+from quarc_ref.encoder.rate_control import price_bytes
+from quarc_ref.encoder.straight_through import without_rounding
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.surrogate import deform
+from quarc_ref.encoder.trainable import from_splats
+from quarc_ref.encoder.views import TrainingViews, measure_extent
+from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
+from quarc_ref.format.gaussian_planes import sort_canonical
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
+
+_LATTICE_DOUBLINGS = 6
+_FINER = 16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FloatFrame:
+    """A frame of a trial without quantization.
+
+    Attributes:
+        state: After the frame; `motion` and `symbols` are in steps and not whole.
+        deaths: How many Gaussians left.
+    """
+
+    state: State
+    deaths: int
+
+
+def encode_unquantized(
+    capture: Capture, trial: Trial, frames: int, device_name: str, progress: Progress
+) -> Iterator[FloatFrame]:
+    """Yield the frames of a trial whose `floats` are not rounded.
+
+    Args:
+        capture: Its held-out cameras are not looked at.
+        trial: Settings, and what stays in floats.
+        frames: How many.
+        device_name: As `choose_device` takes it.
+        progress: Is told of every step.
+    """
+    config = suit_capture(trial.config, capture)
+    studio = _open_studio(capture, config, device_name, progress)
+    state = _make_canonical(studio, capture, config, trial)
+    count = state.scene.count
+    yield FloatFrame(state, 0)
+    for frame in range(1, frames):
+        progress.advance("frames", frame, frames)
+        deaths = count_deaths(state, count, config.births)
+        begun = begin_frame(state, deaths)
+        if trial.rebinds:
+            begun = _rebind(begun)
+        priced = price_bytes(config, [])
+        with without_rounding():
+            motion = fit_motion(studio, state, begun, priced.motion)
+        moved = move_freely(begun, motion.residuals)
+        births = fit_births(studio, moved, motion.statistics, priced)
+        state = moved if births is None else bear(moved, births)
+        studio.views.forget_before(frame)
+        progress.advance("frames", frame + 1, frames)
+        yield FloatFrame(state, deaths)
+
+
+def refine_header(header: StreamHeader, reach: float) -> StreamHeader:
+    """Return a header with the same residuals' steps, and all others so fine as not to matter.
+
+    Args:
+        header: Of the stream that is not written.
+        reach: Largest coordinate, world units; the lattice reaches twice as far.
+    """
+    room = math.log2(POSITION_LIMIT / (2 * reach)) - header.lattice_exponent
+    doublings = max(0, min(_LATTICE_DOUBLINGS, math.floor(room)))
+    return replace(
+        header,
+        lattice_exponent=header.lattice_exponent + doublings,
+        position_step=max(1, (header.position_step << doublings) // _FINER),
+        translation_step=header.translation_step << doublings,
+        rotation_bits=ROTATION_BITS_LIMIT,
+        log_scale_step=header.log_scale_step / _FINER,
+        opacity_step=header.opacity_step / _FINER,
+        sh_dc_step=header.sh_dc_step / _FINER,
+        sh_rest_step=header.sh_rest_step / _FINER,
+    )
+
+
+def move_freely(begun: State, residuals: torch.Tensor) -> State:
+    """Return the state moved by residuals that are not rounded (SPEC 7.5, Eq. 2).
+
+    Args:
+        begun: After `begin_frame`.
+        residuals: `[A, c]` in steps, levels one after the other.
+    """
+    scene, anchors = begun.scene, begun.known_anchors
+    borders = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
+    levels = np.split(residuals.double().cpu().numpy().T, borders, axis=1)
+    motion = sum(
+        (level[:, binding] for level, binding in zip(levels, anchors.binding, strict=True)),
+        np.zeros_like(begun.motion, dtype=np.float64),
+    )
+    turned = _turn(begun, motion[3:] / scene.header.rotation_unity)
+    shifted = scene.positions + motion[:3] * scene.header.translation_step
+    moved = replace(
+        scene,
+        positions=np.rint(shifted).clip(-POSITION_LIMIT, POSITION_LIMIT).astype(np.int32),
+        rotations=turned,
+    )
+    return replace(begun, scene=moved, motion=motion, symbols=tuple(levels))
+
+
+def _turn(begun: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Return `[4, N]` the rotations turned by residuals `[3 or 4, N]` from the identity."""
+    splats = from_splats(dequantize(begun.scene), torch.device("cpu"))
+    still = torch.zeros_like(splats.means)
+    turned = deform(splats, still, torch.from_numpy(residuals.T), begun.scene.header)
+    unit = torch.nn.functional.normalize(turned.rotations.double(), dim=1)
+    rotations: NDArray[np.int32] = np.rint(unit.numpy().T * ROTATION_ONE).astype(np.int32)
+    return rotations
+
+
+def _rebind(begun: State) -> State:
+    """Return the state with every Gaussian bound anew, as the release of the paper does it."""
+    anchors, positions = begun.known_anchors, begun.scene.positions.T
+    binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
+    return replace(begun, anchors=Anchors(anchors.levels, np.stack(binding)))
+
+
+def _make_canonical(studio: Studio, capture: Capture, config: EncoderConfig, trial: Trial) -> State:
+    header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
+    with without_rounding() if trial.floats == "all" else nullcontext():
+        settings = price_bytes(config, []).canonical
+        attributes = train_canonical(studio, capture.points, settings, header)
+    kept = keep_representable(attributes, header)
+    fine = refine_header(header, float(kept.means.abs().max()))
+    gaussians = quantize_gaussians(kept, fine)
+    _, _, ordered = sort_canonical(gaussians)
+    state = begin_canonical(fine, 0, ordered)
+    if config.canonical.exposure_rate:
+        settle_exposures(studio, state)
+    return state
+
+
+def _open_studio(
+    capture: Capture, config: EncoderConfig, device_name: str, progress: Progress
+) -> Studio:
+    device = choose_device(device_name)
+    views = TrainingViews(capture, device)
+    extent = measure_extent(views.cameras)
+    exposures = Exposures(len(views.cameras), device)
+    rasterizer = choose_rasterizer(device)
+    return Studio(views, rasterizer, device, config.seed, progress, extent, exposures)
