@@ -16,11 +16,12 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from paper.canonical_once import CanonicalOnce
 from paper.float_bytes import summarize_floats
 from paper.perceptual import Lpips
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
-from paper.unquantized import encode_unquantized
+from paper.unquantized import encode_unquantized, open_studio
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Splats, decode, dequantize
@@ -68,6 +69,13 @@ class Task:
         """Where the stream is kept, if there is one."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
+    def canonical(self, fingerprint: str) -> CanonicalOnce:
+        """Return what trains frame 0."""
+        trial = self.trial
+        rounds = trial.floats != "all"
+        said = [fingerprint, asdict(self.options), trial.config.seed, self.device, rounds]
+        return CanonicalOnce(self.folder / "canonical", said)
+
     def key(self, fingerprint: str) -> str:
         """Return a digest of all that the row hangs on but the code."""
         said = {
@@ -106,20 +114,25 @@ def make_row(task: Task) -> None:
 
 def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     sink = io.BytesIO()
-    encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
+    canonical = task.canonical(capture.fingerprint)
+    with canonical.within_encode():
+        encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
     data = sink.getvalue()
     _write(task.stream_path, data)
     summary = inspect_stream(data)
     scenes = ((scene.frame, dequantize(scene)) for scene in decode(data))
     quality = measure_quality(scenes, summary.cameras, capture, lpips)
-    return _compose(task, capture, lpips, summary.frames, len(data), quality, timer.seconds)
+    seconds = timer.seconds | {"canonical": canonical.seconds}
+    return _compose(task, capture, lpips, summary.frames, len(data), quality, seconds)
 
 
 def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     frames: list[FrameSummary] = []
+    canonical = task.canonical(capture.fingerprint)
+    studio = open_studio(capture, task.device, task.trial.config.seed, timer)
 
     def walk() -> Iterator[tuple[int, Splats]]:
-        encoding = encode_unquantized(capture, task.trial, task.frames, task.device, timer)
+        encoding = encode_unquantized(capture, task.trial, task.frames, studio, canonical.train)
         for made in encoding:
             frames.append(summarize_floats(made, task.trial))
             yield made.state.scene.frame, dequantize(made.state.scene)
@@ -127,7 +140,8 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
 
     quality = measure_quality(walk(), capture.cameras, capture, lpips)
     total = sum(frame.chunk_bytes for frame in frames)
-    return _compose(task, capture, lpips, tuple(frames), total, quality, timer.seconds)
+    seconds = timer.seconds | {"canonical": canonical.seconds}
+    return _compose(task, capture, lpips, tuple(frames), total, quality, seconds)
 
 
 def _compose(

@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from paper.canonical_once import Train
 from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors
@@ -23,7 +24,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import State, bear, begin_canonical, begin_frame
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
-from quarc_ref.encoder.config import EncoderConfig, make_header
+from quarc_ref.encoder.config import make_header
 from quarc_ref.encoder.encode_stream import count_deaths, settle_exposures, suit_capture
 from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.motion import fit_motion
@@ -58,7 +59,7 @@ class FloatFrame:
 
 
 def encode_unquantized(
-    capture: Capture, trial: Trial, frames: int, device_name: str, progress: Progress
+    capture: Capture, trial: Trial, frames: int, studio: Studio, train: Train = train_canonical
 ) -> Iterator[FloatFrame]:
     """Yield the frames of a trial whose `floats` are not rounded.
 
@@ -66,16 +67,15 @@ def encode_unquantized(
         capture: Its held-out cameras are not looked at.
         trial: Settings, and what stays in floats.
         frames: How many.
-        device_name: As `choose_device` takes it.
-        progress: Is told of every step.
+        studio: Of `open_studio`.
+        train: How the canonical frame is trained.
     """
     config = suit_capture(trial.config, capture)
-    studio = _open_studio(capture, config, device_name, progress)
-    state = _make_canonical(studio, capture, config, trial)
+    state = _make_canonical(studio, capture, trial, train)
     count = state.scene.count
     yield FloatFrame(state, 0)
     for frame in range(1, frames):
-        progress.advance("frames", frame, frames)
+        studio.progress.advance("frames", frame, frames)
         deaths = count_deaths(state, count, config.births)
         begun = begin_frame(state, deaths)
         if trial.rebinds:
@@ -87,7 +87,7 @@ def encode_unquantized(
         births = fit_births(studio, moved, motion.statistics, priced)
         state = moved if births is None else bear(moved, births)
         studio.views.forget_before(frame)
-        progress.advance("frames", frame + 1, frames)
+        studio.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)
 
 
@@ -154,11 +154,28 @@ def _rebind(begun: State) -> State:
     return replace(begun, anchors=Anchors(anchors.levels, np.stack(binding)))
 
 
-def _make_canonical(studio: Studio, capture: Capture, config: EncoderConfig, trial: Trial) -> State:
+def open_studio(capture: Capture, device_name: str, seed: int, progress: Progress) -> Studio:
+    """Return the training views of a capture and the means to draw them.
+
+    Args:
+        capture: Its held-out cameras are not reachable from there.
+        device_name: As `choose_device` takes it.
+        seed: Of every draw.
+        progress: Is told of every step.
+    """
+    device = choose_device(device_name)
+    views = TrainingViews(capture, device)
+    extent = measure_extent(views.cameras)
+    exposures = Exposures(len(views.cameras), device)
+    return Studio(views, choose_rasterizer(device), device, seed, progress, extent, exposures)
+
+
+def _make_canonical(studio: Studio, capture: Capture, trial: Trial, train: Train) -> State:
+    config = suit_capture(trial.config, capture)
     header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
     with without_rounding() if trial.floats == "all" else nullcontext():
         settings = price_bytes(config, []).canonical
-        attributes = train_canonical(studio, capture.points, settings, header)
+        attributes = train(studio, capture.points, settings, header)
     kept = keep_representable(attributes, header)
     fine = refine_header(header, float(kept.means.abs().max()))
     gaussians = quantize_gaussians(kept, fine)
@@ -167,14 +184,3 @@ def _make_canonical(studio: Studio, capture: Capture, config: EncoderConfig, tri
     if config.canonical.exposure_rate:
         settle_exposures(studio, state)
     return state
-
-
-def _open_studio(
-    capture: Capture, config: EncoderConfig, device_name: str, progress: Progress
-) -> Studio:
-    device = choose_device(device_name)
-    views = TrainingViews(capture, device)
-    extent = measure_extent(views.cameras)
-    exposures = Exposures(len(views.cameras), device)
-    rasterizer = choose_rasterizer(device)
-    return Studio(views, rasterizer, device, config.seed, progress, extent, exposures)

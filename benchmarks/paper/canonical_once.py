@@ -1,0 +1,89 @@
+"""Frame 0 trained once from the seed, for all trials that train it alike.
+
+What trials compare is the motion after it; training it again would give the same
+scene in every one of them, and take a good part of their time.
+"""
+
+import hashlib
+import io
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import torch
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder import encode_stream
+from quarc_ref.encoder.canonical import train_canonical
+from quarc_ref.encoder.config import CanonicalSettings
+from quarc_ref.encoder.straight_through import position_step
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.format.records import StreamHeader
+
+Train = Callable[[Studio, Points, CanonicalSettings, StreamHeader], Attributes]
+_SECONDS = "seconds"
+_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
+
+
+class CanonicalOnce:
+    """Trains the canonical frame, or takes it from where another trial has left it.
+
+    Args:
+        folder: Where scenes are kept.
+        said: All that the training hangs on beside settings and steps.
+
+    Attributes:
+        seconds: What the training took, whoever did it; 0 before it.
+    """
+
+    def __init__(self, folder: Path, said: Sequence[object]) -> None:
+        self._folder = folder
+        self._said = said
+        self.seconds = 0.0
+
+    def train(
+        self, studio: Studio, points: Points, settings: CanonicalSettings, header: StreamHeader
+    ) -> Attributes:
+        """Return what `train_canonical` does."""
+        path = self._folder / f"{self._digest(settings, header)}.npz"
+        if not path.is_file():
+            begun = time.perf_counter()
+            attributes = train_canonical(studio, points, settings, header)
+            _keep(path, attributes, time.perf_counter() - begun)
+        with np.load(path) as kept:
+            self.seconds = float(kept[_SECONDS])
+            tensors = [torch.from_numpy(kept[name]).to(studio.device) for name in _NAMES]
+        return Attributes(*tensors)
+
+    @contextmanager
+    def within_encode(self) -> Iterator[None]:
+        """Within this context `encode` takes the canonical frame from here."""
+        with patch.object(encode_stream, "train_canonical", self.train):
+            yield
+
+    def _digest(self, settings: CanonicalSettings, header: StreamHeader) -> str:
+        steps = (
+            position_step(header), header.rotation_bits, header.log_scale_step,
+            header.opacity_step, header.sh_dc_step, header.sh_rest_step, header.sh_degree,
+        )  # fmt: skip
+        said = json.dumps([self._said, repr(settings), steps])
+        return hashlib.sha256(said.encode()).hexdigest()[:16]
+
+
+def _keep(path: Path, attributes: Attributes, seconds: float) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    arrays = {
+        name: tensor.cpu().numpy()
+        for name, tensor in zip(_NAMES, attributes.tensors(), strict=True)
+    }
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays, **{_SECONDS: np.float64(seconds)})
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    part.write_bytes(buffer.getvalue())
+    os.replace(part, path)

@@ -1,0 +1,73 @@
+import math
+from dataclasses import replace
+
+import pytest
+
+from paper.experiments import EXPERIMENTS, STEP_FACTORS, list_experiments, list_trials
+from quarc_ref.encoder.config import BirthSettings, StepSettings
+from quarc_ref.encoder.presets import PRESETS
+from quarc_ref.encoder.straight_through import position_step, translation_step
+
+BASES = {name: replace(config, steps=StepSettings()) for name, config in PRESETS.items()}
+
+
+def _points(base, name):
+    (experiment,) = list_experiments(base, [name])
+    return experiment.points
+
+
+@pytest.mark.parametrize("base", BASES.values(), ids=BASES)
+def test_all_of_the_paper_is_there_and_each_trial_once(base):
+    experiments = list_experiments(base)
+    trials = list_trials(experiments)
+
+    assert [experiment.name for experiment in experiments] == list(EXPERIMENTS)
+    assert len({trial.name for trial in trials}) == len(trials)
+    told = {(trial.config, trial.floats, trial.rebinds) for trial in trials}
+    assert len(told) == len(trials)
+    assert sum(trial.config == base and not trial.floats for trial in trials) == 1
+
+
+@pytest.mark.parametrize("base", BASES.values(), ids=BASES)
+def test_the_sweep_changes_the_step_of_translations_and_nothing_else_in_world_units(base):
+    points = _points(base, "step")
+
+    assert [point.x for point in points] == list(STEP_FACTORS)
+    assert len(points) == 7
+    rate = base.motion.step_rate * translation_step(base.stream)
+    for point in points:
+        stream, motion = point.trial.config.stream, point.trial.config.motion
+        wanted = point.x * translation_step(base.stream)
+        assert math.isclose(translation_step(stream), wanted)
+        assert position_step(stream) == position_step(base.stream)
+        assert math.isclose(motion.step_rate * translation_step(stream), rate)
+    assert points[3].trial.config == base
+
+
+def test_the_gate_is_all_that_differs_between_its_two_trials():
+    gated, opened = (point.trial.config for point in _points(BASES["demo"], "gate"))
+
+    assert gated.births == BirthSettings()
+    assert replace(opened, births=replace(opened.births, gate_views=4)) == gated
+    assert opened.births.gate_views == 0
+
+
+def test_a_value_that_the_full_method_has_is_the_full_method_s_row():
+    for name, place in (("levels", 2), ("anchors", 0), ("rotation", 0), ("resample", 0)):
+        assert _points(BASES["main"], name)[place].trial.name == "full"
+    assert _points(BASES["paper"], "gate")[0].trial.name == "full"
+    assert _points(BASES["paper"], "rotation")[1].trial.name == "full"
+
+
+def test_bound_anew_is_tried_in_floats_and_against_the_same_but_for_that():
+    fresh, kept, redone = (point.trial for point in _points(BASES["paper"], "rebinding"))
+
+    assert {fresh.floats, kept.floats, redone.floats} == {"all"}
+    assert kept.config == redone.config
+    assert (kept.rebinds, redone.rebinds) == (False, True)
+    assert fresh.config.stream.resample_interval == 1
+
+
+def test_an_experiment_that_is_not_there_is_told():
+    with pytest.raises(ValueError, match="no experiment stepp; there are full, quantization"):
+        list_experiments(BASES["main"], ["full", "stepp"])

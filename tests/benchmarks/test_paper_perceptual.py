@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+import torch
+
+from paper import perceptual
+from paper.perceptual import Lpips, WeightsError
+
+_WIDTHS = (4, 5, 6, 7, 8)
+
+
+@pytest.fixture(scope="module")
+def weights():
+    """The names of the real weights, on a network that is far thinner."""
+    generator = torch.Generator().manual_seed(0)
+    state = {
+        "scaling_layer.shift": torch.tensor([-0.03, -0.09, -0.19])[None, :, None, None],
+        "scaling_layer.scale": torch.tensor([0.46, 0.45, 0.45])[None, :, None, None],
+    }
+    channels = 3
+    for place, (width, layers) in enumerate(zip(_WIDTHS, perceptual._SLICES, strict=True)):
+        for layer in layers:
+            kernel = torch.randn(width, channels, 3, 3, generator=generator) / (3 * channels**0.5)
+            state[f"net.slice{place + 1}.{layer}.weight"] = kernel
+            state[f"net.slice{place + 1}.{layer}.bias"] = torch.full((width,), 0.05)
+            channels = width
+        state[f"lin{place}.model.1.weight"] = torch.rand(1, width, 1, 1, generator=generator)
+    return state
+
+
+@pytest.fixture
+def lpips(weights, tmp_path):
+    torch.save(weights, tmp_path / "weights.pth")
+    return Lpips(tmp_path / "weights.pth")
+
+
+def _picture(seed=0, size=(24, 32)):
+    return np.random.default_rng(seed).uniform(0, 1, (*size, 3)).astype(np.float32)
+
+
+def test_equal_pictures_are_at_no_distance_and_worse_ones_farther_off(lpips):
+    truth = _picture()
+    near, far = (truth + amount * (_picture(1) - truth) for amount in (0.1, 0.6))
+
+    assert lpips.measure(truth, truth) == 0
+    assert 0 < lpips.measure(near, truth) < lpips.measure(far, truth)
+    assert lpips.measure(far, truth) == pytest.approx(lpips.measure(truth, far), rel=1e-5)
+
+
+def test_the_variant_names_network_range_and_weights(lpips, weights, tmp_path):
+    assert "VGG16" in lpips.variant
+    assert "from 0 to 1" in lpips.variant
+    torch.save({**weights, "more": torch.zeros(1)}, tmp_path / "others.pth")
+    assert Lpips(tmp_path / "others.pth").variant != lpips.variant
+
+
+def test_files_that_are_no_weights_are_refused_by_name(weights, tmp_path):
+    (tmp_path / "text.pth").write_text("no weights")
+    torch.save({name: weights[name] for name in list(weights)[:-1]}, tmp_path / "part.pth")
+
+    with pytest.raises(WeightsError, match=r"none\.pth cannot be read"):
+        Lpips(tmp_path / "none.pth")
+    with pytest.raises(WeightsError, match=r"text\.pth cannot be read"):
+        Lpips(tmp_path / "text.pth")
+    with pytest.raises(WeightsError, match=r"part\.pth has no lin4\.model\.1\.weight"):
+        Lpips(tmp_path / "part.pth")
+
+
+def test_pictures_that_the_network_would_shrink_to_nothing_are_refused(lpips):
+    with pytest.raises(ValueError, match="16 pixels"):
+        lpips.measure(_picture(size=(15, 40)), _picture(size=(15, 40)))

@@ -1,0 +1,131 @@
+import json
+from dataclasses import replace
+
+import pytest
+
+from paper import canonical_once, rows
+from paper.rows import Task, make_row, recall_row
+from paper.trials import Trial
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from tests.datasets import scenes
+from tests.encoder.toys import SMALL
+
+OPTIONS = CaptureOptions()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("paper") / "plane"
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+@pytest.fixture(scope="module")
+def task(folder, tmp_path_factory):
+    trial = Trial("full", "full", SMALL)
+    made = Task(trial, folder, OPTIONS, 3, tmp_path_factory.mktemp("kept"))
+    make_row(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def row(task):
+    return json.loads(task.row_path.read_text())
+
+
+def test_its_figures_are_those_of_the_stream_that_is_kept(task, row, folder):
+    data = task.stream_path.read_bytes()
+    evaluation = evaluate_stream(data, folder, lambda *_: None)
+    summary = inspect_stream(data)
+
+    assert row["per_frame"]["psnr"] == list(evaluation.quality.psnr)
+    assert row["quality"]["ssim"] == pytest.approx(sum(evaluation.quality.ssim) / 3)
+    assert row["bytes"]["total"] == len(data)
+    assert row["bytes"]["canonical_kb"] * 1024 == summary.coded_bytes()["canonical"]
+    assert row["bytes"]["kb_per_frame"] == summary.kilobytes_per_frame()["without_canonical"]
+    assert row["births"] == [frame.births for frame in summary.frames]
+    assert row["gaussians"] == [frame.gaussians for frame in summary.frames]
+
+
+def test_it_tells_all_that_it_hangs_on(row):
+    assert row["seed"] == SMALL.seed
+    assert row["renderer"]["training"] == "numba"
+    assert row["protocol"]["cameras"]["held_out"] == ["cam00"]
+    assert set(row["protocol"]["metrics"]) == {"psnr", "ssim", "psnr_moving"}
+    stages = {"canonical", "anchors", "motion", "placement", "births", "commit"}
+    assert all(row["seconds"][stage] > 0 for stage in stages)
+    assert row["quality"]["psnr_moving"] != row["quality"]["psnr"]
+
+
+def test_a_row_that_is_there_is_not_made_again(task, monkeypatch):
+    monkeypatch.setattr(rows, "encode", None)
+    before = task.row_path.stat().st_mtime_ns
+    make_row(task)
+
+    assert task.row_path.stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"trial": Trial("full", "full", replace(SMALL, seed=1))},
+        {"trial": Trial("full", "full", SMALL, "motion")},
+        {"trial": Trial("full", "full", SMALL, "all", rebinds=True)},
+        {"frames": 2},
+        {"options": CaptureOptions(downscale=2)},
+        {"options": CaptureOptions(held_out=("cam01",))},
+        {"device": "cuda"},
+    ],
+)
+def test_a_row_of_something_else_is_not_taken_for_it(task, folder, change):
+    fingerprint = open_capture(folder).fingerprint
+
+    assert recall_row(task, fingerprint) is not None
+    assert recall_row(replace(task, **change), fingerprint) is None
+    assert recall_row(task, "f" * 64) is None
+
+
+def test_frame_0_is_trained_once_for_trials_that_differ_in_motion_alone(task, monkeypatch):
+    motion = replace(SMALL.motion, iterations=2)
+    trial = Trial("short", "short", replace(SMALL, motion=motion))
+    monkeypatch.setattr(canonical_once, "train_canonical", None)
+    make_row(replace(task, trial=trial))
+
+    first, second = (
+        json.loads((task.folder / "rows" / f"{name}.json").read_text())
+        for name in ("full", "short")
+    )
+    assert first["canonical_sha256"] == second["canonical_sha256"]
+    assert first["seconds"]["canonical"] == second["seconds"]["canonical"]
+
+
+def test_other_canonical_settings_are_trained_anew(task, monkeypatch):
+    called = []
+
+    def stop(*_):
+        called.append(1)
+        raise InterruptedError
+
+    canonical = replace(SMALL.canonical, iterations=3)
+    monkeypatch.setattr(canonical_once, "train_canonical", stop)
+    for trial in (
+        Trial("other", "other", replace(SMALL, canonical=canonical)),
+        Trial("seed", "seed", replace(SMALL, seed=4)),
+        Trial("steps", "steps", replace(SMALL, stream=replace(SMALL.stream, rotation_bits=5))),
+        Trial("floats", "floats", SMALL, "all"),
+    ):
+        with pytest.raises(InterruptedError):
+            make_row(replace(task, trial=trial))
+    assert len(called) == 4
+
+
+def test_a_trial_in_floats_has_the_same_figures_and_no_stream(task):
+    floats = replace(task, trial=Trial("float", "float", SMALL, "all"))
+    make_row(floats)
+    row, quantized = (json.loads(each.row_path.read_text()) for each in (floats, task))
+
+    assert row.keys() == quantized.keys()
+    assert not floats.stream_path.exists()
+    assert row["bytes"]["kb_per_frame"] > 4 * quantized["bytes"]["kb_per_frame"]
+    assert row["quality"]["psnr"] == pytest.approx(quantized["quality"]["psnr"], abs=2.0)
