@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.encoder_options import configure, name_settings, open_asked, require_device
+from quarc_ref.cli.encode_work import EncodeWork, FileWanted, encode_to_file, encode_to_pipe
+from quarc_ref.cli.encoder_options import configure, name_settings
 from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
@@ -19,7 +20,6 @@ from quarc_ref.cli.options import (
 )
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.stream_verbs import describe
-from quarc_ref.cli.targets import written_stream
 
 _PRESET_HELP = (
     "main: fewest bytes at the best quality; demo: quicker, for the built-in capture; "
@@ -88,6 +88,13 @@ def encode(
         bool,
         typer.Option("--live", help="Write FILE in its place, so that others can follow it."),
     ] = False,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on where an encode of the same settings broke off: the same bytes come out.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -95,28 +102,32 @@ def encode(
     """Encode multi-view video into a stream."""
     with reported_faults():
         to_pipe = str(output) == STANDARD_STREAM
-        if to_pipe and as_json:
-            message = "-o - and --json both write to standard output"
-            raise UsageError(message)
+        if to_pipe:
+            _refuse_for_pipe({"--json": as_json, "--live": live, "--resume": resume})
         asked = {
             "canonical.every": canonical_every,
             "rate_weight": rate_weight,
             "target_kb_per_frame": target,
         }
         config = configure(preset, [*(settings or []), *name_settings(asked)], seed)
-        with (
-            TerminalProgress(quiet=quiet) as progress,
-            written_stream(output, force=force, live=live) as sink,
-        ):
-            from quarc_ref.encoder import EncodeOptions
-            from quarc_ref.encoder import encode as encode_capture
-
-            require_device(device)
-            opened = open_asked(capture, downscale, held_out or [])
-            begun = time.monotonic()
-            encode_capture(opened, sink, EncodeOptions(config, frames, device, progress))
+        begun = time.monotonic()
+        with TerminalProgress(quiet=quiet) as progress:
+            cameras = tuple(held_out or ())
+            work = EncodeWork(capture, downscale, cameras, config, frames, device, progress)
+            if to_pipe:
+                encode_to_pipe(work, output)
+            else:
+                encode_to_file(work, output, FileWanted(force, live, resume))
         if not to_pipe:
             _show(output, round(time.monotonic() - begun, 1), as_json=as_json)
+
+
+def _refuse_for_pipe(asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that a stream on standard output does not bear."""
+    for option, is_given in asked.items():
+        if is_given:
+            message = f"-o - does not go with {option}"
+            raise UsageError(message)
 
 
 def _show(output: Path, seconds: float, *, as_json: bool) -> None:

@@ -16,11 +16,12 @@ import typer
 
 from quarc_ref.cli.output import escape_controls
 from quarc_ref.datasets.errors import CaptureError
-from quarc_ref.format.errors import BitstreamError, EditError, QuarcError
+from quarc_ref.format.errors import BitstreamError, EditError, QuarcError, ResumeError
 
 STREAM_IS_BAD = 1
 USAGE = 2
 TOOL_FAILED = 3
+_EXTRAS = {"gsplat": "gpu", "ray": "ray", "viser": "view"}
 _NOTHING_PUT = "interrupted; nothing was put in the place of the target"
 
 
@@ -37,7 +38,7 @@ def reported_faults() -> Iterator[None]:
         raise
     except BitstreamError as error:
         _leave(f"the stream is refused: {error}", STREAM_IS_BAD)
-    except (UsageError, EditError) as error:
+    except (UsageError, EditError, ResumeError) as error:
         _leave(str(error), USAGE)
     except ImportError as error:
         _leave(_name_extra(error), TOOL_FAILED)
@@ -77,7 +78,7 @@ def _sentence(error: Exception) -> str:
 
 
 def _name_extra(error: ImportError) -> str:
-    extra = "gpu" if error.name == "gsplat" else "encode"
+    extra = _EXTRAS.get(error.name or "", "encode")
     return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
 
 

@@ -20,7 +20,7 @@ def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     Raises:
         UsageError: The target exists, and `force` is not given or it is a folder.
     """
-    _refuse_target(target, force=force)
+    refuse_target(target, force=force)
     beside = _beside(target, "part")
     try:
         with beside.open("wb") as sink:
@@ -31,37 +31,24 @@ def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def written_stream(target: Path, *, force: bool, live: bool = False) -> Iterator[BinaryIO]:
+def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     """Open what a stream is written to.
 
     Args:
         target: A file, or `-` for standard output.
         force: Whether to replace a file.
-        live: Whether to write the file in its own place, so that others can
-            read along; what has been written then stays, whatever happens.
 
     Raises:
         UsageError: The target cannot be written so.
     """
     if str(target) == STANDARD_STREAM:
-        if live or sys.stdout.isatty():
-            message = "a stream on standard output needs a pipe or a file behind it, and no --live"
+        if sys.stdout.isatty():
+            message = "a stream on standard output needs a pipe or a file behind it"
             raise UsageError(message)
         yield sys.stdout.buffer
-    elif live:
-        with _grown_file(target, force=force) as sink:
-            yield sink
     else:
         with written_file(target, force=force) as sink:
             yield sink
-
-
-@contextmanager
-def _grown_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
-    _refuse_target(target, force=force)
-    target.unlink(missing_ok=True)  # who reads the old file keeps it
-    with target.open("xb") as sink, _said_to_stay(target):
-        yield sink
 
 
 @contextmanager
@@ -129,7 +116,8 @@ def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Itera
         shutil.rmtree(beside, ignore_errors=True)
 
 
-def _refuse_target(target: Path, *, force: bool) -> None:
+def refuse_target(target: Path, *, force: bool) -> None:
+    """Raise UsageError if a file may not be put in a place."""
     _refuse_existing(target, force=force)
     if target.is_dir():
         message = f"{target} is a folder"

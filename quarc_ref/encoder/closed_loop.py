@@ -19,7 +19,13 @@ from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.errors import BitstreamError, ClosedLoopError, EncodeError, StateError
+from quarc_ref.format.errors import (
+    BitstreamError,
+    ClosedLoopError,
+    EncodeError,
+    ResumeError,
+    StateError,
+)
 from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
 from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import (
@@ -44,6 +50,8 @@ class ClosedLoop:
         header: Of the stream.
         cameras: For `came`.
         metadata: For `meta`.
+        held: Bytes of the stream that the sink has already: its frames are to
+            be replayed before any other is committed.
 
     Attributes:
         state: Of the last frame, as the decoder has it.
@@ -59,13 +67,33 @@ class ClosedLoop:
         header: StreamHeader,
         cameras: tuple[Camera, ...],
         metadata: dict[str, str],
+        held: int = 0,
     ) -> None:
         self._header = header
         self._decoder = StreamDecoder()
         self._decoded: State | None = None
-        self._writer = StreamWriter(sink, wire.build_stream_header(header), self._decode)
+        self._writer = StreamWriter(sink, wire.build_stream_header(header), self._decode, held)
         self._writer.write(container.CAME, wire.build_cameras(cameras))
         self._writer.write(container.META, wire.build_metadata(metadata))
+
+    def replay(self, chunk: Chunk) -> State:
+        """Take a frame that the sink has already; return the decoder's state of it.
+
+        Raises:
+            ResumeError: The decoder refuses it.
+        """
+        begun = self._writer.offset
+        try:
+            self._writer.write(chunk.kind, chunk.payload)
+        except ClosedLoopError as error:
+            message = f"the stream cannot be gone on with: {error.__cause__}"
+            raise ResumeError(message) from error
+        self.frame_bytes = self._writer.offset - begun
+        if self._decoded is None:
+            message = f"{chunk.kind.decode()} holds no frame"
+            raise ValueError(message)
+        self.state = self._decoded
+        return self.state
 
     def commit_canonical(self, gaussians: Gaussians, frame: int) -> State:
         """Write a canonical frame; return the decoder's state of it."""

@@ -112,6 +112,10 @@ class CanonicalSettings(Checked):
     scale_rate: Amount = 5e-3
     rotation_rate: Amount = 1e-3
 
+    def is_due(self, frame: int) -> bool:
+        """Tell whether a frame is to be canonical."""
+        return frame % self.every == 0 if self.every else frame == 0
+
 
 @dataclass(frozen=True, slots=True)
 class MotionSettings(Checked):

@@ -9,11 +9,13 @@ Every `canonical.every` frames `commit_frame_as_canonical` takes the place of `c
 """
 
 from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from typing import BinaryIO
 
 import numpy as np
 import torch
 
+from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import State
@@ -27,10 +29,13 @@ from quarc_ref.encoder.presets import choose_preset, list_settings
 from quarc_ref.encoder.progress import Progress, Silence
 from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
 from quarc_ref.encoder.rate_control import price_bytes
+from quarc_ref.encoder.resume import Begun, require_frames, require_same
 from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.threads import fixed_threads
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews, measure_extent
+from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
@@ -52,46 +57,126 @@ class EncodeOptions:
     progress: Progress = field(default_factory=Silence)
 
 
-def encode(capture: Capture, sink: BinaryIO, options: EncodeOptions | None = None) -> None:
+def encode(
+    capture: Capture,
+    sink: BinaryIO,
+    options: EncodeOptions | None = None,
+    begun: Begun | None = None,
+) -> None:
     """Encode a capture into a stream.
 
     Args:
         capture: Multi-view video; its held-out cameras are not looked at.
         sink: Is written to by appending; every frame is whole when the next begins.
         options: Settings.
+        begun: What the sink holds of the stream already. What follows it is
+            cut off, and the stream gone on with as if there had been no break;
+            one that is finished is left as it is.
 
     Raises:
         CaptureError: A picture cannot be read.
         EncodeError: The scene cannot be written with these settings.
+        ResumeError: What the sink holds was begun otherwise.
     """
     options = options or EncodeOptions()
-    studio = _make_studio(capture, options)
-    config = suit_capture(options.config, capture)
-    header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
-    attributes = train_canonical(studio, capture.points, price_bytes(config, []).canonical, header)
-    gaussians = quantize_gaussians(keep_representable(attributes, header), header)
-    header = make_header(config, capture.frames_per_second, gaussians.count)
-    loop = ClosedLoop(sink, header, capture.cameras, _describe(capture, options))
-    state = loop.commit_canonical(gaussians, frame=0)
-    if config.canonical.exposure_rate:
-        settle_exposures(studio, state)
-    frame_count = min(options.frames or capture.frame_count, capture.frame_count)
-    sizes: list[int] = []
-    for frame in range(1, frame_count):
-        options.progress.advance("frames", frame, frame_count)
-        begun = loop.begin_frame(count_deaths(state, gaussians.count, config.births))
-        priced = price_bytes(config, sizes)
-        motion = fit_motion(studio, state, begun, priced.motion)
-        moved = loop.commit_motion(motion.symbols)
-        births = fit_births(studio, moved, motion.statistics, priced)
-        if config.canonical.every and frame % config.canonical.every == 0:
-            state = loop.commit_frame_as_canonical(births)
+    with fixed_threads():
+        encoding = _Encoding(capture, options)
+        if begun is None:
+            encoding.begin(sink)
         else:
-            state = loop.commit_births(births)
-            sizes.append(loop.frame_bytes)
-        studio.views.forget_before(frame)
-    loop.finish()
-    options.progress.advance("frames", frame_count, frame_count)
+            encoding.take_up(sink, begun)
+        if begun is None or not begun.is_finished:
+            while encoding.next_frame < encoding.frame_count:
+                encoding.add_frame()
+            encoding.finish()
+
+
+class _Encoding:
+    """A stream in the making.
+
+    All that changes from frame to frame is the state, which the decoder has
+    too, and the sizes of the frames.
+
+    Args:
+        capture: As given to `encode`.
+        options: Settings.
+
+    Attributes:
+        frame_count: How many frames the stream is to have.
+        next_frame: The frame that comes next.
+    """
+
+    def __init__(self, capture: Capture, options: EncodeOptions) -> None:
+        self.frame_count = min(options.frames or capture.frame_count, capture.frame_count)
+        self.next_frame = 0
+        self._capture = capture
+        self._studio = _make_studio(capture, options)
+        self._config = suit_capture(options.config, capture)
+        self._metadata = _describe(capture, options, self._studio.rasterizer.name)
+        self._sizes: list[int] = []
+
+    def begin(self, sink: BinaryIO) -> None:
+        """Train and write frame 0."""
+        config, capture = self._config, self._capture
+        header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
+        priced = price_bytes(config, []).canonical
+        attributes = train_canonical(self._studio, capture.points, priced, header)
+        gaussians = quantize_gaussians(keep_representable(attributes, header), header)
+        self._open(sink, gaussians.count)
+        self._settle(self._loop.commit_canonical(gaussians, frame=0))
+
+    def take_up(self, sink: BinaryIO, begun: Begun) -> None:
+        """Take the frames that were written before."""
+        first_count = wire.parse_canonical(begun.frames[0].payload).gaussian_count
+        self._open(sink, first_count, begun)
+        for chunk in begun.frames:
+            state = self._loop.replay(chunk)
+            if self.next_frame == 0:
+                self._settle(state)
+            elif chunk.kind == container.FRAM:
+                self._sizes.append(self._loop.frame_bytes)
+            self.next_frame = state.scene.frame + 1
+
+    def add_frame(self) -> None:
+        """Train and write the next frame."""
+        config, frame, state = self._config, self.next_frame, self._loop.state
+        self._studio.progress.advance("frames", frame, self.frame_count)
+        begun = self._loop.begin_frame(count_deaths(state, self._first_count, config.births))
+        priced = price_bytes(config, self._sizes)
+        motion = fit_motion(self._studio, state, begun, priced.motion)
+        moved = self._loop.commit_motion(motion.symbols)
+        births = fit_births(self._studio, moved, motion.statistics, priced)
+        if config.canonical.is_due(frame):
+            self._loop.commit_frame_as_canonical(births)
+        else:
+            self._loop.commit_births(births)
+            self._sizes.append(self._loop.frame_bytes)
+        self._studio.views.forget_before(frame)
+        self.next_frame = frame + 1
+
+    def finish(self) -> None:
+        """Write the end of the stream."""
+        self._loop.finish()
+        self._studio.progress.advance("frames", self.frame_count, self.frame_count)
+
+    def _open(self, sink: BinaryIO, first_count: int, begun: Begun | None = None) -> None:
+        """Begin to write, or to go on, now that the Gaussians of frame 0 are counted."""
+        capture, self._first_count = self._capture, first_count
+        header = make_header(self._config, capture.frames_per_second, first_count)
+        held = 0
+        if begun is not None:
+            require_same(begun, header, capture.cameras, self._metadata)
+            require_frames(begun, self.frame_count, self._config.canonical)
+            held = begun.end
+            if not begun.is_finished:
+                sink.truncate(sink.seek(held))
+        self._loop = ClosedLoop(sink, header, capture.cameras, self._metadata, held)
+
+    def _settle(self, state: State) -> None:
+        """Go over to what every later frame starts from, of which frame 0 is the first."""
+        if self._config.canonical.exposure_rate:
+            settle_exposures(self._studio, state)
+        self.next_frame = 1
 
 
 def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
@@ -133,11 +218,13 @@ def _make_studio(capture: Capture, options: EncodeOptions) -> Studio:
     )
 
 
-def _describe(capture: Capture, options: EncodeOptions) -> dict[str, str]:
-    """Return the metadata of a stream: what it was made from, and how."""
+def _describe(capture: Capture, options: EncodeOptions, renderer: str) -> dict[str, str]:
+    """Return the metadata of a stream: what it was made from, how, and by what."""
     settings = dict(list_settings(options.config))
+    libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))
     return {
         "capture": capture.name,
         "fingerprint": capture.fingerprint,
+        "encoder": f"quarc-ref {__version__}, {libraries}",
         "settings": " ".join(f"{name}={value}" for name, value in settings.items()),
     }

@@ -8,6 +8,7 @@
     ├── LimitError              they ask for more than this decoder gives
     ├── SourceError             what holds the bytes cannot be read
     ├── EncodeError             your scene or setting cannot be written
+    ├── ResumeError             your stream cannot be gone on with so
     ├── EditError               your streams cannot be cut or joined so
     ├── ClosedLoopError         encoder and decoder disagree: our fault
     └── ProofError              two ways to the same result do not meet: our fault
@@ -238,6 +239,10 @@ class SourceError(QuarcError):
 
 class EncodeError(QuarcError):
     """The scene, or a setting, cannot be written into a stream."""
+
+
+class ResumeError(QuarcError):
+    """A stream was begun otherwise than it is to be gone on with."""
 
 
 class EditError(QuarcError):

@@ -22,6 +22,8 @@ class StreamWriter:
             reads along finds it there.
         head: Payload of HEAD, which is written at once.
         check: Is shown every chunk before it is written; nothing is if it raises.
+        held: Bytes of the stream that the sink has already: the chunks that end
+            there are counted and not written.
 
     Attributes:
         offset: Where the next chunk will begin.
@@ -30,13 +32,18 @@ class StreamWriter:
     """
 
     def __init__(
-        self, sink: BinaryIO, head: bytes, check: Callable[[Chunk], object] | None = None
+        self,
+        sink: BinaryIO,
+        head: bytes,
+        check: Callable[[Chunk], object] | None = None,
+        held: int = 0,
     ) -> None:
         self.offset = len(MAGIC)
         self.sequence = 0
         self.frame_count = 0
         self._sink = sink
         self._check = check
+        self._held = held
         self._limits = wire.parse_stream_header(head).limits
         self._points: list[SeekPoint] = []
         self._append(container.HEAD, head, MAGIC)
@@ -63,8 +70,9 @@ class StreamWriter:
         data = before + build_chunk(kind, self.sequence, payload)
         if self._check is not None:
             self._check(Chunk(kind, payload, self.offset, self.sequence))
-        self._sink.write(data)
-        self._sink.flush()
+        if self.offset >= self._held:
+            self._sink.write(data)
+            self._sink.flush()
         if kind == container.CANO:
             self._points.append(SeekPoint(self.offset, self.sequence, canonical_frame(payload)))
         self.frame_count += kind in (container.CANO, container.FRAM)

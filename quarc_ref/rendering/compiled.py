@@ -14,3 +14,8 @@ inlined = numba.njit(error_model="numpy", inline="always")
 fused = numba.njit(error_model="numpy", fastmath={"contract", "nsz"})
 entrance = numba.njit(error_model="numpy", cache=True)
 parallel_entrance = numba.njit(error_model="numpy", cache=True, parallel=True)
+
+
+def start_threads() -> None:
+    """Start the threads that kernels run on; nothing happens if they run."""
+    numba.get_num_threads()

@@ -131,28 +131,77 @@ def test_an_output_that_exists_is_refused_before_anything_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        (KeyboardInterrupt(), "interrupted"),
+        (KeyboardInterrupt(), "--resume goes on"),
         (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
         (RuntimeError("out of memory"), "out of memory"),
     ],
 )
-def test_a_failed_encode_leaves_nothing_behind_and_the_old_file_whole(
-    fault, said, capture, tmp_path, monkeypatch
+def test_a_failed_encode_leaves_the_old_file_whole_and_a_part_to_go_on_with(
+    fault, said, capture, encoded, tmp_path
 ):
-    def fail(*_arguments):
-        raise fault
-
-    monkeypatch.setattr(encode_stream, "fit_motion", fail)
     (tmp_path / "old.quarc").write_text("mine")
-    results = [
-        run("encode", capture, "-o", tmp_path / name, *TINY_OPTIONS, "--force")
-        for name in ("old.quarc", "new.quarc")
+    command = ["encode", capture, *TINY_OPTIONS, "-o"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(encode_stream, "fit_births", _failing(fault))
+        results = [run(*command, tmp_path / name, "--force") for name in ("old.quarc", "new.quarc")]
+    left = _names(tmp_path)
+    again = [run(*command, tmp_path / name) for name in ("old.quarc", "new.quarc")]
+    resumed = [
+        run(*command, tmp_path / "old.quarc", "--resume", "--force"),
+        run(*command, tmp_path / "new.quarc", "--resume"),
     ]
 
     assert [result.exit_code for result in results] == [3, 3]
     assert all(said in result.stderr for result in results)
-    assert _names(tmp_path) == ["old.quarc"]
-    assert (tmp_path / "old.quarc").read_text() == "mine"
+    assert left == ["new.quarc.part", "old.quarc", "old.quarc.part"]
+    assert [result.exit_code for result in again] == [2, 2]
+    assert ["--force" in result.stderr for result in again] == [True, True]
+    assert [result.exit_code for result in resumed] == [0, 0]
+    assert _names(tmp_path) == ["new.quarc", "old.quarc"]
+    for name in _names(tmp_path):
+        assert (tmp_path / name).read_bytes() == encoded.file.read_bytes()
+
+
+def _failing(fault):
+    def fail(*_arguments):
+        raise fault
+
+    return fail
+
+
+def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
+    (tmp_path / "a.quarc.part").write_text("not a stream")
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
+    refused = run(*command, "--resume")
+
+    assert refused.exit_code == 1
+    assert (tmp_path / "a.quarc.part").read_text() == "not a stream"
+    assert run(*command, "--force").exit_code == 0
+    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+    assert _names(tmp_path) == ["a.quarc"]
+
+
+def test_resume_without_anything_to_go_on_with_begins(capture, encoded, tmp_path):
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--resume"]
+
+    assert run(*command).exit_code == 0
+    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+
+
+def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
+    capture, encoded, tmp_path
+):
+    file = tmp_path / "a.quarc"
+    file.write_bytes(encoded.file.read_bytes())
+    before = file.stat().st_mtime_ns
+    command = ["encode", capture, "-o", file, *TINY_OPTIONS, "--resume"]
+    printed = run_json(*command)
+    refused = run(*command, "--set", "motion.rate=0.5")
+
+    assert {**printed, "seconds": 0, "file": ""} == {**encoded.printed, "seconds": 0, "file": ""}
+    assert refused.exit_code == 2
+    assert refused.stderr.splitlines()[-1].endswith("with another motion.rate")
+    assert file.stat().st_mtime_ns == before
 
 
 def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
@@ -166,7 +215,7 @@ def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
         said = encoding.communicate(timeout=60)[1]
 
     assert first.startswith("canonical ")
-    assert [name.endswith(".part") for name in begun] == [True]
+    assert begun == ["a.quarc.part"]
     assert encoding.returncode == 3
     assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
     assert _names(tmp_path) == []
@@ -190,7 +239,8 @@ def test_a_stream_goes_to_standard_output_alone(capture, encoded):
 
 
 @pytest.mark.parametrize(
-    "options", [["--json"], ["--live"], ["--canonical-every", "0"], ["--canonical-every", "x"]]
+    "options",
+    [["--json"], ["--live"], ["--resume"], ["--canonical-every", "0"], ["--canonical-every", "x"]],
 )
 def test_what_does_not_fit_a_stream_on_standard_output_is_a_usage_error(options, capture):
     result = run("encode", capture, "-o", "-", *TINY_OPTIONS, *options)
@@ -211,17 +261,21 @@ def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
             raise KeyboardInterrupt
         return fit(*arguments)
 
-    monkeypatch.setattr(encode_stream, "fit_motion", read_along)
-    result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--live")
+    with monkeypatch.context() as patch:
+        patch.setattr(encode_stream, "fit_motion", read_along)
+        result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--live")
 
     assert result.exit_code == 3
     assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {file} holds the frames that were written"
+        f"quarc-ref: interrupted; {file} holds the frames that were written: "
+        "--resume goes on with them"
     )
     files = [json.loads(each.stdout)["files"] for each in seen]
     assert files == [["frame_0000.ply"], ["frame_0000.ply", "frame_0001.ply"]]
     whole = encoded.file.read_bytes()
     assert whole.startswith(file.read_bytes())
+    assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--resume").exit_code == 0
+    assert file.read_bytes() == whole
 
 
 def test_a_live_encode_that_ends_is_as_any_other(capture, encoded, tmp_path):

@@ -150,32 +150,8 @@ def test_an_old_folder_comes_back_if_the_new_one_cannot_take_its_place(old_folde
     assert _names(old_folder) == ["frame_0.ply"]
 
 
-def test_a_stream_that_grows_in_its_place_stays_there_and_is_said_to(tmp_path):
-    target = tmp_path / "live.quarc"
-    target.write_bytes(b"old")
-
-    def write_half():
-        with written_stream(target, force=True, live=True) as sink:
-            sink.write(b"half")
-            sink.flush()
-            assert target.read_bytes() == b"half"
-            raise KeyboardInterrupt
-
-    with target.open("rb") as reader:
-        with pytest.raises(KeyboardInterrupt, match="holds the frames"):
-            write_half()
-        assert reader.read() == b"old"
-
-    assert target.read_bytes() == b"half"
-    assert _names(tmp_path) == ["live.quarc"]
-
-
-@pytest.mark.parametrize("live", [False, True])
-def test_a_stream_takes_no_folder_s_place(live, old_folder):
-    with (
-        pytest.raises(UsageError, match="folder"),
-        written_stream(old_folder, force=True, live=live),
-    ):
+def test_a_stream_takes_no_folder_s_place(old_folder):
+    with pytest.raises(UsageError, match="folder"), written_stream(old_folder, force=True):
         pytest.fail("the target was opened")
 
     assert _names(old_folder) == ["frame_0.ply"]

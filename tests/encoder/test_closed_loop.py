@@ -12,12 +12,14 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder import closed_loop
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.regrid import put_on_grid
+from quarc_ref.format import wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import ROTATION_ONE
-from quarc_ref.format.errors import ClosedLoopError, EncodeError
+from quarc_ref.format.container import CANO, FRAM, Chunk
+from quarc_ref.format.errors import ClosedLoopError, EncodeError, ResumeError
 from quarc_ref.format.records import StreamHeader
 from tests import strategies
-from tests.streams import CAMERA, make_births, make_gaussians, make_symbols
+from tests.streams import CAMERA, make_births, make_gaussians, make_stream, make_symbols
 
 _HEADER = StreamHeader(gaussians_per_anchor=4)
 
@@ -49,6 +51,37 @@ def test_what_seeds_the_next_frame_is_the_decoders_state_integer_by_integer():
         assert (mine.anchors is None) == (theirs.anchors is None)
         if mine.anchors is not None:
             assert np.array_equal(mine.anchors.binding, theirs.known_anchors.binding)
+
+
+def test_a_loop_that_has_replayed_its_frames_goes_on_as_if_it_had_written_them():
+    data, _ = make_stream(_HEADER, frame_count=4, canonical_every=3)
+    chunks = [chunk for chunk in split_chunks(data) if chunk.kind in (CANO, FRAM)]
+    held = chunks[2].offset
+    sink = io.BytesIO(data[:held])
+    sink.seek(held)
+    loop = ClosedLoop(sink, _HEADER, (CAMERA,), {"capture": "made by hand"}, held)
+    sizes = []
+    for chunk in chunks[:2]:
+        loop.replay(chunk)
+        sizes.append(loop.frame_bytes)
+    for frame in (2, 3):
+        begun = loop.begin_frame(max(0, loop.state.scene.count - 40))
+        moved = loop.commit_motion(make_symbols(begun, frame))
+        commit = loop.commit_births if frame == 2 else loop.commit_frame_as_canonical
+        commit(make_births(moved, 3, frame) if frame % 2 else None)
+    loop.finish()
+
+    assert sink.getvalue() == data
+    assert sizes == [chunk.byte_count() for chunk in chunks[:2]]
+
+
+def test_a_frame_that_the_decoder_refuses_cannot_be_replayed():
+    loop = _loop()
+    frames = [chunk for chunk in split_chunks(make_stream(_HEADER)[0]) if chunk.kind == FRAM]
+    with pytest.raises(ResumeError, match="canonical frame"):
+        loop.replay(frames[0])
+    with pytest.raises(ValueError, match="came holds no frame"):
+        loop.replay(Chunk(b"came", wire.build_cameras(()), 0, 0))
 
 
 def test_a_committed_motion_is_what_the_decoder_makes_of_the_bytes():

@@ -42,6 +42,19 @@ def test_the_chunks_of_a_stream_written_again_are_the_stream():
     assert writer.frame_count == 5
 
 
+@pytest.mark.parametrize("count", range(1, len(_BODY) + 2))
+def test_chunks_that_the_sink_has_already_are_counted_and_not_written(count):
+    held = _CHUNKS[count].offset
+    sink = io.BytesIO(_DATA[:held])
+    sink.seek(held)
+    writer = StreamWriter(sink, _CHUNKS[0].payload, held=held)
+    for chunk in _BODY:
+        writer.write(chunk.kind, chunk.payload)
+    writer.finish()
+
+    assert sink.getvalue() == _DATA
+
+
 def test_every_chunk_is_flushed_whole():
     sink = _Sink()
     _write(sink, _BODY).finish()

@@ -1,0 +1,55 @@
+"""A stream that grows in a file of its own, at the hands of one encode at a time."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder.sources import FileSource
+from quarc_ref.encoder.encode_stream import EncodeOptions, encode
+from quarc_ref.encoder.resume import read_begun
+from quarc_ref.format.errors import ResumeError
+
+
+def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
+    """Encode a capture into a file; what this has of the stream already is gone on with.
+
+    However the work breaks off, the file is good for another call, which ends
+    with the same bytes. One that holds the whole stream is left as it is.
+
+    Args:
+        capture: As `encode` takes it.
+        path: Of the file, which is made if it is not there.
+        options: Settings.
+
+    Raises:
+        CaptureError: A picture cannot be read.
+        EncodeError: The scene cannot be written with these settings.
+        BitstreamError: The file is no stream.
+        ResumeError: The file has a stream that was begun otherwise, or is
+            being written by another process.
+    """
+    with _open_alone(path) as file:
+        begun = read_begun(FileSource(file))
+        if begun is None:
+            file.truncate(file.seek(0))
+        encode(capture, file, options, begun)
+
+
+@contextmanager
+def _open_alone(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to read and write, which no other process opens so until it is closed."""
+    if not path.exists():
+        path.touch()
+    with path.open("r+b") as file:
+        if sys.platform != "win32":
+            import fcntl
+
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                message = f"{path} is being written by another process"
+                raise ResumeError(message) from error
+        yield file
