@@ -1,0 +1,65 @@
+"""An encode that is killed at any moment leaves what ends in the same file.
+
+Three moments as a rule; QUARC_KILLS=20 takes twenty.
+"""
+
+import os
+import random
+import time
+
+import pytest
+
+from tests.cli.commands import TINY, run
+from tests.cli.processes import start
+from tests.datasets import scenes
+
+_FRAMES = 8
+_KILLS = int(os.environ.get("QUARC_KILLS", "3"))
+_SETTINGS = TINY | {
+    "canonical.iterations": 40,
+    "canonical.exposure_from": 5,
+    "motion.iterations": 8,
+    "births.iterations": 5,
+    "target_kb_per_frame": 0.3,
+}
+_OPTIONS = [part for key, value in _SETTINGS.items() for part in ("--set", f"{key}={value}")]
+
+
+def _await(is_there):
+    for _ in range(6000):
+        if is_there():
+            return time.monotonic()
+        time.sleep(0.01)
+    return pytest.fail("nothing happens for a minute")
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    """The arguments of an encode but for its file, its bytes, and the seconds that it writes."""
+    folder = tmp_path_factory.mktemp("killed")
+    capture = scenes.write_n3dv(
+        folder / "plane", scenes.make_shots(), _FRAMES, scenes.plane_points()
+    )
+    command = ["encode", capture, *_OPTIONS, "-q", "-o"]
+    file = folder / "whole.quarc"
+    with start(*command, file) as encoding:
+        begun = _await(folder.joinpath("whole.quarc.part").exists)
+    assert encoding.returncode == 0
+    return command, file.read_bytes(), time.monotonic() - begun
+
+
+@pytest.mark.parametrize("seed", range(_KILLS))
+def test_an_encode_that_is_killed_is_gone_on_with_to_the_same_file(seed, job, tmp_path):
+    command, whole, seconds = job
+    file, part = tmp_path / "a.quarc", tmp_path / "a.quarc.part"
+    with start(*command, file) as encoding:
+        _await(lambda: part.exists() or file.exists())
+        time.sleep(random.Random(seed).uniform(0, seconds))
+        encoding.kill()
+    left = part.read_bytes() if part.exists() else file.read_bytes()
+
+    assert file.exists() != part.exists()
+    assert whole.startswith(left)
+    assert run(*command, file, "--resume").exit_code == 0
+    assert file.read_bytes() == whole
+    assert [path.name for path in tmp_path.iterdir()] == ["a.quarc"]
