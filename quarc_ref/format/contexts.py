@@ -28,9 +28,13 @@ class ContextCounts:
         copied._models = dict(self._models)
         return copied
 
+    def of(self, model: str, contexts: Int64) -> Int64:
+        """Return `[2, n]` the zeros and ones of ascending contexts `[n]` of a model."""
+        return self._reaching(model, contexts)[:, contexts]
+
     def weights(self, model: str, contexts: Int64) -> Int64:
         """Return `[n]` the weights of a 1, of 2^24, in ascending contexts `[n]` of a model."""
-        zeros, ones = self._reaching(model, contexts)[:, contexts]
+        zeros, ones = self.of(model, contexts)
         weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
         return weights
 

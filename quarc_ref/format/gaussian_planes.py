@@ -141,7 +141,7 @@ def _walk_canonical(
     """Walk the sections in their order."""
     keys_planes, dc_planes, opacity_planes, scale_planes, rotation_planes, rest_planes = planes
     codes = gaussians.codes
-    keys = _code_ascending(keys_planes, "keys", keys)
+    keys = code_ascending(keys_planes, "keys", keys)
     dc = _code_colors(dc_planes, "SH DC", codes[SH_DC])
     opacity = _code_rows(opacity_planes, "opacity", codes[OPACITY])
     scales = _code_rows(scale_planes, "log-scales", codes[LOG_SCALES])
@@ -153,7 +153,7 @@ def _walk_canonical(
 
 def _walk_births(planes: Planes, births: Births) -> Births:
     codes = births.newborn.codes
-    parents = _code_ascending(planes, "births parents", births.parents)
+    parents = code_ascending(planes, "births parents", births.parents)
     positions = _code_alike(planes, "births positions", births.newborn.positions)
     dc = _code_colors(planes, "births SH DC", codes[SH_DC])
     opacity = _code_rows(planes, "births opacity", codes[OPACITY])
@@ -165,8 +165,12 @@ def _walk_births(planes: Planes, births: Births) -> Births:
     return Births(parents, Gaussians(positions, rotations, codes))
 
 
-def _code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
-    """Code numbers that ascend, from 0, by their differences."""
+def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
+    """Code numbers `[n]` that ascend, from 0, by their differences (SPEC 8.4).
+
+    Raises:
+        SymbolRangeError: When reading, a difference is beyond 2^60.
+    """
     steps = np.diff(values, prepend=0)
     steps = code_unsigned(planes, name, np.zeros_like(steps), KEY_CLASS_BITS, steps)
     if steps.max(initial=0) > _STEP_LIMIT:

@@ -1,0 +1,41 @@
+"""Make the vectors of conformance/ anew, from records made by hand.
+
+    python conformance/generate.py            write what differs
+    python conformance/generate.py --check    write nothing; fail if anything differs
+
+Deterministic: no training, no torch, no drawing of lots; plain integers alone.
+Streams that have been released do not change: a new fault gets a new file.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
+
+from making.suite import make_suite  # noqa: E402, the path is set above
+from making.writing_files import differing, write  # noqa: E402
+
+
+def main() -> int:
+    """Write the suite, or compare it with what is there."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; fail if a file differs"
+    )
+    parser.add_argument("--output", type=Path, default=Path(__file__).resolve().parent)
+    options = parser.parse_args()
+    files = make_suite()
+    changed = differing(files, options.output)
+    if not options.check:
+        write(files, changed, options.output)
+    for name in changed:
+        print(("differs: " if options.check else "written: ") + name)
+    print(f"{len(files)} files, {sum(map(len, files.values())):,} bytes, {len(changed)} differ")
+    return int(options.check and bool(changed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

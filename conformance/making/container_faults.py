@@ -1,0 +1,221 @@
+"""invalid/: one fault of the container to a stream (SPEC 5.1, 5.2, 5.8, 5.9, 12)."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from making.end_faults import make_ends
+from making.fault_rows import CAME, FRAM, HEAD, INDX, META, NOTE, TAIL, Row, count_frames, faults_at
+from making.head_faults import make_beginnings
+from making.payloads import pack_metadata
+from making.streams import Piece, assemble
+from making.vectors import Gap, Outcome, Recovery, Valid, Vector, broken
+
+
+def make_container_faults(parent: Valid) -> list[Vector]:
+    """Return all of them, patches of the journey."""
+    rows = [*_of_framing(parent), *_of_types(parent)]
+    return [
+        *faults_at(parent, FRAM, rows),
+        *make_beginnings(parent),
+        *_of_order(parent),
+        *make_ends(parent),
+        *_of_ancillaries(parent),
+    ]
+
+
+def _of_framing(parent: Valid) -> Iterable[Row]:
+    stream = parent.stream
+    spoiled: list[tuple[str, str, str, int, str]] = [
+        ("sync", "5.2-1", "bad-sync", 0, "the first bit of a sync word"),
+        ("sync-end", "5.2-1", "bad-sync", 3, "a bit of the last byte of a sync word"),
+        ("header-crc-of-the-type", "5.2-2 5.2-5", "header-crc", 4, "a bit of a type"),
+        (
+            "header-crc-of-the-sequence",
+            "5.2-2 5.2-5",
+            "header-crc",
+            8,
+            "a bit of a sequence number",
+        ),
+        (
+            "header-crc-of-the-length",
+            "5.2-2 5.2-5",
+            "header-crc",
+            15,
+            "a bit of a length, which becomes 16 MiB",
+        ),
+        ("header-crc", "5.2-2", "header-crc", 16, "a bit of a header's CRC"),
+        ("payload-crc-of-the-payload", "5.2-3 5.2-5", "payload-crc", 25, "a bit of a payload"),
+        ("payload-crc", "5.2-3", "payload-crc", -1, "a bit of a payload's CRC"),
+    ]
+    for name, clauses, ids, place, note in spoiled:
+        yield name, clauses, ids, stream.replaced(FRAM, spoil=place), note
+    yield (
+        "payload-crc-of-zero",
+        "5.2-3",
+        "payload-crc",
+        _zero_crc(stream.pieces),
+        "a CRC of 0 does not stand for none",
+    )
+    yield (
+        "sequence-skipped",
+        "5.2-4",
+        "sequence",
+        stream.replaced(FRAM, sequence=FRAM + 1),
+        "a number is left out",
+    )
+    yield (
+        "sequence-repeated",
+        "5.2-4",
+        "sequence",
+        stream.replaced(FRAM, sequence=FRAM - 1),
+        "a number comes twice",
+    )
+    yield (
+        "sequence-from-zero",
+        "5.2-4 5.1-2",
+        "sequence",
+        stream.replaced(FRAM, sequence=0),
+        "a number begins anew",
+    )
+
+
+def _zero_crc(pieces: list[Piece]) -> list[Piece]:
+    """A payload CRC of 0: nothing but its four bytes differ."""
+    return [*pieces[:FRAM], _ZeroCrc(pieces[FRAM].kind, pieces[FRAM].payload), *pieces[FRAM + 1 :]]
+
+
+class _ZeroCrc(Piece):
+    def pack(self, number: int, payload: bytes) -> bytes:
+        return super().pack(number, payload)[:-4] + bytes(4)
+
+
+def _of_types(parent: Valid) -> Iterable[Row]:
+    types = {
+        "digit": (b"FR4M", "bad-chunk-type", "a digit"),
+        "space": (b"FRA ", "bad-chunk-type", "a space"),
+        "mixed-case": (b"FRaM", "bad-chunk-type", "the third letter in lower case"),
+        "mixed-case-ancillary": (b"caMe", "bad-chunk-type", "the third letter in upper case"),
+        "last-case": (b"FRAm", "bad-chunk-type", "the fourth letter in lower case"),
+        "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter that is not of ASCII"),
+        "bracket": (b"[RAM", "bad-chunk-type", "the byte after Z"),
+        "zeros": (bytes(4), "bad-chunk-type", "four zeros"),
+    }
+    for name, (kind, ids, note) in types.items():
+        yield (
+            f"type-{name}",
+            "5.2-8",
+            ids,
+            parent.stream.replaced(FRAM, kind=kind),
+            f"{note} in a chunk type",
+        )
+
+
+def _of_order(parent: Valid) -> list[Vector]:
+    stream = parent.stream
+    head = stream.pieces[HEAD]
+    early = [head, *stream.pieces[3:5], *stream.pieces[2:3], *stream.pieces[5:]]
+    between = [
+        *stream.pieces[:INDX],
+        Piece(b"INDX", None),
+        Piece(b"meta", pack_metadata()),
+        Piece(b"TAIL", None),
+    ]
+    twice = stream.before(Piece(b"INDX", None), place=TAIL)
+    critical = Piece(b"SNAP", bytes(8))
+    at_end = len(parent.frames)
+
+    def at(
+        name: str, clauses: str, ids: str, pieces: list[Piece], frames: int, note: str
+    ) -> Vector:
+        said = Outcome(parent.frames[:frames], tuple(ids.split()))
+        return broken(parent, f"invalid/{name}", clauses, pieces, said, note)
+
+    later = replace(head, sequence=None)
+    return [
+        *faults_at(
+            parent,
+            FRAM,
+            [
+                (
+                    "head-later",
+                    "5.1-2",
+                    "chunk-order",
+                    stream.before(later, place=FRAM),
+                    "another HEAD, with the number that is due",
+                )
+            ],
+        ),
+        at(
+            "head-not-first",
+            "5.1-2",
+            "chunk-order",
+            stream.pieces[1:],
+            0,
+            "the first chunk is `came`",
+        ),
+        at("head-missing", "5.1-2", "chunk-order", stream.pieces[2:], 0, "the first chunk is CANO"),
+        at(
+            "frame-before-canonical",
+            "5.1-3",
+            "chunk-order",
+            early,
+            0,
+            "FRAM stands before any CANO",
+        ),
+        at(
+            "chunk-after-index",
+            "5.1-6",
+            "chunk-order",
+            between,
+            at_end,
+            "`meta` stands between INDX and TAIL",
+        ),
+        at("index-twice", "5.1-6", "chunk-order", twice, at_end, "INDX comes twice"),
+        at(
+            "critical",
+            "5.2-9",
+            "unknown-critical",
+            stream.before(critical, place=FRAM),
+            4,
+            "a critical chunk of a type that is reserved",
+        ),
+        at(
+            "critical-private",
+            "5.2-9",
+            "unknown-critical",
+            stream.before(replace(critical, kind=b"FrAM"), place=FRAM),
+            4,
+            "a critical chunk of a private type",
+        ),
+        at(
+            "head-number",
+            "5.2-4",
+            "sequence chunk-order",
+            stream.replaced(HEAD, sequence=1),
+            0,
+            "HEAD has the number 1",
+        ),
+    ]
+
+
+def _of_ancillaries(parent: Valid) -> list[Vector]:
+    """Faults in the framing of chunks that are passed over."""
+    stream = parent.stream
+    vectors = []
+    for name, place, spoil in (("note", NOTE, 22), ("came", CAME, 40), ("meta", META, 30)):
+        pieces = stream.replaced(place, spoil=spoil)
+        before = count_frames(pieces[:place])
+        layout = assemble(pieces)
+        gap = Gap(
+            layout.offsets[place],
+            layout.offsets[place + 1] - layout.offsets[place],
+            ("payload-crc",),
+            0,
+        )
+        outcome = Outcome(parent.frames[:before], ("payload-crc",))
+        note = f"a bit of the payload of `{name}`: checked all the same"
+        vector = broken(
+            parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", pieces, outcome, note
+        )
+        vectors.append(replace(vector, recover=Recovery(parent.frames, (gap,))))
+    return vectors

@@ -1,0 +1,71 @@
+"""levels/: streams at the bounds of their levels (SPEC 3.2), and one step beyond."""
+
+from dataclasses import replace
+
+from making.frames import Change, Coded
+from making.payloads import Head
+from making.scenes import cloud, moving
+from making.streams import Piece, Stream
+from making.vectors import Outcome, Splice, Valid, Vector, broken, valid
+
+LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24)}
+_POINT = Coded((0, 0, 0), codes=(0,) * 7)
+
+
+def make_levels() -> list[Valid]:
+    """Return the streams that keep to their level."""
+    most, births, _ = LEVELS[10]
+    few = Head(level=10, sh_degree=0, level_count=1, gaussians_per_anchor=65535)
+    full = Stream(few).canonical(0, [_POINT] * most).frame(Change(births=(_POINT,), deaths=1))
+    grown = Stream(Head(level=10, sh_degree=0)).canonical(0, [_POINT] * 5)
+    grown.frame(Change(births=(_POINT,) * births))
+    wider = Stream(Head(level=20, sh_degree=0)).canonical(0, [_POINT] * 5)
+    wider.frame(Change(births=(_POINT,) * (births + 1)))
+    made = [
+        valid(
+            "levels/10-gaussians",
+            "as many Gaussians as level 1.0 allows, in a few bytes; one dies, one is born",
+            "3.2-1 3.2-2",
+            full.end(),
+        ),
+        valid("levels/10-births", "as many births as level 1.0 allows", "3.2-3", grown.end()),
+        valid(
+            "levels/20-births",
+            "more births than level 1.0 allows, at level 2.0",
+            "3.2-3",
+            wider.end(),
+        ),
+    ]
+    for level in (10, 20, 30, 31):
+        stream = Stream(Head(level=level)).canonical(0, cloud(4)).frame(Change(moving(6, level)))
+        made.append(
+            valid(f"levels/{level}", f"level {level} in HEAD", "1-1", stream.end(index=True))
+        )
+    return made
+
+
+def make_larger(levels: list[Valid]) -> list[Vector]:
+    """Return streams that are made on demand, of payloads at the bound of their level."""
+    made = []
+    for level, (_, _, size) in LEVELS.items():
+        parent = next(each for each in levels if each.vector.name == f"levels/{level}")
+        for more, refused in ((0, ()), (1, ("chunk-exceeds-level",))):
+            pieces = parent.stream.before(Piece(b"note", bytes(size + more)), place=1)
+            frames = [] if refused else parent.frames
+            name = f"levels/{level}-payload" + ("-beyond" if more else "")
+            allowed = "one more than" if more else "what"
+            note = f"an ancillary payload of {size + more} bytes, {allowed} the level allows"
+            clauses = "3.2-4 5.2-6 5.2-10"
+            vector = broken(parent, name, clauses, pieces, Outcome(frames, refused), note)
+            made.append(
+                replace(vector, stored=False, splices=_fill(parent, vector.data, size + more))
+            )
+    return made
+
+
+def _fill(parent: Valid, data: bytes, zeros: int) -> tuple[Splice, ...]:
+    """What makes the stream of its parent: the zeros of the payload as one byte many times."""
+    place = parent.layout.offsets[1]
+    header, rest = data[place : place + 20], data[place + 20 + zeros :]
+    tail = len(parent.layout.data) - place
+    return (Splice(place, 0, header), Splice(place, 0, b"\0", zeros), Splice(place, tail, rest))

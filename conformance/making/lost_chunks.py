@@ -1,0 +1,135 @@
+"""damaged/: chunks that are lost, that come twice or in another order."""
+
+from making.fault_rows import (
+    RECOVERY_CLAUSES,
+    count_frames,
+    damaged_by,
+)
+from making.streams import Layout
+from making.vectors import Gap, Outcome, Recovery, Valid, Vector
+
+
+def make_losses(parent: Valid) -> list[Vector]:
+    """Return streams of which chunks are missing."""
+    cases = {
+        "cameras": ([1], 0, "`came`"),
+        "first-canonical": ([2], 0, "the first CANO"),
+        "frame": ([4], 2, "a FRAM"),
+        "last-frame-of-a-segment": ([8], 5, "the FRAM before a CANO"),
+        "canonical": ([5], 3, "a CANO"),
+        "canonical-and-frames": ([5, 6, 7, 8], 3, "a CANO and all that follows from it"),
+        "two-segments": ([4, 5, 6, 7], 2, "chunks of two segments"),
+        "metadata": ([6], 4, "`meta`"),
+        "last-frame": ([12], 8, "the last FRAM"),
+        "index": ([13], 9, "INDX"),
+    }
+    return [_lost(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+
+
+def _lost(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
+    stream, pieces = parent.stream, parent.stream.without(*gone)
+    layout = _assemble_lost(parent, gone)
+    offsets = {piece.sequence: at for piece, at in zip(pieces, layout.offsets, strict=False)}
+    first = gone[-1] + 1
+    stops = (
+        n for n in range(first, len(stream.pieces)) if stream.pieces[n].kind in (b"CANO", b"TAIL")
+    )
+    later = next(stops)
+    lost: int | None = count_frames(stream.pieces[:later]) - before
+    if before == 0:
+        lost = None
+    frames = parent.frames[before + (lost or 0) :] if lost is not None else _after(parent, later)
+    gap = Gap(offsets[first], offsets[later] - offsets[first], ("sequence",), lost)
+    said = Outcome(parent.frames[:before], ("sequence",))
+    recovery = Recovery([*parent.frames[:before], *frames], (gap,))
+    if before == 0 and gone == [2]:
+        said = Outcome((), ("sequence",))
+    return damaged_by(
+        parent, name, f"5.2-4 {RECOVERY_CLAUSES}", layout.data, said, recovery, f"lost: {what}"
+    )
+
+
+def _assemble_lost(parent: Valid, gone: list[int]):  # noqa: ANN202
+    """The bytes of the journey but for those of some chunks: INDX and TAIL know nothing of it."""
+    data, offsets = parent.layout.data[:8], []
+    for place in range(len(parent.stream.pieces)):
+        if place not in gone:
+            offsets.append(len(data))
+            data += parent.layout.data[
+                parent.layout.offsets[place] : parent.layout.offsets[place + 1]
+            ]
+    return Layout(data, (*offsets, len(data)))
+
+
+def _after(parent: Valid, place: int) -> list:
+    return parent.frames[count_frames(parent.stream.pieces[:place]) :]
+
+
+def _chunks(parent: Valid, *order: int) -> bytes:
+    """Chunks of the journey, with their own numbers, in another order."""
+    data, offsets = parent.layout.data, parent.layout.offsets
+    return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
+
+
+def make_orders(parent: Valid) -> list[Vector]:
+    """Chunks in another order, and chunks twice."""
+    offsets, frames = parent.layout.offsets, parent.frames
+    size = [offsets[n + 1] - offsets[n] for n in range(15)]
+    skip = Gap(offsets[3], sum(size[3:5]), ("sequence",), 2)
+    cases = {
+        "frames": (
+            (0, 1, 2, 4, 3, *range(5, 15)),
+            1,
+            [*frames[:1], *frames[3:]],
+            skip,
+            "two FRAM change places",
+        ),
+        "frame-twice": (
+            (0, 1, 2, 3, 3, *range(4, 15)),
+            2,
+            [*frames[:2], *frames[3:]],
+            Gap(offsets[4], size[3] + size[4], ("sequence",), 1),
+            "a FRAM comes twice",
+        ),
+        "canonical-twice": (
+            (0, 1, 2, 3, 4, 5, 5, *range(6, 15)),
+            4,
+            [*frames[:4], *frames[6:]],
+            Gap(offsets[6], sum(size[5:9]), ("sequence",), 2),
+            "a CANO comes twice: the second is of a number that is gone",
+        ),
+        "segments": (
+            (0, 1, 2, 3, 4, 9, 10, 11, 12, 5, 6, 7, 8, 13, 14),
+            3,
+            [*frames[:3], *frames[6:]],
+            Gap(offsets[5], 0, ("sequence",), 3),
+            "two segments change places",
+        ),
+        "old-segment-again": (
+            (*range(9), *range(2, 5), *range(9, 15)),
+            6,
+            frames,
+            Gap(offsets[9], sum(size[2:5]), ("sequence",), 0),
+            "a segment that has been is repeated",
+        ),
+    }
+    vectors = []
+    for name, (order, before, out, gap, note) in cases.items():
+        data = _chunks(parent, *order)
+        gaps: tuple[Gap, ...] = (gap,)
+        if name == "segments":
+            place = offsets[5] + sum(size[9:13])
+            gaps = (gap, Gap(place, sum(size[5:9]) + size[13], ("sequence",), 0))
+        said = Outcome(frames[:before], ("sequence",))
+        vectors.append(
+            damaged_by(
+                parent,
+                f"damaged/order-{name}",
+                f"5.2-4 {RECOVERY_CLAUSES}",
+                data,
+                said,
+                Recovery(out, gaps),
+                note,
+            )
+        )
+    return vectors

@@ -1,0 +1,133 @@
+"""Payloads of chunks as bytes: the syntax tables of SPEC 5, written out once more."""
+
+import struct
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+
+MAGIC = bytes.fromhex("895152430D0A1A0A")
+SYNC = bytes.fromhex("9E5143F3")
+EMPTY: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """The fields of HEAD, in the order of SPEC 5.3."""
+
+    version_major: int = 1
+    version_minor: int = 0
+    incompatible_features: int = 0
+    compatible_features: int = 0
+    level: int = 10
+    timescale: int = 30
+    frame_ticks: int = 1
+    lattice_exponent: int = 12
+    position_step: int = 4
+    translation_step: int = 7
+    rotation_unity: int = 100
+    rotation_components: int = 3
+    rotation_bits: int = 8
+    log_scale_step: float = 1 / 16
+    opacity_step: float = 1 / 8
+    sh_dc_step: float = 1 / 32
+    sh_rest_step: float = 1 / 32
+    sh_degree: int = 1
+    level_count: int = 3
+    gaussians_per_anchor: int = 2
+    anchor_ratio: int = 2
+    resample_interval: int = 2
+    full_crc_interval: int = 2
+    seed: int = 0x0123456789ABCDEF
+    right_handed: int = 1
+    up_axis: int = 0
+    meters_per_unit: float = 0.0
+    color_space: int = 1
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        return struct.pack("<BBIIBIIBHHHBBffffBBHHHHQBBfB", *asdict(self).values())
+
+
+def pack_section(words: Sequence[int]) -> bytes:
+    """Return a section (SPEC 8.1)."""
+    return struct.pack(f"<I{len(words)}I", len(words), *words)
+
+
+@dataclass(frozen=True, slots=True)
+class Canonical:
+    """The fields of CANO (SPEC 5.4); a section is its words."""
+
+    frame: int
+    gaussian_count: int
+    origin: tuple[int, int, int]
+    axis_bits: int
+    sections: tuple[Sequence[int], ...]
+    state_crc: int
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        head = struct.pack("<II3iB", self.frame, self.gaussian_count, *self.origin, self.axis_bits)
+        sections = b"".join(map(pack_section, self.sections))
+        return head + sections + struct.pack("<I", self.state_crc)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The fields of FRAM (SPEC 5.5); a section is its words."""
+
+    phase: int
+    previous_contexts: int
+    death_count: int
+    birth_count: int
+    motion: Sequence[int]
+    births: Sequence[int]
+    state_crc: int
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        counts = (self.phase, self.previous_contexts, self.death_count, self.birth_count)
+        sections = pack_section(self.motion) + pack_section(self.births)
+        return struct.pack("<IBII", *counts) + sections + struct.pack("<I", self.state_crc)
+
+
+def pack_cameras(*cameras: bytes) -> bytes:
+    """Return the payload of `came` (SPEC 5.6)."""
+    return struct.pack("<H", len(cameras)) + b"".join(cameras)
+
+
+def pack_camera(
+    name: bytes = b"left", size: tuple[int, int] = (64, 48), near: float = 0.5
+) -> bytes:
+    """Return one camera, two units in front of the origin."""
+    numbers = (50.0, 50.0, 32.0, 24.0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2, near)
+    return bytes([len(name)]) + name + struct.pack("<BII17f", 1, *size, *numbers)
+
+
+def pack_metadata(*entries: tuple[str, str]) -> bytes:
+    """Return the payload of `meta` (SPEC 5.7)."""
+    packed = [(key.encode(), value.encode()) for key, value in entries]
+    texts = (bytes([len(k)]) + k + struct.pack("<I", len(v)) + v for k, v in packed)
+    return struct.pack("<H", len(entries)) + b"".join(texts)
+
+
+def pack_index(points: Iterable[tuple[int, int, int]]) -> bytes:
+    """Return the payload of INDX (SPEC 5.9): offset, sequence and frame of each point."""
+    packed = [struct.pack("<QII", *point) for point in points]
+    return struct.pack("<I", len(packed)) + b"".join(packed)
+
+
+def pack_tail(frames: int, canonicals: int, index_offset: int) -> bytes:
+    """Return the payload of TAIL (SPEC 5.8)."""
+    return struct.pack("<IIQ", frames, canonicals, index_offset)
+
+
+def pack_chunk_header(kind: bytes, sequence: int, length: int) -> bytes:
+    """Return a chunk header whose CRC holds (SPEC 5.2)."""
+    unproved = SYNC + kind + struct.pack("<II", sequence, length)
+    return unproved + struct.pack("<I", zlib.crc32(unproved))
+
+
+def pack_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:
+    """Return a chunk whose CRCs hold (SPEC 5.2)."""
+    header = pack_chunk_header(kind, sequence, len(payload))
+    return header + payload + struct.pack("<I", zlib.crc32(payload))

@@ -1,0 +1,160 @@
+"""resource/: little input that asks for much, and what a decoder may spend on it (SPEC 13)."""
+
+import zlib
+from dataclasses import replace
+
+from making.frames import Coded
+from making.payloads import MAGIC, Frame, Head, pack_chunk, pack_chunk_header
+from making.streams import Piece, Stream
+from making.vectors import Gap, Outcome, Recovery, Splice, Valid, Vector, broken, valid
+
+_MANY = 65536
+_POINT = Coded((0, 0, 0), codes=(0,) * 7)
+
+
+def make_resources(journey: Valid, unlimited: Valid) -> list[Vector]:
+    """Return all of them.
+
+    Args:
+        journey: `streams/journey`.
+        unlimited: A stream of level 31.
+    """
+    return [
+        _crowd(),
+        *_lengths(journey, unlimited),
+        *_counts(unlimited),
+        *_searches(journey),
+    ]
+
+
+def _crowd() -> Vector:
+    """65536 Gaussians at one place, none of which moves: each follows anchor 0."""
+    stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=16))
+    stream.canonical(0, [_POINT] * _MANY)
+    state = stream.states[0]
+    assert state is not None
+    moved = replace(state, frame=1, phase=1)
+    crc = zlib.crc32(moved.serialize(codes=False))
+    stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 0, 0, (), (), crc).pack()))
+    stream.states.append(moved)
+    note = "65536 Gaussians at one place with 4096 anchors, in 259 bytes"
+    return valid("resource/crowd", note, "1-1", stream.end()).vector
+
+
+def _lengths(journey: Valid, unlimited: Valid) -> list[Vector]:
+    greatest = 0xFFFFFFFF
+    start = journey.layout.data[: journey.layout.offsets[7]]
+    head = MAGIC + pack_chunk_header(b"HEAD", 0, greatest)
+    end = unlimited.layout.offsets[2]
+    cases = [
+        (
+            journey,
+            "length",
+            start + pack_chunk_header(b"FRAM", 7, greatest),
+            journey.frames[:4],
+            ("chunk-exceeds-level",),
+            "a FRAM of 2^32 - 1 bytes is begun",
+        ),
+        (
+            journey,
+            "length-of-head",
+            head,
+            [],
+            ("chunk-exceeds-level",),
+            "a HEAD of 2^32 - 1 bytes is begun",
+        ),
+        (
+            unlimited,
+            "length-unlimited",
+            unlimited.layout.data[:end] + pack_chunk_header(b"FRAM", 2, greatest) + bytes(99),
+            unlimited.frames[:1],
+            ("truncated",),
+            "a FRAM of 2^32 - 1 bytes at the unlimited level, of which 99 are there",
+        ),
+    ]
+    return [
+        broken(
+            parent,
+            f"resource/{name}",
+            "5.2-6 5.2-7 13-1",
+            data,
+            Outcome(frames, ids, declined=parent is unlimited),
+            note,
+        )
+        for parent, name, data, frames, ids, note in cases
+    ]
+
+
+def _counts(unlimited: Valid) -> list[Vector]:
+    greatest = 0xFFFFFFFF
+    stream = unlimited.stream
+    empty = ((),) * 6
+    gaussians = stream.frame_with(0, gaussian_count=greatest, sections=empty)
+    births = stream.frame_with(1, birth_count=greatest, births=())
+    some = stream.frame_with(0, gaussian_count=1 << 28, sections=empty)
+    cases = [
+        (
+            "gaussians",
+            gaussians,
+            0,
+            ("state-crc",),
+            "2^32 - 1 Gaussians without a word, at the unlimited level",
+        ),
+        (
+            "gaussians-fewer",
+            some,
+            0,
+            ("state-crc",),
+            "2^28 Gaussians without a word, at the unlimited level",
+        ),
+        (
+            "births",
+            births,
+            1,
+            ("state-crc", "count-exceeds-level"),
+            "2^32 - 1 births without a word, at the unlimited level",
+        ),
+    ]
+    return [
+        broken(
+            unlimited,
+            f"resource/{name}",
+            "3.2-5 13-1",
+            pieces,
+            Outcome(unlimited.frames[:count], ids, declined=True),
+            note,
+        )
+        for name, pieces, count, ids, note in cases
+    ]
+
+
+def _searches(journey: Valid) -> list[Vector]:
+    """Junk of a mebibyte, in which a search for a chunk must not lose itself."""
+    at, later = journey.layout.offsets[7], journey.layout.offsets[9]
+    header = pack_chunk_header(b"CANO", 40, 1000)
+    junk = {
+        "search-sync-words": (bytes.fromhex("9E5143F3"), 1 << 18, "header-crc", "2^18 sync words"),
+        "search-headers": (
+            header,
+            20000,
+            "payload-crc sequence",
+            "20000 headers of chunks that are none",
+        ),
+        "search-chunks": (
+            pack_chunk(b"CANO", 40, bytes(40)),
+            16000,
+            "sequence",
+            "16000 CANO chunks whose ordinal has been",
+        ),
+    }
+    vectors = []
+    for name, (piece, count, ids, note) in junk.items():
+        data = journey.layout.data[:at] + piece * count + journey.layout.data[at:]
+        refused = tuple(ids.split())
+        gap = Gap(at, len(piece) * count + later - at, refused, 2)
+        said = Outcome(journey.frames[:4], refused)
+        vector = broken(journey, f"resource/{name}", "13-2", data, said, note)
+        recovery = Recovery([*journey.frames[:4], *journey.frames[6:]], (gap,))
+        splices = (Splice(at, 0, piece, count),)
+        vectors.append(replace(vector, recover=recovery, splices=splices, stored=False))
+    return vectors

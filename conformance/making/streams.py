@@ -1,0 +1,189 @@
+"""Streams from frames: numbered, proved, with the index and totals that are due.
+
+A stream is a list of pieces. A piece may be left as it is, replaced, or made
+to lie in one respect; INDX and TAIL are made last, of what the pieces are.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from making.frames import Change, Coded, State, make_canonical, make_frame, say_nothing
+from making.payloads import (
+    MAGIC,
+    Canonical,
+    Frame,
+    Head,
+    pack_chunk_header,
+    pack_index,
+    pack_tail,
+)
+from tests.spec.plain_state import PlainState
+
+FRAMES = (b"CANO", b"FRAM")
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """What is to be said of a frame: its ordinal, how many Gaussians, its digest."""
+
+    frame: int
+    gaussians: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A chunk to be.
+
+    Attributes:
+        kind: Its type.
+        payload: None of INDX and TAIL, which are made of the stream; bytes in their place.
+        sequence: What the chunk says in place of its number.
+        spoil: A byte of the chunk, whose lowest bit is turned after its CRCs are made.
+        skip: Of how many numbers the chunk leaves out before its own.
+    """
+
+    kind: bytes
+    payload: bytes | None
+    sequence: int | None = None
+    spoil: int | None = None
+    skip: int = 0
+
+    def pack(self, number: int, payload: bytes) -> bytes:
+        """Return the chunk."""
+        sequence = number if self.sequence is None else self.sequence
+        header = pack_chunk_header(self.kind, sequence, len(payload))
+        data = header + payload + struct.pack("<I", zlib.crc32(payload))
+        if self.spoil is None:
+            return data
+        spoiled = bytearray(data)
+        spoiled[self.spoil] ^= 1
+        return bytes(spoiled)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A stream and where its chunks are.
+
+    Attributes:
+        data: The stream.
+        offsets: Of every chunk, and of the end.
+    """
+
+    data: bytes
+    offsets: tuple[int, ...]
+
+
+def assemble(pieces: Iterable[Piece]) -> Layout:
+    """Number and prove the chunks; make INDX and TAIL."""
+    data, offsets, points, number = MAGIC, [], [], 0
+    frames, index_offset = 0, 0
+    for piece in pieces:
+        offsets.append(len(data))
+        number += piece.skip
+        payload = piece.payload
+        if piece.kind == b"INDX":
+            index_offset = index_offset or len(data)
+            payload = pack_index(points) if payload is None else payload
+        elif piece.kind == b"TAIL" and payload is None:
+            payload = pack_tail(frames, len(points), index_offset)
+        elif piece.kind == b"CANO":
+            points.append((len(data), number, int.from_bytes((payload or b"")[:4], "little")))
+        frames += piece.kind in FRAMES
+        data += piece.pack(number, payload or b"")
+        number += 1
+    return Layout(data, (*offsets, len(data)))
+
+
+@dataclass
+class Stream:
+    """A stream in the making.
+
+    Attributes:
+        head: Its HEAD.
+        pieces: So far.
+        states: Of its frames, None of one that breaks a clause.
+        places: The pieces that hold them.
+    """
+
+    head: Head
+    pieces: list[Piece] = field(default_factory=list)
+    states: list[PlainState | None] = field(default_factory=list)
+    places: list[int] = field(default_factory=list)
+    payloads: list[Canonical | Frame] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.add(b"HEAD", self.head.pack())
+
+    def add(self, kind: bytes, payload: bytes) -> "Stream":
+        """Append a chunk that is no frame."""
+        self.pieces.append(Piece(kind, payload))
+        return self
+
+    def canonical(
+        self, frame: int, gaussians: Iterable[Coded], stating: State = say_nothing, **said: Any
+    ) -> "Stream":
+        """Append a CANO chunk; one that breaks a clause may have no state, and ends the frames."""
+        payload, state = make_canonical(self.head, frame, list(gaussians), stating, **said)
+        return self._append(b"CANO", payload, state)
+
+    def frame(self, change: Change = Change(), **said: Any) -> "Stream":  # noqa: B008, frozen
+        """Append a FRAM chunk; see `canonical`."""
+        before = self.states[-1]
+        assert before is not None, "the frame before breaks a clause"
+        payload, state = make_frame(self.head, before, change, **said)
+        return self._append(b"FRAM", payload, state)
+
+    def end(self, *, index: bool = False) -> "Stream":
+        """Append TAIL, and INDX before it."""
+        if index:
+            self.pieces.append(Piece(b"INDX", None))
+        self.pieces.append(Piece(b"TAIL", None))
+        return self
+
+    def layout(self) -> Layout:
+        """Return the stream as bytes."""
+        return assemble(self.pieces)
+
+    def decoded(self) -> list[Decoded]:
+        """Return what is to be said of its frames."""
+        assert None not in self.states, "a frame breaks a clause"
+        return [describe(state) for state in self.states if state is not None]
+
+    def frame_with(self, number: int, **said: Any) -> list[Piece]:
+        """Return the pieces, with other fields in the payload of a frame."""
+        payload = replace(self.payloads[number], **said).pack()
+        return self.replaced(self.places[number], payload=payload)
+
+    def replaced(self, place: int, **said: Any) -> list[Piece]:
+        """Return the pieces, one of which says something else."""
+        return [
+            *self.pieces[:place],
+            replace(self.pieces[place], **said),
+            *self.pieces[place + 1 :],
+        ]
+
+    def before(self, *pieces: Piece, place: int) -> list[Piece]:
+        """Return the pieces, with others before one of them."""
+        return [*self.pieces[:place], *pieces, *self.pieces[place:]]
+
+    def without(self, *places: int) -> list[Piece]:
+        """Return the pieces but for some, the numbers of the others unchanged."""
+        return [replace(p, sequence=n) for n, p in enumerate(self.pieces) if n not in places]
+
+    def _append(
+        self, kind: bytes, payload: Canonical | Frame, state: PlainState | None
+    ) -> "Stream":
+        self.places.append(len(self.pieces))
+        self.pieces.append(Piece(kind, payload.pack()))
+        self.payloads.append(payload)
+        self.states.append(state)
+        return self
+
+
+def describe(state: PlainState) -> Decoded:
+    """Return what is to be said of a state."""
+    return Decoded(state.frame, len(state.gaussians), state.digest())

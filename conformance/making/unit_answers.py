@@ -1,0 +1,313 @@
+"""unit/: known answers of building blocks, each from plain integers (SPEC Annex F has some)."""
+
+import struct
+import zlib
+from itertools import product
+from math import isqrt
+
+from making.frames import morton
+from making.scenes import between, cloud
+from making.unit_coding import make_coding, make_states
+from making.units import Input, Refusal, Unit
+from tests import oracle
+
+
+def make_units() -> list[Unit]:
+    """Return all of them."""
+    return [*_of_arithmetic(), *_of_rotations(), *_of_anchors(), *make_coding(), *make_states()]
+
+
+def _of_arithmetic() -> list[Unit]:
+    quotients = [
+        (n, d)
+        for d in (1, 2, 3, 4, 10, 1 << 22)
+        for n in (-7, -6, -5, -3, -2, -1, 0, 1, 2, 3, 5, 6, 7)
+    ]
+    quotients += [
+        ((1 << 52) - 1, 1 << 30),
+        (-(1 << 61) + 1, 3),
+        (-6291456, 4194304),
+        (6291457, 4194304),
+    ]
+    roots = [
+        *range(20),
+        *(r * r + d for r in (1 << 22, (1 << 26) + 1, 2147483647) for d in (-1, 0, 1)),
+        1 << 62,
+        (1 << 60) - 1,
+    ]
+    lengths = [*range(10), 255, 256, (1 << 32) - 1, 1 << 32, (1 << 61) - 1, (1 << 62) - 1]
+    data = ["", "00", "ffffffff", "313233343536373839", "5155415243", bytes(range(256)).hex()]
+    return [
+        Unit(
+            "divide_round",
+            "nearest integer to n / d, halves away from 0",
+            "4.2",
+            [({"n": n, "d": d}, oracle.divide_round(n, d)) for n, d in quotients],
+        ),
+        Unit(
+            "isqrt",
+            "the largest integer whose square is at most v",
+            "4.3",
+            [({"v": v}, isqrt(v)) for v in roots],
+        ),
+        Unit(
+            "bit_length",
+            "the least b with v < 2^b",
+            "4.4",
+            [({"v": v}, v.bit_length()) for v in lengths],
+        ),
+        Unit(
+            "crc",
+            "CRC-32 of bytes",
+            "4.5",
+            [({"bytes": each}, zlib.crc32(bytes.fromhex(each))) for each in data],
+        ),
+        Unit(
+            "morton",
+            "the key of a position less the origin",
+            "8.5",
+            [({"position": p}, morton(p, (0, 0, 0))) for p in _places()],
+        ),
+        Unit(
+            "dequantize",
+            "code times step, as the bits of a binary32",
+            "10.1-1",
+            [
+                ({"code": c, "step": s}, _scaled(c, s))
+                for c in (0, 1, -40, 3, -7, 32767, -32767)
+                for s in ("3d800000", "3dcccccd", "3c23d70a", "00000001", "007fffff", "44800000")
+            ],
+        ),
+    ]
+
+
+def _places() -> list[list[int]]:
+    return [
+        [0, 0, 0],
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+        [5, 3, 6],
+        [1000, 7, 64],
+        [1048575, 0, 0],
+        [0, 1048575, 524288],
+        [1048575] * 3,
+    ]
+
+
+def _scaled(code: int, step: str) -> str:
+    exact = struct.unpack("<f", bytes.fromhex(step)[::-1])[0] * code
+    return struct.pack("<f", exact)[::-1].hex()
+
+
+def _of_rotations() -> list[Unit]:
+    vectors = [
+        [1, 0, 0, 0],
+        [0, 0, -7, 0],
+        [1, 1, 1, 1],
+        [300, 1, 0, -1],
+        [-192, 195, -195, 195],
+        [963, 195, 195, 195],
+        [-1, 2, -3, 4],
+        [1, 0, 0, -1],
+        [2, -1, 0, 2],
+    ]
+    turned = [
+        [2097152, 2097152, 2097152, 2097152],
+        [4194304, 0, 0, 0],
+        [-2965821, 2965820, 0, 0],
+        [3, -4194304, 1, 0],
+        [2097152, -2097152, 2097152, -2097152],
+    ]
+    sums = [
+        [200, 0, 0, 20],
+        [300, -1, 2, -3],
+        [305, 0, 0, 0],
+        [100, 65, -65, 64],
+        [-64, 1, 0, 0],
+        [1, 1, 1, 1],
+        [1, -1, 1, 1],
+        [-2, 0, 0, 0],
+    ]
+    coded = [
+        (8, j, abc)
+        for j in range(4)
+        for abc in ([0, 0, 0], [12, -7, 90], [147, 147, -147], [0, -256, 0], [-100, 0, 100])
+    ]
+    coded += [(1, 1, [1, 1, -1]), (14, 3, [-8192, 8191, 1]), (14, 0, [16384, 0, 0])]
+    long = [
+        (8, 0, [257, 0, 0]),
+        (8, 2, [256, 1, 0]),
+        (8, 1, [-256, 0, 1]),
+        (1, 3, [2, 2, 1]),
+        (14, 2, [16384, 0, -1]),
+    ]
+    expanded = [
+        ({"rotation_bits": b, "j": j, "abc": abc}, oracle.expand_rotation(j, abc, b))
+        for b, j, abc in coded
+    ]
+    expanded += [
+        ({"rotation_bits": b, "j": j, "abc": abc}, Refusal("rotation-range")) for b, j, abc in long
+    ]
+    turns = [({"rotation": q, "sums": s}, oracle.turn(q, s)) for q in turned for s in sums]
+    zero = [({"rotation": turned[0], "sums": [0, 0, 0, 0]}, Refusal("degenerate-rotation"))]
+    return [
+        Unit(
+            "normalize",
+            "a vector of four integers, normalized with SUM_GUARD_BITS",
+            "7.3-1",
+            [({"vector": v}, oracle.normalize(v, 20)) for v in vectors]
+            + [({"vector": [0] * 4}, Refusal("degenerate-rotation"))],
+        ),
+        Unit("expand", "the rotation of j, a, b, c", "7.2-5 7.2-6", expanded),
+        Unit(
+            "turn",
+            "a rotation after residuals whose sums, with L x W, are given",
+            "7.5",
+            turns + zero,
+        ),
+    ]
+
+
+def _of_anchors() -> list[Unit]:
+    counters = [
+        ([0] * 4, [0] * 2),
+        ([0xFFFFFFFF] * 4, [0xFFFFFFFF] * 2),
+        ([0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344], [0xA4093822, 0x299F31D0]),
+        ([0, 1, 0, 1], [0x89ABCDEF, 0x01234567]),
+        ([42, 300, 0, 1], [7, 0]),
+    ]
+    counters += [([i, 1, 0, 1], [5546942, 0]) for i in (1, 56)]
+    numbers = [
+        (40, 4, 3, 3),
+        (1, 1, 2, 3),
+        (7, 2, 2, 3),
+        (41, 4, 3, 3),
+        (5, 65535, 2, 3),
+        (65536, 1, 65535, 3),
+        (9, 1, 2, 2),
+        (10, 4, 2, 1),
+    ]
+    return [
+        Unit(
+            "philox",
+            "four words of Philox4x32-10",
+            "6.2",
+            [({"counter": c, "key": k}, oracle.philox(c, k)) for c, k in counters],
+        ),
+        Unit(
+            "anchor_counts",
+            "A_1 to A_L",
+            "6.1",
+            [
+                (
+                    {
+                        "gaussians": n,
+                        "gaussians_per_anchor": m,
+                        "anchor_ratio": r,
+                        "level_count": levels,
+                    },
+                    _count(n, m, r, levels),
+                )
+                for n, m, r, levels in numbers
+            ],
+        ),
+        Unit("sample", "the ids of the anchors of each level, level 1 first", "6.3", _sampled()),
+        Unit(
+            "bind",
+            "the number of the anchor that each position follows",
+            "6.4",
+            [
+                (
+                    {"positions": p, "anchors": a},
+                    oracle.bind([tuple(q) for q in p], [tuple(q) for q in a]),
+                )
+                for p, a in _bound()
+            ],
+        ),
+        Unit(
+            "deaths",
+            "the indices of those who die, ascending; ids are the indices",
+            "7.4",
+            [
+                (
+                    {"opacities": o, "count": n},
+                    sorted(sorted(range(len(o)), key=lambda i: (o[i], i))[:n]),
+                )
+                for o, n in _opacities()
+            ],
+        ),
+    ]
+
+
+def _count(gaussians: int, per_anchor: int, ratio: int, levels: int) -> list[int]:
+    counts = [-(-gaussians // per_anchor)]
+    while len(counts) < levels:
+        counts.append(max(1, counts[-1] // ratio))
+    return counts
+
+
+def _sampled() -> list[tuple[Input, list[list[int]]]]:
+    grid = [list(p) for p in product((-1, 0, 1), repeat=3)]
+    spread = [list(g.position) for g in cloud(30, 21, 0, 4000)]
+    far = [[s * 8388607 for s in p] for p in product((-1, 1), repeat=3)]
+    tied = [[160 * (i // 16), 0, 0] for i in range(57)]
+    cases = [
+        (grid, 7, 1, 3, 2, 3),
+        (spread, 1 << 63, 5, 4, 3, 3),
+        (far, 3, 1, 2, 2, 2),
+        ([[5, 5, 5]] * 9, 1, 2, 2, 2, 3),
+        ([[0, 0, 0]], 0, 1, 1, 2, 3),
+        (tied, 5546942, 1, 8, 2, 1),
+    ]
+    made = []
+    for positions, seed, phase, per_anchor, ratio, levels in cases:
+        ids = (
+            [2 * i for i in range(len(positions))]
+            if positions is spread
+            else list(range(len(positions)))
+        )
+        counts = _count(len(ids), per_anchor, ratio, levels)
+        places = [tuple(p) for p in positions]
+        chosen = [
+            [ids[i] for i in oracle.sample(ids, places, phase, seed, level, count)]
+            for level, count in enumerate(counts, 1)
+        ]
+        given = {"ids": ids, "positions": positions, "seed": seed, "phase": phase}
+        made.append(
+            (
+                given
+                | {
+                    "gaussians_per_anchor": per_anchor,
+                    "anchor_ratio": ratio,
+                    "level_count": levels,
+                },
+                chosen,
+            )
+        )
+    return made
+
+
+def _bound() -> list[tuple[list[list[int]], list[list[int]]]]:
+    grid = [list(p) for p in product((-1, 0, 1), repeat=3)]
+    far = [[-8388607, 0, 0], [8388607, 8388607, 8388607], [0, 0, 0]]
+    near = [[8388606, 3, 0], [8388606, 2, 1], [8388606, 0, 2], [8388606, 1, 1]]
+    spread = [list(g.position) for g in cloud(40, 22, 0, 900)]
+    return [
+        (grid, grid[::2]),
+        (grid, [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]),
+        (far, near),
+        (spread, spread[::3]),
+        ([[5, 5, 5]] * 3, [[9, 9, 9], [5, 5, 5], [5, 5, 5]]),
+        (spread[:4], [[7, 7, 7]]),
+    ]
+
+
+def _opacities() -> list[tuple[list[int], int]]:
+    return [
+        ([5] * 6, 3),
+        ([1, -1, 300, -300, 0, 32767, -32767], 4),
+        ([2, 1, 2, 1, 2, 1], 4),
+        ([7, 7], 0),
+        ([between(-2, 2, i) for i in range(40)], 17),
+    ]

@@ -1,0 +1,207 @@
+"""unit/: known answers of coding and of states (SPEC 8, 9)."""
+
+import zlib
+from hashlib import sha256
+from typing import Any
+
+from making.payloads import Head
+from making.scenes import between, cloud, pick
+from making.streams import Stream
+from making.units import Input, Refusal, Unit
+from making.writing import Planes, WritingSection, ascending, encode, fixed, signed, unsigned
+from tests.spec import plain_planes
+from tests.spec.plain_coder import add_to_counts, weight_by_counts, weight_of
+
+
+def make_coding() -> list[Unit]:
+    """Return the answers of the coder and of integers as planes."""
+    codes = [({"code": c}, weight_of(c)) for c in range(240)] + [
+        ({"code": c}, Refusal("bad-probability")) for c in (240, 255)
+    ]
+    pairs = [
+        (0, 0),
+        (1, 0),
+        (0, 1),
+        (2, 0),
+        (1, 1),
+        (6, 1),
+        (3, 4),
+        (100, 3),
+        (4095, 0),
+        (4096, 0),
+        (0, 4096),
+        (2048, 2048),
+    ]
+    planes = [
+        ((0, 0), (3, 2)),
+        ((4000, 95), (1, 0)),
+        ((4000, 95), (1, 1)),
+        ((4000, 95), (0, 7)),
+        ((1, 4095), (0, 1)),
+        ((0, 1), (8191, 0)),
+        ((0, 0), (8191, 8193)),
+        ((7, 0), (0, 65536)),
+    ]
+    return [
+        Unit("weight_of_code", "the weight of a 1 by a stated code", "8.2-1", codes),
+        Unit(
+            "weight_by_counts",
+            "the weight of a 1 by the zeros and ones of a context",
+            "8.2",
+            [({"zeros": z, "ones": o}, weight_by_counts(z, o)) for z, o in pairs],
+        ),
+        Unit(
+            "counts",
+            "the zeros and ones of a context after a plane",
+            "8.2",
+            [
+                (
+                    {"before": list(b), "plane": list(p)},
+                    add_to_counts(list(b), [0] * p[0] + [1] * p[1]),
+                )
+                for b, p in planes
+            ],
+        ),
+        Unit(
+            "decode_bits",
+            "the bits of words, all of which must be used",
+            "8.3-1 8.3-2 8.3-3",
+            _coded(),
+        ),
+        Unit(
+            "fixed",
+            "numbers by Fixed(width) in outer contexts, from counts of 0",
+            "8.4",
+            _forms(
+                "fixed",
+                [
+                    ([0, 3, 1, 2], [0, 0, 1, 0], 2),
+                    ([3] * 30 + [2], [0] * 31, 2),
+                    (list(range(16)), [k % 3 for k in range(16)], 4),
+                ],
+            ),
+        ),
+        Unit(
+            "unsigned",
+            "numbers by Unsigned(width), likewise",
+            "8.4",
+            _forms(
+                "unsigned",
+                [
+                    ([0, 1, 5, 6, 200], [0, 0, 0, 0, 2], 4),
+                    ([(1 << 63) - 1, 1 << 62, 0], [0] * 3, 6),
+                    ([pick(k) >> (k % 30) for k in range(40)], [k % 2 for k in range(40)], 6),
+                ],
+            ),
+        ),
+        Unit(
+            "signed",
+            "numbers by Signed(width), likewise",
+            "8.4",
+            _forms(
+                "signed",
+                [
+                    ([0, -1, -6, 3], [0, 0, 0, 1], 4),
+                    ([32767, -32767, 0, -1], [0] * 4, 4),
+                    (
+                        [between(-900, 900, k) >> (k % 9) for k in range(60)],
+                        [k % 3 for k in range(60)],
+                        4,
+                    ),
+                ],
+            ),
+        ),
+        Unit("ascending", "numbers by Ascending(6), from counts of 0", "8.4-1", _ascended()),
+    ]
+
+
+def _coded() -> list[tuple[Input, Any]]:
+    runs = [
+        ([0] * 4, [8388608, 8388608, 256, 1048576]),
+        ([1], [8388608]),
+        ([0, 1, 0, 1, 1], [4194304] * 3 + [8388608] * 2),
+        ([1] * 6, [256] * 6),
+        ([1, 0, 1, 1, 0, 1, 1], [16776960, 256, 15728640, 8388608, 7864320, 256, 256]),
+    ]
+    runs.append(
+        ([pick(k) & 1 for k in range(200)], [1 + pick(k, 1) % ((1 << 24) - 1) for k in range(200)])
+    )
+    made: list[tuple[Input, Any]] = []
+    for bits, weights in runs:
+        words = encode(zip(bits, weights, strict=True))
+        made.append(({"words": words, "weights": weights}, bits))
+    words, weights = encode(zip(*runs[-1], strict=True)), runs[-1][1]
+    made.append(({"words": [*words, 0], "weights": weights}, Refusal("invalid-words")))
+    made.append(({"words": [1, *words], "weights": weights}, Refusal("unconsumed-words")))
+    made.append(({"words": [0, *words], "weights": weights}, Refusal("unconsumed-words")))
+    made.append(({"words": [1], "weights": []}, Refusal("unconsumed-words")))
+    made.append(({"words": words[1:], "weights": weights}, Refusal("unconsumed-words")))
+    return made
+
+
+_MAKERS = {"fixed": fixed, "unsigned": unsigned, "signed": signed}
+
+
+def _forms(form: str, given: list[tuple[list[int], list[int], int]]) -> list[tuple[Input, Any]]:
+    made: list[tuple[Input, Any]] = []
+    for values, contexts, width in given:
+        section = WritingSection("n", Planes(_MAKERS[form](values, width)), {})
+        getattr(plain_planes, form)(section, "n", contexts, width)
+        section.close()
+        made.append(({"words": section.written, "contexts": contexts, "width": width}, values))
+    return made
+
+
+def _ascended() -> list[tuple[Input, Any]]:
+    made: list[tuple[Input, Any]] = []
+    for values in (
+        [3, 3, 10, 11],
+        [0, 0, 0],
+        [1 << 59, (1 << 60) - 1],
+        [5 * k * k for k in range(50)],
+    ):
+        section = WritingSection("n", Planes(ascending(values)), {})
+        plain_planes.ascending(section, "n", len(values), 6)
+        section.close()
+        made.append(({"words": section.written, "count": len(values)}, values))
+    section = WritingSection("n", Planes(unsigned([(1 << 60) + 1, 0], 6)), {})
+    plain_planes.unsigned(section, "n", [0, 0], 6)
+    section.close()
+    made.append(({"words": section.written, "count": 2}, Refusal("symbol-range")))
+    return made
+
+
+def make_states() -> list[Unit]:
+    """Return the answers of serializing."""
+    cases = []
+    for degree in (0, 1):
+        stream = Stream(Head(sh_degree=degree)).canonical(0, cloud(3, 30, degree)).frame()
+        for state in stream.states:
+            assert state is not None
+            rows = state.gaussians
+            given = {
+                "phase": state.phase,
+                "ids": [g.id for g in rows],
+                "positions": [g.position for g in rows],
+                "rotations": [g.rotation for g in rows],
+                "codes": [g.codes for g in rows],
+            }
+            digest = sha256(state.serialize()).hexdigest()
+            cases.append(
+                (
+                    given,
+                    {
+                        "crc_all": zlib.crc32(state.serialize()),
+                        "crc_without_codes": zlib.crc32(state.serialize(codes=False)),
+                        "sha256": digest,
+                    },
+                )
+            )
+    return [
+        Unit(
+            "digest",
+            "CRCs and SHA-256 of a state; a row of each list is a Gaussian",
+            "9.2-1",
+            cases,
+        )
+    ]

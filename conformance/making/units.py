@@ -1,0 +1,49 @@
+"""What a known answer is."""
+
+from dataclasses import dataclass
+from typing import Any
+
+_SAFE = (1 << 53) - 1
+
+
+Input = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A function of the text and what it gives.
+
+    Attributes:
+        function: Its name.
+        note: What goes in and what comes out.
+        clauses: Of SPEC.md, or sections where there is no clause.
+        cases: Inputs and outputs; an output may be a refusal.
+    """
+
+    function: str
+    note: str
+    clauses: str
+    cases: list[tuple[Input, Any]]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the file's content."""
+        cases = [{"input": _plain(given), **_answer(answer)} for given, answer in self.cases]
+        said = {"function": self.function, "note": self.note, "clauses": self.clauses.split()}
+        return said | {"cases": cases}
+
+
+class Refusal(str):
+    """A reject id in place of an answer."""
+
+
+def _answer(answer: Any) -> dict[str, Any]:
+    return {"refused": str(answer)} if isinstance(answer, Refusal) else {"output": _plain(answer)}
+
+
+def _plain(value: Any) -> Any:
+    """Integers that a double does not hold become decimal strings."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return str(value) if isinstance(value, int) and abs(value) > _SAFE else value

@@ -1,0 +1,234 @@
+"""streams/: one feature to a stream."""
+
+from making.frames import Change, Coded
+from making.motion_streams import make_lives, make_motions
+from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
+from making.scenes import between, cloud, moving, newborn, only
+from making.streams import Stream
+from making.vectors import Outcome, Valid, valid
+
+_CAMERA = pack_camera()
+
+
+def journey() -> Valid:
+    """The parent of most faults: frames 0 to 8, canonical 0, 3 and 6, ancillary chunks, INDX."""
+    head = Head(rotation_components=4, rotation_unity=1, sh_degree=1, level_count=2)
+    stream = Stream(head).add(b"came", pack_cameras(_CAMERA))
+    for frame in (0, 3, 6):
+        stream.canonical(frame, cloud(12, frame, reach=20))
+        if frame == 3:
+            stream.add(b"meta", pack_metadata(("title", "before frame 4")))
+        stream.frame(Change(moving(7, frame + 1)))
+        if frame == 6:
+            stream.add(b"note", b"an ancillary chunk of a type that nobody knows")
+        stream.frame(Change(moving(7, frame + 2), newborn([2, 7], frame), deaths=1))
+    stream.end(index=True)
+    made = valid("streams/journey", "a little of everything; the parent of most faults", "", stream)
+    seek = tuple((f, Outcome(made.frames[f:])) for f in range(1, 9))
+    note = "canonical frames 0, 3 and 6, motion, births, deaths, ancillary chunks, index"
+    return valid("streams/journey", note, "1-1 1-2 11.2-1", stream, seek=seek, grow=True)
+
+
+def brief() -> Valid:
+    """The parent of truncations: three frames of one Gaussian."""
+    stream = Stream(Head(level_count=1, sh_degree=0)).canonical(0, [Coded((3, -2, 1))])
+    stream.frame(Change(only((1, 0, [1, 0, 0, 0, 0, 2]))))
+    stream.frame(Change(only((1, 0, [0, -1, 0, 0, 0, 0])))).end()
+    return valid("streams/brief", "three frames of one Gaussian, no index", "7.1 6.1", stream)
+
+
+def make_streams() -> list[Valid]:
+    """Return all of them."""
+    return [journey(), brief(), *_containers(), *_scenes(), *make_motions(), *make_lives()]
+
+
+def _still(**fields: object) -> Stream:
+    degree = fields.get("sh_degree", 1)
+    return Stream(Head(**fields)).canonical(0, cloud(6, degree=degree))  # type: ignore[arg-type]
+
+
+def _containers() -> list[Valid]:
+    meta = pack_metadata(("title", "Große Straße \u0000 \ufeff 日本"), ("title", "again"), ("", ""))
+    many = Stream(Head()).add(b"meta", pack_metadata()).add(b"came", pack_cameras(_CAMERA, _CAMERA))
+    many.canonical(0, cloud(3)).add(b"meta", meta).add(b"came", pack_cameras())
+    many.frame().add(b"came", pack_cameras(_CAMERA)).add(b"meta", meta).end()
+    passed = Stream(Head()).add(b"nOte", b"").add(b"zZzz", b"\xff" * 9).canonical(0, cloud(2))
+    passed.add(b"note", pack_metadata()[:1]).frame().end(index=True)
+    late = Stream(Head()).canonical(4294967294, cloud(2)).frame().end(index=True)
+    late_seek = ((4294967295, Outcome([late.decoded()[1]])), (1, Outcome(late.decoded())))
+    twice = Stream(Head()).canonical(7, cloud(4)).canonical(8, cloud(5, 2)).frame().end(index=True)
+    sync = bytes.fromhex("9E5143F3")
+    inside = Stream(Head()).add(b"note", sync + b"CANO" + sync * 3).canonical(0, cloud(2)).end()
+    return [
+        valid(
+            "streams/no-frames", "a stream may be without any frame", "5.1-4", Stream(Head()).end()
+        ),
+        valid(
+            "streams/no-frames-index",
+            "INDX without seek points",
+            "5.9-1",
+            Stream(Head()).end(index=True),
+        ),
+        valid("streams/still", "one canonical frame", "7.2-1 7.2-2 9.2-1", _still().end()),
+        valid(
+            "streams/cameras-and-metadata",
+            "`came` and `meta` anywhere and more than once, U+0000, an empty key",
+            "5-4",
+            many,
+        ),
+        valid(
+            "streams/unknown-ancillary",
+            "ancillary chunks of types that no decoder knows, also private",
+            "5.2-8 5.2-10",
+            passed,
+            grow=True,
+        ),
+        valid(
+            "streams/compatible-feature",
+            "bits of compatible_features that nobody knows",
+            "12-3",
+            _still(compatible_features=0x80000001).end(),
+        ),
+        valid(
+            "streams/minor-version", "a later minor version", "12-1", _still(version_minor=7).end()
+        ),
+        valid("streams/last-ordinals", "ordinals up to 2^32 - 1", "7.4-2", late, seek=late_seek),
+        valid(
+            "streams/canonical-after-canonical",
+            "two canonical frames in a row, from ordinal 7 on",
+            "7.2-1 11.2-4",
+            twice,
+            seek=((8, Outcome(twice.decoded()[1:])),),
+        ),
+        valid("streams/sync-in-a-payload", "sync words within a payload", "5.2-1", inside),
+        valid(
+            "streams/largest-fields",
+            "fields of HEAD at their greatest",
+            "5-3",
+            _still(
+                timescale=4294967295,
+                frame_ticks=4294967295,
+                lattice_exponent=24,
+                position_step=65535,
+                translation_step=65535,
+                rotation_unity=256,
+                rotation_bits=14,
+                log_scale_step=1024.0,
+                gaussians_per_anchor=65535,
+                anchor_ratio=65535,
+                resample_interval=65535,
+                full_crc_interval=65535,
+                seed=(1 << 64) - 1,
+                up_axis=6,
+                meters_per_unit=1e6,
+            )
+            .frame()
+            .end(),
+        ),
+        valid(
+            "streams/least-fields",
+            "fields of HEAD at their least; a subnormal step; meters_per_unit -0",
+            "5-3",
+            _least(),
+        ),
+    ]
+
+
+def _least() -> Stream:
+    least = {"timescale": 1, "lattice_exponent": 0, "position_step": 1, "translation_step": 1}
+    least |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
+    least |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
+    steps = {"log_scale_step": 1e-45, "opacity_step": 1e-45, "meters_per_unit": -0.0}
+    small = [Coded((0, 0, 0), (0, 1, 0, 0)), Coded((1, 0, 0), (2, 1, 1, -1))]
+    small = [small[0], Coded((1, 0, 0), (1, 0, -1, 0))]
+    stream = Stream(Head(**least, **steps, right_handed=0)).canonical(0, small)  # type: ignore[arg-type]
+    return stream.frame(Change(only((1, 1, [1, 0, 0, 0, 0, -1])))).end()
+
+
+def _scenes() -> list[Valid]:
+    far = [Coded((-524288,) * 3), Coded((524287,) * 3), Coded((0, 1, 77))]
+    one = [Coded((-5, 9, 2), codes=cloud(4)[i].codes) for i in range(4)]
+    codes = [(32767, -32767, 0, 32767, 16384, 0, -16383, *[32767, -32767] * 4, 0), (-1,) * 16]
+    extreme = [Coded((i, 0, 0), codes=c) for i, c in enumerate(codes)]
+    turned = [Coded((i, i, 0), (i % 4, *c)) for i, c in enumerate(_TURNED)]
+    return [
+        valid("streams/sh-degree-0", "Gaussians of 7 codes", "7.1", _still(sh_degree=0).end()),
+        valid(
+            "streams/sh-rest",
+            "SH rest of many magnitudes, so that all classes of contexts are met",
+            "8.5",
+            Stream(Head()).canonical(0, _rest()).end(),
+        ),
+        valid(
+            "streams/one-place",
+            "axis_bits 0: all Gaussians at one place",
+            "8.5-1",
+            Stream(Head()).canonical(0, one).end(),
+        ),
+        valid(
+            "streams/wide-box",
+            "axis_bits 20: the widest box, position_step 1",
+            "8.5-1 7.2-3",
+            Stream(Head(position_step=1)).canonical(0, far).end(),
+        ),
+        valid(
+            "streams/extreme-codes",
+            "codes of the greatest magnitude",
+            "7.2-4",
+            Stream(Head()).canonical(0, extreme).end(),
+        ),
+        valid(
+            "streams/rotations",
+            "indices j that are not the largest component's, components at their limit",
+            "7.2-5 7.2-6",
+            Stream(Head()).canonical(0, turned).end(),
+        ),
+        valid(
+            "streams/stated",
+            "every context states a probability",
+            "8.2-1",
+            Stream(Head())
+            .canonical(0, cloud(9), _state_some)
+            .frame(Change(moving(6, 3), newborn([1, 2], 4), stating=_state_some))
+            .end(),
+        ),
+        valid(
+            "streams/stated-codes",
+            "stated codes 0, 119, 120 and 239",
+            "8.2-1",
+            Stream(Head()).canonical(0, cloud(9), _state_ends).end(),
+        ),
+        valid(
+            "streams/roomy-box",
+            "axis_bits and origin beyond what the positions need",
+            "8.5-1",
+            Stream(Head()).canonical(0, cloud(5), origin=(-90, -80, -70), axis_bits=19).end(),
+        ),
+    ]
+
+
+_TURNED = (
+    *((0, 0, 0), (256, 0, 0), (0, -256, 0), (0, 0, 256), (181, 181, 0), (-181, 0, 181), (1, 2, 3)),
+    *((147, 147, -147), (-147, 147, 148), (255, 22, 0), (128, 128, 128), (90, -90, 200)),
+)
+
+
+def _rest() -> list[Coded]:
+    clouds = cloud(40, 77)
+    rest = [
+        tuple(between(-(1 << (i % 11)), 1 << (i % 11), i, k) for k in range(9)) for i in range(40)
+    ]
+    return [
+        Coded(g.position, g.rotation, g.codes[:7] + r) for g, r in zip(clouds, rest, strict=True)
+    ]
+
+
+def _state_some(_model: str, context: int, zeros: int, ones: int) -> int:
+    """State something near the truth, of various octaves."""
+    base = 60 + 3 * context % 59
+    return base + 120 if ones > zeros else base
+
+
+def _state_ends(_model: str, context: int, zeros: int, ones: int) -> int | None:
+    choices = [239, 119, None] + ([0] if not ones else []) + ([120] if not zeros else [])
+    return choices[(context + zeros) % len(choices)]

@@ -1,0 +1,29 @@
+"""Files of the suite on disk."""
+
+from pathlib import Path
+
+FOLDERS = ("streams", "traps", "levels", "invalid", "damaged", "resource", "unit")
+
+
+def differing(files: dict[str, bytes], root: Path) -> list[str]:
+    """Return the names of files that are missing, different, or there for no reason."""
+    changed = [name for name, data in files.items() if not _holds(root / name, data)]
+    there = [
+        p.relative_to(root).as_posix() for f in FOLDERS for p in (root / f).glob("*") if p.is_file()
+    ]
+    return changed + sorted(set(there) - files.keys())
+
+
+def write(files: dict[str, bytes], names: list[str], root: Path) -> None:
+    """Write files; remove those that are no part of the suite."""
+    for name in names:
+        path = root / name
+        if name not in files:
+            path.unlink()
+            continue
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(files[name])
+
+
+def _holds(path: Path, data: bytes) -> bool:
+    return path.is_file() and path.read_bytes() == data

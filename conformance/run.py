@@ -1,0 +1,93 @@
+"""Test a decoder, or an encoder, against the vectors of conformance/.
+
+    python conformance/run.py --decoder "python -m quarc_ref.decoder"
+    python conformance/run.py --decoder "./mydecoder" --only invalid/ --json report.json
+
+Needs Python 3.11 and nothing else. README.md begins where you are, RUNNER.md
+says what a decoder is asked and what counts as an answer.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from runner.asking import Asker, ask_capabilities
+from runner.cases import list_cases
+from runner.limits import Limits
+from runner.manifest import Suite, SuiteError
+from runner.report import Report, Result, select, write_reports
+
+_FAILED, _NO_SUITE = 1, 2
+
+
+def main() -> int:
+    """Return 0 if every case passed, 1 if one did not, 2 if there is nothing to ask."""
+    options = parse_arguments()
+    limits = Limits(options.timeout, options.memory)
+    try:
+        if options.write is not None:
+            return write_streams(Suite.load(options.suite), options.write)
+        report = run_suite(options, limits)
+    except SuiteError as error:
+        print(f"run.py: {error}", file=sys.stderr)
+        return _NO_SUITE
+    write_reports(report, options.json, options.junit)
+    sys.stdout.write(report.text(clauses=options.clauses))
+    return 0 if report.passed else _FAILED
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Return what the command line says."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--decoder", help="a command, as a shell would take it")
+    what.add_argument("--write", type=Path, metavar="DIR", help="write all streams as files")
+    parser.add_argument("--suite", type=Path, default=Path(__file__).resolve().parent)
+    parser.add_argument("--only", action="append", default=[], help="names of cases begin so")
+    parser.add_argument("--timeout", type=float, default=10.0, help="seconds for a case")
+    parser.add_argument("--memory", type=int, default=512, help="MiB for a case")
+    parser.add_argument("--alone", action="store_true", help="a process to every stream, no jobs")
+    parser.add_argument("--clauses", action="store_true", help="list every clause in the text")
+    parser.add_argument("--json", type=Path, help="write a report here")
+    parser.add_argument("--junit", type=Path, help="write a JUnit report here")
+    return parser.parse_args()
+
+
+def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
+    """Ask a decoder everything that it can do."""
+    suite = Suite.load(options.suite)
+    known = {} if options.alone else ask_capabilities(options.decoder, limits)
+    jobs = "jobs" in known.get("capabilities", [])
+    cases = select(list_cases(suite, known), options.only)
+    if not cases:
+        message = "no case has such a name"
+        raise SuiteError(message)
+    asker = Asker(options.decoder, suite, limits, jobs=jobs)
+    results = []
+    try:
+        for case in cases:
+            begun = time.monotonic()
+            verdict = asker.ask(case)
+            results.append(Result(case, verdict, time.monotonic() - begun))
+    finally:
+        asker.close()
+    return Report(options.decoder, known, results)
+
+
+def write_streams(suite: Suite, folder: Path) -> int:
+    """Write every stream of a suite, also those that are made on demand."""
+    for name in suite.vectors:
+        path = folder / f"{name}.quarc"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(suite.stream(name))
+    print(f"{len(suite.vectors)} streams in {folder}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+"""Cases: what is asked of a decoder, and what it is to answer."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from runner.manifest import Suite
+
+Line = dict[str, Any]
+MODES = ("decode", "numbers", "seek", "recover", "grow", "unit")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One thing that is asked.
+
+    Attributes:
+        name: Of the vector or unit, and how it is asked.
+        category: streams, traps, levels, invalid, damaged, resource or unit.
+        mode: One of MODES.
+        clauses: Of SPEC.md, or sections of it.
+        vector: Name of the stream; of a unit, its function.
+        expected: `frames`, `refused`, `gaps`, `may_decline`; of a unit, `output` or `refused`.
+        job: What a decoder that does jobs is asked.
+    """
+
+    name: str
+    category: str
+    mode: str
+    clauses: tuple[str, ...]
+    vector: str
+    expected: Line
+    job: Line
+
+
+def list_cases(suite: Suite, capabilities: Line) -> Iterator[Case]:
+    """Yield what a decoder of given capabilities can be asked."""
+    can = set(capabilities.get("capabilities", []))
+    for entry in suite.vectors.values():
+        if entry.get("needs", "") in {"", *can}:
+            yield from (case for case in _of_vector(entry) if case.mode in {"decode", *can})
+    for unit in suite.units:
+        if unit["function"] in capabilities.get("units", []):
+            yield from _of_unit(unit)
+
+
+def _of_vector(entry: Line) -> Iterator[Case]:
+    name, clauses = entry["name"], tuple(entry["clauses"])
+    category = name.split("/")[0]
+
+    def case(suffix: str, mode: str, expected: Line, job: Line) -> Case:
+        return Case(name + suffix, category, mode, clauses, name, expected, job)
+
+    if "decode" in entry:
+        yield case("", "decode", entry["decode"], {"job": "decode"})
+    if "numbers" in entry:
+        expected = {"numbers": entry["numbers"]}
+        yield case("#numbers", "numbers", expected, {"job": "decode", "numbers": True})
+    for seek in entry.get("seek", []):
+        start = seek["start"]
+        yield case(f"#from-{start}", "seek", seek, {"job": "decode", "start": start})
+    if "recover" in entry:
+        yield case("#recover", "recover", entry["recover"], {"job": "recover"})
+    if entry.get("grow"):
+        yield case("#grow", "grow", entry["decode"], {})
+
+
+def _of_unit(unit: Line) -> Iterator[Case]:
+    function, clauses = unit["function"], tuple(unit["clauses"])
+    for number, known in enumerate(unit["cases"]):
+        job = {"job": "unit", "function": function, "input": known["input"]}
+        name = f"unit/{function}#{number}"
+        yield Case(name, "unit", "unit", clauses, function, known, job)

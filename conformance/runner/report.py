@@ -1,0 +1,120 @@
+"""Reports: text to read, JSON and JUnit to process."""
+
+import json
+from collections import Counter, defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from runner.cases import Case
+from runner.judge import PASS, Verdict
+
+
+@dataclass(frozen=True)
+class Result:
+    """A case and what is said of it."""
+
+    case: Case
+    verdict: Verdict
+    seconds: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the decoder did right."""
+        return self.verdict.name == PASS
+
+
+@dataclass(frozen=True)
+class Report:
+    """All results of a decoder.
+
+    Attributes:
+        command: The decoder.
+        capabilities: What it says that it can do.
+        results: In the order of the cases.
+    """
+
+    command: str
+    capabilities: dict[str, Any]
+    results: list[Result]
+
+    @property
+    def passed(self) -> bool:
+        """Whether there were cases, and all went well."""
+        return bool(self.results) and all(result.passed for result in self.results)
+
+    def by(self, key: str) -> dict[str, tuple[int, int]]:
+        """Return how many cases passed, and of how many, by `category`, `mode` or `clauses`."""
+        counts: dict[str, list[int]] = defaultdict(lambda: [0, 0])
+        for result in self.results:
+            value = getattr(result.case, key)
+            for name in value if isinstance(value, tuple) else (value,):
+                counts[name][0] += result.passed
+                counts[name][1] += 1
+        return {name: (good, all_) for name, (good, all_) in sorted(counts.items())}
+
+    def text(self, *, clauses: bool) -> str:
+        """Return what a person reads."""
+        failed = [result for result in self.results if not result.passed]
+        lines = [f"decoder: {self.command}"]
+        can = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
+        lines.append(f"asked for: {can}")
+        lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.verdict.message}" for r in failed]
+        sections = {"category": "category", **({"clause": "clauses"} if clauses else {})}
+        for title, key in sections.items():
+            lines.append(f"by {title}:")
+            lines += [
+                f"  {name:<10} {good} of {all_}" for name, (good, all_) in self.by(key).items()
+            ]
+        verdicts = Counter(result.verdict.name for result in failed)
+        said = ", ".join(f"{name} {count}" for name, count in verdicts.most_common())
+        good = len(self.results) - len(failed)
+        lines.append(f"{good} of {len(self.results)} cases passed" + (f": {said}" if said else ""))
+        return "\n".join(lines) + "\n"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what a program reads; schema/report.schema.json."""
+        cases = [
+            {
+                "name": r.case.name,
+                "mode": r.case.mode,
+                "clauses": list(r.case.clauses),
+                "verdict": r.verdict.name,
+                "message": r.verdict.message,
+                "seconds": round(r.seconds, 4),
+            }
+            for r in self.results
+        ]
+        clauses = {
+            name: {"passed": good, "cases": n} for name, (good, n) in self.by("clauses").items()
+        }
+        said = {"decoder": self.command, "capabilities": self.capabilities, "passed": self.passed}
+        return said | {"clauses": clauses, "cases": cases}
+
+    def junit(self) -> bytes:
+        """Return a JUnit file, a test case to a case."""
+        failed = sum(not result.passed for result in self.results)
+        numbers = {"tests": str(len(self.results)), "failures": str(failed)}
+        suite = ElementTree.Element("testsuite", {"name": "quarc conformance", **numbers})
+        for result in self.results:
+            names = {"classname": result.case.category, "name": result.case.name}
+            case = ElementTree.SubElement(suite, "testcase", names, time=f"{result.seconds:.4f}")
+            if not result.passed:
+                message = {"type": result.verdict.name, "message": result.verdict.message}
+                ElementTree.SubElement(case, "failure", message)
+        return ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
+
+
+def write_reports(report: Report, as_json: Path | None, junit: Path | None) -> None:
+    """Write the files that are asked for."""
+    if as_json is not None:
+        as_json.write_text(json.dumps(report.as_json(), indent=1) + "\n", "utf-8")
+    if junit is not None:
+        junit.write_bytes(report.junit())
+
+
+def select(cases: Iterable[Case], wanted: list[str]) -> list[Case]:
+    """Return the cases whose names begin with one of given beginnings; all where none is given."""
+    return [case for case in cases if not wanted or case.name.startswith(tuple(wanted))]

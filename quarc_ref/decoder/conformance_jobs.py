@@ -1,0 +1,99 @@
+"""Many streams in one process: the jobs of conformance/RUNNER.md.
+
+A job is a line of JSON on standard input, and bytes behind it if it says so;
+its answer is lines of JSON, the last of which says `done`.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Any, BinaryIO, TextIO
+
+from quarc_ref.decoder.conformance_units import UNITS, answer_unit
+from quarc_ref.decoder.decode_stream import decode
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.recover import Gap, recover
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.errors import BitstreamError, LimitError
+from quarc_ref.format.source import Source, as_source
+
+Line = dict[str, Any]
+
+CAPABILITIES: Line = {
+    "capabilities": ["jobs", "seek", "recover", "grow", "numbers", "metadata"],
+    "levels": sorted(LEVELS),
+    "units": sorted(UNITS),
+}
+
+
+def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
+    """Do jobs until there are no more."""
+    while request := requests.readline():
+        job = json.loads(request)
+        stream = requests.read(job.get("bytes", 0))
+        for line in answer_job(job, stream):
+            answers.write(json.dumps(line) + "\n")
+        answers.write('{"done": true}\n')
+        answers.flush()
+
+
+def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
+    """Yield the answer to one job."""
+    kind = job["job"]
+    if kind == "decode":
+        yield from describe_stream(stream, job.get("start", 0), numbers=job.get("numbers", False))
+    elif kind == "recover":
+        yield from _refusing(_describe_recovery(stream))
+    elif kind == "unit":
+        yield from _refusing(answer_unit(job["function"], job["input"]))
+    else:
+        yield {"unsupported": kind}
+
+
+def describe_stream(
+    stream: bytes | Source, start: int = 0, *, numbers: bool = False
+) -> Iterator[Line]:
+    """Yield a line for every frame from `start` on, and one more for a refusal.
+
+    Args:
+        stream: A stream.
+        start: Ordinal of the first frame wanted.
+        numbers: Whether to say what the frames dequantize to.
+    """
+    scenes = decode(as_source(stream), start)
+    yield from _refusing(_describe(scene, numbers=numbers) for scene in scenes)
+
+
+def _refusing(lines: Iterator[Line]) -> Iterator[Line]:
+    try:
+        yield from lines
+    except BitstreamError as error:
+        yield {"refused": error.reject_id, "message": str(error)}
+    except LimitError as error:
+        yield {"declined": str(error)}
+
+
+def _describe(scene: Scene, *, numbers: bool) -> Line:
+    line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
+    return line | ({"numbers_sha256": _hash_numbers(scene)} if numbers else {})
+
+
+def _describe_recovery(stream: bytes) -> Iterator[Line]:
+    for item in recover(stream):
+        if isinstance(item, Gap):
+            place = {"offset": item.offset, "bytes": item.byte_count}
+            yield {"gap": {**place, "refused": item.reject_id, "frames_lost": item.frames_lost}}
+        else:
+            yield _describe(item, numbers=False)
+
+
+def _hash_numbers(scene: Scene) -> str:
+    """Return the SHA-256 of what a scene dequantizes to, row by row as it is serialized."""
+    splats = dequantize(scene)
+    rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
+    digest = hashlib.sha256()
+    for row in (*rows, splats.sh.reshape(scene.count, -1)):
+        digest.update(row.T.tobytes())
+    return digest.hexdigest()
