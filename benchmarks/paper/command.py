@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,11 +13,15 @@ from paper.perceptual import Lpips
 from paper.results import write_results
 from paper.rows import Row, Task, make_row, recall_row
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.encode_stream import suit_capture
 from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.format.errors import EncodeError
 from quarc_ref.jobs import Job, JobsError, Where, run_jobs
+
+_SECONDS_BETWEEN_PAGES = 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +63,7 @@ class Study:
 
 
 def run_study(study: Study, where: Where) -> None:
-    """Run what is not done yet; tables and page are written anew after every row.
+    """Run what is not done yet; tables and page are written anew now and then.
 
     Raises:
         JobsError: Some trials failed; all others are done.
@@ -67,11 +72,15 @@ def run_study(study: Study, where: Where) -> None:
     waiting = [task for task in study.tasks if task.trial.name not in done]
     note(f"{len(done)} of {len(study.tasks)} rows are there already")
 
-    def tell(name: str, over: int, total: int) -> None:
-        note(f"{name} is over, {over} of {total}")
-        study.write()
+    written = time.monotonic()
 
-    study.write()
+    def tell(name: str, over: int, total: int) -> None:
+        nonlocal written
+        note(f"{name} is over, {over} of {total}")
+        if time.monotonic() > written + _SECONDS_BETWEEN_PAGES:
+            study.write()
+            written = time.monotonic()
+
     run_jobs(make_row, [Job(task.trial.name, task) for task in waiting], where, tell)
 
 
@@ -104,12 +113,20 @@ def plan_study(arguments: argparse.Namespace) -> Study:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code."""
+    """Run the command.
+
+    Returns:
+        0; 2 if what is asked for cannot be, 3 if some trials failed.
+    """
     arguments = _parse_arguments(words)
-    if arguments.lpips:
-        Lpips(arguments.lpips)  # refused now, not after the first hour
-    study = plan_study(arguments)
-    where = Where(arguments.workers, arguments.threads, arguments.ray)
+    try:
+        if arguments.lpips:
+            Lpips(arguments.lpips)  # refused now, not after the first hour
+        study = plan_study(arguments)
+        where = Where(arguments.workers, arguments.threads, arguments.ray)
+    except (ValueError, CaptureError, EncodeError) as error:
+        note(f"paper.py: {error}")
+        return 2
     code = 0
     try:
         run_study(study, where)

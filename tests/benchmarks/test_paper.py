@@ -1,0 +1,169 @@
+"""The whole command, on a small capture, with training that is hardly any."""
+
+import csv
+import io
+import json
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from paper import command
+from quarc_ref.jobs import Job
+from tests.datasets import scenes
+
+TINY = [
+    "--preset", "demo", "--frames", "2",
+    *("--set", "canonical.iterations=3", "--set", "motion.iterations=2"),
+    *("--set", "births.iterations=2"),
+]  # fmt: skip
+ONLY = ("--only", "full,quantization,gate,levels")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study") / "plane"
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+def _run(folder, out, *more):
+    return command.main([str(folder), "--out", str(out), *TINY, *more])
+
+
+@contextmanager
+def _run_here():
+    """Jobs run in this process; gives the names of those that ran."""
+    ran = []
+
+    def run(function, jobs: list[Job], _where, told):
+        for job in jobs:
+            function(job.argument)
+            ran.append(job.name)
+            told(job.name, len(ran), len(jobs))
+
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(command, "run_jobs", run)
+        yield ran
+
+
+@pytest.fixture(scope="module")
+def study(folder, tmp_path_factory):
+    """The folder of a run that is over."""
+    out = tmp_path_factory.mktemp("study") / "out"
+    with _run_here() as ran:
+        assert _run(folder, out, *ONLY) == 0
+    assert ran == ["full", "float-motion", "float", "gate", "gate-open", "levels-1", "levels-2"]
+    return out
+
+
+@pytest.fixture
+def copy(study, tmp_path):
+    """The same, to be gone on with."""
+    return shutil.copytree(study, tmp_path / "out")
+
+
+@pytest.fixture
+def here():
+    """The names of the trials that are run."""
+    with _run_here() as ran:
+        yield ran
+
+
+class _Words(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.words = []
+        self.feed(text)
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_tables_plots_and_page_are_there(study):
+    names = {path.name for path in study.iterdir() if path.is_file()}
+    plots = {"full.png", "quantization.png", "gate.png", "levels.png"}
+
+    assert names == {"index.html", "paper.csv", "paper.md", *plots}
+    assert "| plane | dB that quantization costs |" in (study / "paper.md").read_text()
+
+
+def test_csv_has_a_line_to_each_trial_of_each_experiment(study):
+    lines = list(csv.DictReader(io.StringIO((study / "paper.csv").read_text())))
+    named = [(line["experiment"], line["name"]) for line in lines]
+
+    assert named[:2] == [("full", "full"), ("quantization", "full")]
+    assert named[-3:] == [("levels", name) for name in ("levels-1", "levels-2", "full")]
+    assert lines[-3]["changes"] == "stream.level_count=1"
+    assert float(lines[0]["seconds_motion"]) > 0
+    assert "ssim_inria" in lines[0]["metric_ssim"]
+
+
+def test_the_page_carries_its_pictures_and_tells_the_protocol(study):
+    text = (study / "index.html").read_text()
+    words = " ".join(_Words(text).words)
+    protocol = json.loads((study / "rows" / "full.json").read_text())["protocol"]
+
+    assert text.count("data:image/png;base64,") == 4
+    assert "cam00, which training never saw" in words
+    assert "births with the gate / without" in words
+    assert protocol["fingerprint"] in words
+    assert protocol["versions"]["torch"] in words
+
+
+def test_what_is_done_is_not_run_again(folder, copy, here, capsys):
+    _run(folder, copy, *ONLY, "--json")
+    rows = json.loads(capsys.readouterr().out)
+
+    assert here == []
+    assert [row["name"] for row in rows[:2]] == ["full", "float-motion"]
+    assert rows[-1]["changes"] == {"stream.level_count": "2"}
+
+
+def test_an_ended_run_goes_on_where_it_was(folder, copy, here):
+    (copy / "rows" / "levels-1.json").unlink()
+    _run(folder, copy, *ONLY)
+
+    assert here == ["levels-1"]
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (("--lpips", "none.pth"), "none.pth cannot be read as weights of LPIPS"),
+        (("--only", "steps"), "no experiment steps; there are full"),
+        (("--set", "motion.rat=1"), "no setting 'motion.rat'"),
+        (("--held-out", "cam77"), "there is no camera cam77"),
+        (("--workers", "0"), "workers and threads must be at least 1"),
+    ],
+)
+def test_what_cannot_be_is_told_before_anything_runs(folder, tmp_path, here, capsys, more, told):
+    assert _run(folder, tmp_path, *more) == 2
+    assert told in capsys.readouterr().err
+    assert here == []
+    assert not any(tmp_path.iterdir())
+
+
+def test_in_processes_a_trial_that_fails_stops_no_other(folder, tmp_path, capsys):
+    (tmp_path / "rows" / "full.json").mkdir(parents=True)
+    code = _run(folder, tmp_path, "--only", "rotation", "--workers", "2")
+
+    assert code == 3
+    assert "1 of 2 jobs failed; full: IsADirectoryError" in capsys.readouterr().err
+    assert (tmp_path / "rows" / "rotation-4.json").is_file()
+
+
+def test_rows_made_on_a_ray_cluster_are_those_made_here(folder, study, tmp_path, ray_cluster):
+    script = Path(command.__file__).parents[1] / "paper.py"
+    words = [str(folder), "--out", str(tmp_path), *TINY, "--only", "rotation"]
+    subprocess.run([sys.executable, script, *words, "--ray", ray_cluster], check=True)
+
+    assert (tmp_path / "rows" / "rotation-4.json").is_file()
+    mine, theirs = (
+        json.loads((place / "rows" / "full.json").read_text()) for place in (study, tmp_path)
+    )
+    assert mine["bytes"] == theirs["bytes"]
+    assert mine["per_frame"] == theirs["per_frame"]
