@@ -5,10 +5,10 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check lint types imports clean
+.PHONY: help setup demo test check lint types imports conformance mutants clean
 
 help: ## Print this list.
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 setup: $(READY) ## Install everything into .venv.
 
@@ -30,6 +30,20 @@ types: $(READY) ## Types, strictly.
 
 imports: $(READY) ## Who may import whom.
 	$(BIN)/lint-imports
+
+REFERENCE := $(BIN)/python -m quarc_ref.decoder
+TYPESCRIPT := decoders/typescript
+
+conformance: $(READY) ## Test vectors: the reference decoder by each of its coders, and decoders/.
+	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
+	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
+	@if command -v npm >/dev/null; then \
+	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm run --silent build && cd - >/dev/null && \
+	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; \
+	else echo "no Node here: $(TYPESCRIPT) is left out"; fi
+
+mutants: $(READY) ## Break the reference decoder in one place after the other: the vectors must see it.
+	$(BIN)/python conformance/selftest/run_mutants.py
 
 clean: ## Remove what was made.
 	rm -rf $(VENV) demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

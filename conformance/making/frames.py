@@ -154,6 +154,8 @@ def make_frame(
 def morton(position: Sequence[int], origin: Sequence[int]) -> int:
     """Return the key of a position (SPEC 8.5)."""
     offsets = [p - o for p, o in zip(position, origin, strict=True)]
+    if not any(offsets):
+        return 0
     return sum((v >> b & 1) << (3 * b + 2 - a) for a, v in enumerate(offsets) for b in range(22))
 
 

@@ -1,9 +1,10 @@
 """levels/: streams at the bounds of their levels (SPEC 3.2), and one step beyond."""
 
+import zlib
 from dataclasses import replace
 
 from making.frames import Change, Coded
-from making.payloads import Head
+from making.payloads import Frame, Head
 from making.scenes import cloud, moving
 from making.streams import Piece, Stream
 from making.vectors import Outcome, Splice, Valid, Vector, broken, valid
@@ -16,7 +17,7 @@ def make_levels() -> list[Valid]:
     """Return the streams that keep to their level."""
     most, births, _ = LEVELS[10]
     few = Head(level=10, sh_degree=0, level_count=1, gaussians_per_anchor=65535)
-    full = Stream(few).canonical(0, [_POINT] * most).frame(Change(births=(_POINT,), deaths=1))
+    full = _replace_one(Stream(few).canonical(0, [_POINT] * most))
     grown = Stream(Head(level=10, sh_degree=0)).canonical(0, [_POINT] * 5)
     grown.frame(Change(births=(_POINT,) * births))
     wider = Stream(Head(level=20, sh_degree=0)).canonical(0, [_POINT] * 5)
@@ -42,6 +43,23 @@ def make_levels() -> list[Valid]:
             valid(f"levels/{level}", f"level {level} in HEAD", "1-1", stream.end(index=True))
         )
     return made
+
+
+def _replace_one(stream: Stream) -> Stream:
+    """Append a frame in which the first of equal Gaussians dies, and one like it is born.
+
+    Made without a walk through 65536 Gaussians: nothing moves, and no bit is 1.
+    """
+    before = stream.states[0]
+    assert before is not None
+    last = replace(before.gaussians[0], id=len(before.gaussians))
+    left = [*before.gaussians[1:], last]
+    state = replace(before, frame=1, phase=1, gaussians=left, next_id=last.id + 1)
+    crc = zlib.crc32(state.serialize(codes=False))
+    stream.places.append(len(stream.pieces))
+    stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 1, 1, (), (), crc).pack()))
+    stream.states.append(state)
+    return stream
 
 
 def make_larger(levels: list[Valid]) -> list[Vector]:

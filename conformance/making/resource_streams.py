@@ -3,40 +3,37 @@
 import zlib
 from dataclasses import replace
 
-from making.frames import Coded
-from making.payloads import MAGIC, Frame, Head, pack_chunk, pack_chunk_header
+from making.payloads import MAGIC, Frame, pack_chunk, pack_chunk_header
 from making.streams import Piece, Stream
 from making.vectors import Gap, Outcome, Recovery, Splice, Valid, Vector, broken, valid
 
-_MANY = 65536
-_POINT = Coded((0, 0, 0), codes=(0,) * 7)
 
-
-def make_resources(journey: Valid, unlimited: Valid) -> list[Vector]:
+def make_resources(journey: Valid, full: Valid, unlimited: Valid) -> list[Vector]:
     """Return all of them.
 
     Args:
         journey: `streams/journey`.
+        full: A stream that begins with as many Gaussians at one place as level 1.0 allows.
         unlimited: A stream of level 31.
     """
     return [
-        _crowd(),
+        _crowd(full),
         *_lengths(journey, unlimited),
         *_counts(unlimited),
         *_searches(journey),
     ]
 
 
-def _crowd() -> Vector:
+def _crowd(full: Valid) -> Vector:
     """65536 Gaussians at one place, none of which moves: each follows anchor 0."""
-    stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=16))
-    stream.canonical(0, [_POINT] * _MANY)
-    state = stream.states[0]
+    stream = Stream(replace(full.stream.head, gaussians_per_anchor=16))
+    stream.pieces.append(full.stream.pieces[1])
+    state = full.stream.states[0]
     assert state is not None
     moved = replace(state, frame=1, phase=1)
     crc = zlib.crc32(moved.serialize(codes=False))
     stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 0, 0, (), (), crc).pack()))
-    stream.states.append(moved)
+    stream.states += [state, moved]
     note = "65536 Gaussians at one place with 4096 anchors, in 259 bytes"
     return valid("resource/crowd", note, "1-1", stream.end()).vector
 

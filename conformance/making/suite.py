@@ -57,7 +57,7 @@ def make_vectors() -> list[Vector]:
         *make_damaged(journey),
         *_cuts(brief),
         *make_seeks(journey),
-        *make_resources(journey, known["levels/31"]),
+        *make_resources(journey, known["levels/10-gaussians"], known["levels/31"]),
     ]
 
 

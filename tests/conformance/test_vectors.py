@@ -1,0 +1,73 @@
+"""The vectors: made anew they are the same, small, and as many as are promised."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from tests.spec import spec_text
+
+SUITE = Path(__file__).resolve().parents[2] / "conformance"
+MANIFEST = json.loads((SUITE / "manifest.json").read_text("utf-8"))
+VECTORS = MANIFEST["vectors"]
+MOST_BYTES = 3 << 20
+LEAST_BROKEN = 120
+
+
+def test_every_file_made_anew_is_the_one_that_is_there():
+    command = [sys.executable, str(SUITE / "generate.py"), "--check"]
+
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_suite_is_small():
+    files = (p for p in SUITE.rglob("*") if p.is_file() and p.suffix != ".pyc")
+
+    assert sum(path.stat().st_size for path in files) <= MOST_BYTES
+
+
+def test_many_streams_are_invalid_or_damaged():
+    broken = [v for v in VECTORS if v["name"].startswith(("invalid/", "damaged/")) and "file" in v]
+
+    assert len(broken) >= LEAST_BROKEN
+    assert all("parent" in vector and vector["patch"] for vector in broken)
+
+
+def test_every_reject_id_has_an_invalid_stream_that_is_refused_by_it_alone():
+    known = {row[0] for row in spec_text.table(spec_text.text(), "rejects")}
+    said = {
+        vector["decode"]["refused"][0]
+        for vector in VECTORS
+        if vector["name"].startswith("invalid/") and len(vector["decode"].get("refused", ())) == 1
+    }
+
+    assert said == known
+
+
+def validator(name):
+    schema = json.loads((SUITE / "schema" / f"{name}.schema.json").read_text("utf-8"))
+    return jsonschema.Draft202012Validator(schema)
+
+
+def test_the_manifest_keeps_to_its_schema():
+    validator("manifest").validate(MANIFEST)
+
+
+@pytest.mark.parametrize("name", MANIFEST["units"])
+def test_known_answers_keep_to_their_schema(name):
+    validator("unit").validate(json.loads((SUITE / name).read_text("utf-8")))
+
+
+def test_a_report_keeps_to_its_schema(tmp_path):
+    report = tmp_path / "report.json"
+    reference = f"{sys.executable} -m quarc_ref.decoder"
+    command = [sys.executable, str(SUITE / "run.py"), "--decoder", reference]
+
+    subprocess.run([*command, "--only", "levels/3", "--json", str(report)], check=True)
+
+    validator("report").validate(json.loads(report.read_text("utf-8")))
