@@ -28,6 +28,7 @@ from quarc_ref.decoder import Splats, decode, dequantize
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
+from quarc_ref.encoder.threads import fixed_threads
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, FrameSummary
@@ -138,7 +139,8 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
             yield made.state.scene.frame, dequantize(made.state.scene)
             timer.skip()
 
-    quality = measure_quality(walk(), capture.cameras, capture, lpips)
+    with fixed_threads():
+        quality = measure_quality(walk(), capture.cameras, capture, lpips)
     total = sum(frame.chunk_bytes for frame in frames)
     seconds = timer.seconds | {"canonical": canonical.seconds}
     return _compose(task, capture, lpips, tuple(frames), total, quality, seconds)
