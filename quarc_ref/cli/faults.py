@@ -10,7 +10,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 import typer
 
@@ -34,7 +34,9 @@ def reported_faults() -> Iterator[None]:
     """Turn the faults of a command into a line on stderr and an exit code."""
     try:
         yield
+        sys.stdout.flush()  # Python itself would find out too late, and leave with 120
     except typer.Exit:
+        _let_go_of(sys.stdout)
         raise
     except BitstreamError as error:
         _leave(f"the stream is refused: {error}", STREAM_IS_BAD)
@@ -61,15 +63,24 @@ def regain_signals() -> None:
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
 
 
-def _close_standard_output() -> None:
-    """Keep Python from trying to flush a pipe that is closed when it ends."""
-    with suppress(OSError):  # where it is no file at all
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def provide_outputs() -> None:
+    """Let there be a standard output and error, for nobody, where they were closed."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, for good
+
+
+def _let_go_of(output: TextIO) -> None:
+    """Keep Python from trying again, when it ends, to write what cannot be written."""
+    try:
+        output.flush()
+    except OSError:
+        with suppress(OSError):  # where it is no file at all
+            os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
 
 
 def _sentence(error: Exception) -> str:
     if isinstance(error, BrokenPipeError):
-        _close_standard_output()
         return "standard output was closed by its reader"
     if isinstance(error, OSError) and error.strerror:
         place = f"{error.filename}: " if error.filename else ""
@@ -83,5 +94,8 @@ def _name_extra(error: ImportError) -> str:
 
 
 def _leave(message: str, code: int) -> NoReturn:
-    sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
+    _let_go_of(sys.stdout)
+    with suppress(OSError):  # the code is left to tell
+        sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
+    _let_go_of(sys.stderr)
     raise typer.Exit(code)

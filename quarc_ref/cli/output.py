@@ -5,7 +5,7 @@ import sys
 import time
 from collections.abc import Iterable, Sequence
 from types import TracebackType
-from typing import Literal
+from typing import Literal, NoReturn
 
 from rich.console import Console
 from rich.progress import (
@@ -22,6 +22,17 @@ _SECONDS_BETWEEN_LINES = 5.0
 _AS_WIDE_AS_IT_IS = 1 << 12
 
 
+class _Output(Console):
+    """Standard output, for text as it is: a stream may name anything."""
+
+    def __init__(self, width: int | None = None) -> None:
+        super().__init__(markup=False, emoji=False, width=width)
+
+    def on_broken_pipe(self) -> NoReturn:
+        """Pass on the fault, which is reported as all are; rich itself would leave with 1."""
+        raise
+
+
 def print_json(values: dict[str, object]) -> None:
     """Print values as JSON on standard output."""
     sys.stdout.write(json.dumps(values, indent=2, allow_nan=False) + "\n")
@@ -35,7 +46,7 @@ def print_table(title: str, rows: dict[str, str]) -> None:
     table.add_column(overflow="fold")
     for name, value in rows.items():
         table.add_row(escape_controls(name), escape_controls(value))
-    Console(markup=False, emoji=False).print(table)
+    _Output().print(table)
 
 
 def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
@@ -53,7 +64,7 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
         table.add_column(heading.removeprefix("<"), justify=justify, header_style="dim")
     for row in rows:
         table.add_row(*map(escape_controls, row))
-    Console(markup=False, emoji=False, width=_AS_WIDE_AS_IT_IS).print(table)
+    _Output(_AS_WIDE_AS_IT_IS).print(table)
 
 
 def escape_controls(text: str) -> str:
@@ -74,7 +85,10 @@ class TerminalProgress:
         quiet: Whether to show nothing.
     """
 
-    _ONCE = ("synth", "canonical", "frames", "inspect", "evaluate", "decode", "seek", "render")
+    _ONCE = (
+        *("synth", "canonical", "frames", "segments"),
+        *("inspect", "evaluate", "decode", "seek", "render"),
+    )
 
     def __init__(self, *, quiet: bool) -> None:
         console = Console(stderr=True)
