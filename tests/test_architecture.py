@@ -216,6 +216,7 @@ def test_format_and_decoder_load_where_nothing_heavy_can_be_imported():
     names = [
         "quarc_ref." + _name(path).removesuffix(".py").removesuffix("/__init__").replace("/", ".")
         for path in NORMATIVE
+        if path not in KERNELS and path.name != "compiled.py"
     ]
     blocking = "".join(f"sys.modules[{name!r}] = None\n" for name in HEAVY)
     program = "import sys\n" + blocking + "".join(f"import {name}\n" for name in names)

@@ -7,12 +7,15 @@ cell, which bounds the search of `binding`.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from quarc_ref.decoder.binding import bind
+from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, bind_through
+from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import LATTICE_BITS, LATTICE_OFFSET, PHILOX_DOMAIN_SAMPLER
@@ -29,11 +32,13 @@ class AnchorLevel:
         positions: `[3, a]` where they were when chosen, lattice units.
         parents: `[a]` index of each anchor's parent in the next coarser
             level; zeros at the coarsest.
+        tree: What finds the nearest of them fast; None where plain NumPy does.
     """
 
     owners: Int64
     positions: Int32
     parents: Int64
+    tree: AnchorTree | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,18 +68,62 @@ def sample_anchors(scene: Scene) -> Anchors:
     Args:
         scene: Of the frame, its dead gone.
     """
-    ranks = _rank(scene)
-    order, merges = _sort_cells(scene.positions)
+    sampler = _choose_sampler(scene)
     levels: list[AnchorLevel] = []
     binding: list[Int64] = []
     counts = count_anchors(scene.count, scene.header)
     for level in reversed(range(len(counts))):
-        chosen, shift = _choose(ranks[level], order, merges, counts[level])
-        positions = scene.positions[:, chosen]
+        chosen, bound, tree = sampler.sample(level, counts[level])
         parents = binding[-1][chosen] if binding else np.zeros(chosen.size, dtype=np.int64)
-        levels.append(AnchorLevel(scene.ids[chosen], positions, parents))
-        binding.append(bind(scene.positions, positions, shift))
+        levels.append(AnchorLevel(scene.ids[chosen], scene.positions[:, chosen], parents, tree))
+        binding.append(bound)
     return Anchors(tuple(reversed(levels)), np.stack(binding[::-1]))
+
+
+def bind_newborn(level: AnchorLevel, positions: Int32) -> Int64:
+    """Return the indices `[n]` of the anchors that Gaussians born since the sampling follow."""
+    if level.tree is not None:
+        kernels = load_kernels(_BINDING, level.owners.size)
+        if kernels is not None:
+            return bind_through(level.tree, positions, kernels)
+    return bind_exhaustively(positions, level.positions)
+
+
+class _Sampler(Protocol):
+    """Samples the levels of a scene, one at a time."""
+
+    def sample(self, level: int, count: int) -> tuple[Int64, Int64, AnchorTree | None]:
+        """Sample a level.
+
+        Args:
+            level: Its number less 1.
+            count: Of its anchors.
+
+        Returns:
+            Indices `[count]` of the Gaussians that are its anchors, ascending;
+            the binding `[N]`; and what finds the nearest anchor fast, if anything.
+        """
+        ...
+
+
+class PlainSampler:
+    """SPEC 6.2 to 6.4 in NumPy; see `_Sampler`."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._positions = scene.positions
+        self._ranks = _rank(scene)
+        self._order, self._merges = _sort_cells(scene.positions)
+
+    def sample(self, level: int, count: int) -> tuple[Int64, Int64, None]:
+        """See `_Sampler.sample`."""
+        chosen, shift = _choose(self._ranks[level], self._order, self._merges, count)
+        return chosen, bind(self._positions, self._positions[:, chosen], shift), None
+
+
+def _choose_sampler(scene: Scene) -> _Sampler:
+    modules = [load_kernels(name, scene.count) for name in (_SAMPLING, _TREE, _BINDING)]
+    loaded = [module for module in modules if module is not None]
+    return CompiledSampler(scene, *loaded) if len(loaded) == len(modules) else PlainSampler(scene)
 
 
 def _rank(scene: Scene) -> Int64:
@@ -121,3 +170,6 @@ def _choose(rank: Int64, order: Int64, merges: Int64, count: int) -> tuple[Int64
 
 
 _LOW_BITS = 8
+_SAMPLING = "quarc_ref.decoder.sampling_kernels"
+_TREE = "quarc_ref.decoder.tree_kernels"
+_BINDING = "quarc_ref.decoder.binding_kernels"

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from quarc_ref.decoder.anchors import Anchors, sample_anchors
-from quarc_ref.decoder.binding import bind_exhaustively
+from quarc_ref.decoder.anchors import Anchors, bind_newborn, sample_anchors
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.arrays import Bits, Int32, Int64
@@ -202,7 +201,7 @@ def _bind_newborn(anchors: Anchors, kept: Bits, positions: Int32) -> Int64:
     known = kept[: anchors.binding.shape[1]]
     bound = anchors.binding[:, known]
     newborn = positions[:, bound.shape[1] :]
-    answers = [bind_exhaustively(newborn, level.positions) for level in anchors.levels]
+    answers = [bind_newborn(level, newborn) for level in anchors.levels]
     return np.hstack([bound, np.stack(answers)])
 
 

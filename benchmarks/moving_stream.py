@@ -1,0 +1,230 @@
+"""A stream of simulated Gaussians in motion, for timing decoders: no training, no torch.
+
+A room with furniture, dense clusters and sparse outskirts, coded at the steps
+of the preset `main`. A few things move, each with a motion of its own that goes
+on from frame to frame; a level's anchors take a third of it each, give or take
+a step. Every frame as many Gaussians die as are born.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
+from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame, motion_contexts
+from quarc_ref.format import container, wire
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import (
+    LOG_SCALES,
+    OPACITY,
+    SH_DC,
+    SH_REST,
+    Births,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    StreamHeader,
+)
+from quarc_ref.format.stream_writer import StreamWriter
+
+_METER = 1 << 12
+_MOVERS = 8
+_SHARE_NOT_ZERO = 0.07
+_NOTHING = Section(np.zeros(0, dtype=np.uint32))
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What stream to make.
+
+    Attributes:
+        gaussians: N, of every frame.
+        anchors_per: Gaussians to an anchor of level 1.
+        resample: Frames from one sampling of anchors to the next.
+        births: Newborn of every frame, and deaths.
+        frames: With the canonical one.
+    """
+
+    gaussians: int
+    anchors_per: int = 4
+    resample: int = 2
+    births: int = 150
+    frames: int = 101
+
+    def header(self) -> StreamHeader:
+        """Return the header of a stream of the least level that serves."""
+        level = min(number for number, most in LEVELS.items() if most.gaussians >= self.gaussians)
+        return StreamHeader(
+            level=level,
+            rotation_bits=6,
+            log_scale_step=1 / 8,
+            sh_dc_step=1 / 16,
+            sh_rest_step=1 / 16,
+            gaussians_per_anchor=self.anchors_per,
+            resample_interval=self.resample,
+            seed=1,
+        )
+
+
+@dataclass(slots=True)
+class _Movers:
+    """What moves: where it is, how fast, and how far it reaches.
+
+    Attributes:
+        centers: `[3, m]` lattice units.
+        velocities: `[c, m]` steps per frame.
+        reach: Lattice units; set so that in the first frame the share of
+            symbols that are not 0 is that of the paper.
+    """
+
+    centers: np.ndarray
+    velocities: np.ndarray
+    reach: float
+
+    def advance(self, rng: np.random.Generator, step: int) -> None:
+        noise = rng.normal(size=self.velocities.shape)
+        noise *= self.velocities.std(axis=1, keepdims=True)
+        self.velocities = 0.95 * self.velocities + 0.3 * noise
+        self.centers = self.centers + step * self.velocities[:3]
+
+    def draw(self, positions: np.ndarray, seed: int) -> Int64:
+        """Return symbols `[c, a]` of a level's anchors at positions `[3, a]`."""
+        distances = np.stack([_lengths(positions - at[:, None]) for at in self.centers.T])
+        nearest = distances.argmin(axis=0)
+        moving = distances.min(axis=0) < self.reach
+        noise = np.random.default_rng(seed).normal(size=(self.velocities.shape[0], nearest.size))
+        thirds = self.velocities[:, nearest] / 3 + 0.4 * noise
+        return np.rint(thirds * moving).astype(np.int64)
+
+
+def write_moving_stream(path: Path, job: Job) -> None:
+    """Write the stream; the file is there when it is whole."""
+    part = path.with_suffix(".part")
+    with part.open("wb") as sink:
+        header = job.header()
+        writer = StreamWriter(sink, wire.build_stream_header(header))
+        for kind, payload in _make_chunks(header, job):
+            writer.write(kind, payload)
+        writer.finish()
+    part.replace(path)
+
+
+def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
+    """Return Gaussians of a scene, positions in steps of 4 lattice units."""
+    points = _make_points(count, rng) * _METER / 4
+    coarse = np.floor(points / _METER).astype(np.int64)
+    colors = (coarse * [[31], [17], [7]] % 23).sum(axis=0) - 30
+    codes = np.zeros((16, count), dtype=np.int64)
+    codes[LOG_SCALES] = -36 + rng.normal(0, 5, (1, count)) + rng.normal(0, 3, (3, count))
+    codes[OPACITY] = rng.normal(12, 16, count).clip(-24, 60)
+    codes[SH_DC] = colors + rng.normal(0, 5, (1, count)) + rng.normal(0, 1.5, (3, count))
+    codes[SH_REST] = rng.laplace(0, 0.7, (9, count))
+    rotations = np.concatenate([rng.integers(0, 4, (1, count)), _draw_thirds(count, rng)])
+    return Gaussians(points.astype(np.int64), rotations, codes)
+
+
+def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return `[3, count]` meters: walls, furniture, clusters, outskirts."""
+    walls = rng.uniform(-1, 1, (3, count)) * [[4], [2], [3]]
+    side = rng.integers(0, 3, count)
+    walls[side, np.arange(count)] = (
+        np.where(rng.random(count) < 0.5, -1, 1) * np.array([4, 2, 3])[side]
+    )
+    walls += rng.normal(0, 0.01, walls.shape)
+    unit = _unit(rng.normal(size=(3, count)))
+    which = rng.integers(0, 40, count)
+    furniture = (
+        rng.uniform(-2, 2, (3, 40))[:, which] + unit * rng.uniform(0.1, 0.5, (3, 40))[:, which]
+    )
+    which = rng.integers(0, 60, count)
+    sizes = rng.uniform(0.01, 0.08, 60)[which]
+    clusters = rng.uniform(-2, 2, (3, 60))[:, which] + rng.normal(size=(3, count)) * sizes
+    outskirts = unit * np.exp(rng.uniform(np.log(5), np.log(400), count))
+    kinds = np.stack([walls, furniture, clusters, outskirts])
+    chosen = rng.choice(4, count, p=[0.38, 0.3, 0.2, 0.12])
+    return kinds[chosen, :, np.arange(count)].T
+
+
+def _draw_thirds(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return `[3, count]` the three smaller components of unit quaternions, 6 fraction bits."""
+    quaternions = np.sort(np.abs(_unit(rng.normal(size=(4, count)))), axis=0)[:3]
+    return np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
+
+
+def _make_births(state: State, count: int, rng: np.random.Generator) -> Births:
+    """Return newborn near drawn parents, alike to them."""
+    parents = np.sort(rng.integers(0, state.scene.count, count))
+    codes = state.scene.codes[:, parents] + rng.normal(0, 2, (16, count)).astype(np.int64)
+    rotations = np.concatenate([rng.integers(0, 4, (1, count)), _draw_thirds(count, rng)])
+    offsets = rng.laplace(0, 12, (3, count)).astype(np.int64)
+    return Births(parents, Gaussians(offsets, rotations, codes))
+
+
+def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]]:
+    rng = np.random.default_rng(0)
+    state, payload = _make_canonical(header, make_gaussians(job.gaussians, rng))
+    yield container.CANO, payload
+    movers = None
+    for frame in range(1, job.frames):
+        begun = begin_frame(state, job.births)
+        movers = movers or _make_movers(begun, rng)
+        symbols = [
+            movers.draw(level.positions.astype(np.float64), 3 * frame + number)
+            for number, level in enumerate(begun.known_anchors.levels)
+        ]
+        movers.advance(rng, header.translation_step)
+        state, payload = _make_frame(begun, symbols, job.births, rng)
+        yield container.FRAM, payload
+
+
+def _make_canonical(header: StreamHeader, gaussians: Gaussians) -> tuple[State, bytes]:
+    origin, axis_bits, ordered = sort_canonical(gaussians)
+    state = begin_canonical(header, 0, ordered)
+    crc = compute_state_crc(state.scene, all_fields=True)
+    sections = write_canonical(ordered, origin)
+    chunk = CanonicalChunk(0, ordered.count, origin, axis_bits, sections, crc)
+    return state, wire.build_canonical(chunk)
+
+
+def _make_movers(state: State, rng: np.random.Generator) -> _Movers:
+    channels = np.arange(state.scene.header.symbol_planes)
+    velocities = rng.normal(size=(channels.size, _MOVERS))
+    velocities *= np.where(channels < 3, 5.0, 1.2)[:, None]
+    inside = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _METER)
+    centers = state.scene.positions[:, rng.choice(inside, _MOVERS)].astype(np.float64)
+    low, high = 0.0, 8.0 * _METER
+    anchors = np.concatenate([level.positions for level in state.known_anchors.levels], axis=1)
+    for _ in range(10):
+        movers = _Movers(centers, velocities, (low + high) / 2)
+        share = np.mean(movers.draw(anchors.astype(np.float64), 0) != 0)
+        low, high = (low, movers.reach) if share > _SHARE_NOT_ZERO else (movers.reach, high)
+    return _Movers(centers, velocities, low)
+
+
+def _make_frame(
+    begun: State, symbols: list[Int64], births: int, rng: np.random.Generator
+) -> tuple[State, bytes]:
+    """Return the state of a frame and the payload of its chunk."""
+    contexts = motion_contexts(begun, previous=True)
+    motion = write_motion(contexts, symbols, begun.counts)
+    moved = decode_motion(begun, motion, previous=True)
+    section = write_births(_make_births(moved, births, rng), moved.counts) if births else _NOTHING
+    state = decode_births(moved, section, births)
+    crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
+    chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc)
+    return state, wire.build_frame(chunk)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / _lengths(vectors)
+
+
+def _lengths(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt((vectors * vectors).sum(axis=0))

@@ -1,0 +1,88 @@
+"""Whether compiled kernels are used, and how many threads: the one place that chooses.
+
+What a kernel computes, plain NumPy computes too: nothing but time hangs on the
+choice. numba is imported when a scene is first met that is large enough for it
+to pay, or never, where it is not installed; what has been loaded once is used
+from then on. `QUARC_REF_KERNELS` says otherwise: `plain` or `compiled`.
+`QUARC_REF_THREADS` is the number of threads.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Final, TypeVar
+
+PLAIN: Final = "plain"
+COMPILED: Final = "compiled"
+_WORTH_LOADING: Final = 1 << 13
+
+_Part = TypeVar("_Part")
+_Answer = TypeVar("_Answer")
+
+
+def load_kernels(module: str, elements: int) -> ModuleType | None:
+    """Return a module of kernels; None where plain NumPy is to do the work.
+
+    Args:
+        module: Its full name.
+        elements: How many Gaussians, anchors or bits there are to work on.
+    """
+    chosen = _kernels.get() or os.environ.get("QUARC_REF_KERNELS")
+    wanted = chosen == COMPILED
+    if chosen is None:
+        wanted = elements >= _WORTH_LOADING or module in sys.modules
+    return import_module(module) if wanted and _has_numba() else None
+
+
+@contextmanager
+def computing_with(kernels: str) -> Iterator[None]:
+    """Use `PLAIN` or `COMPILED` kernels, as long as this context lasts."""
+    token = _kernels.set(kernels)
+    try:
+        yield
+    finally:
+        _kernels.reset(token)
+
+
+def count_threads() -> int:
+    """Return how many threads one piece of work may take."""
+    return _threads.get() or int(os.environ.get("QUARC_REF_THREADS", "1"))
+
+
+@contextmanager
+def threading_by(count: int) -> Iterator[None]:
+    """Let a piece of work take so many threads, as long as this context lasts."""
+    token = _threads.set(count)
+    try:
+        yield
+    finally:
+        _threads.reset(token)
+
+
+def map_parts(action: Callable[[_Part], _Answer], parts: Sequence[_Part]) -> list[_Answer]:
+    """Return what an action makes of each part, in order, by as many threads as there may be."""
+    threads = min(count_threads(), len(parts))
+    if threads <= 1:
+        return [action(part) for part in parts]
+    return list(_pool(threads).map(action, parts))
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="quarc-ref")
+
+
+@cache
+def _has_numba() -> bool:
+    return find_spec("numba") is not None
+
+
+_kernels: ContextVar[str | None] = ContextVar("kernels", default=None)
+_threads: ContextVar[int | None] = ContextVar("threads", default=None)
