@@ -1,0 +1,115 @@
+"""Mutated streams, decoded: whatever the bytes, there come frames or a refusal, soon.
+
+    python benchmarks/hostile.py --streams 1000000 [--processes P] [--series S] [--json]
+
+A run that is ended goes on where it was. A mutant is told by series and
+number: `--only N` judges one again, and what failed is in OUT/failures. The
+exit code is 1 if any decoded for more than 2 seconds of the processor, took
+more than 512 MiB, or ended in anything but frames and refusals.
+"""
+
+import argparse
+import json
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+# Before NumPy is loaded: threads that it would start count as memory here.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import hostile_judge as judge
+from hostile_blocks import (
+    BLOCK,
+    Tally,
+    append_block,
+    choose_way,
+    judge_block,
+    read_blocks,
+)
+from hostile_mutations import Mutator
+
+_SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams"
+_Block = tuple[int, int]
+_mutators: list[Mutator] = []  # of this process
+
+
+def main() -> int:
+    """Judge as many mutants as asked for, and tell what came of them."""
+    arguments = _parse_arguments()
+    if arguments.only is not None:
+        return _judge_one(arguments)
+    folder: Path = arguments.out / f"series_{arguments.series}"
+    (folder / "failures").mkdir(parents=True, exist_ok=True)
+    kept = read_blocks(folder / "blocks.jsonl")
+    wanted = _list_blocks(arguments.streams)
+    missing = [block for block in wanted if block not in kept]
+    if missing:
+        _judge_blocks(missing, folder, arguments)
+        kept = read_blocks(folder / "blocks.jsonl")
+    tally = Tally()
+    for block in wanted:
+        tally.add(kept[block])
+    told = tally.as_json()
+    print(json.dumps(told, indent=2) if arguments.json else _as_text(told))
+    return 1 if tally.failures or tally.peak_rss_mib > judge.MEBIBYTES else 0
+
+
+def _parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    add = parser.add_argument
+    add("--streams", type=int, default=10_000, metavar="N", help="how many mutants")
+    add("--processes", type=int, default=1, metavar="P", help="at once")
+    add("--series", type=int, default=0, metavar="S", help="which mutants")
+    add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
+    add("--out", type=Path, default=Path("out/hostile"), metavar="DIR", help="kept between runs")
+    add("--only", type=int, metavar="N", help="judge one mutant, and write it to standard error")
+    add("--json", action="store_true", help="print JSON")
+    return parser.parse_args()
+
+
+def _list_blocks(streams: int) -> list[_Block]:
+    """Return first number and count of every block."""
+    return [(first, min(BLOCK, streams - first)) for first in range(0, streams, BLOCK)]
+
+
+def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namespace) -> None:
+    with ProcessPoolExecutor(
+        arguments.processes, initializer=_begin, initargs=(arguments.seeds, arguments.series)
+    ) as pool:
+        pending = {pool.submit(_judge_block, block, folder / "failures"): block for block in blocks}
+        for done, future in enumerate(as_completed(pending), 1):
+            append_block(folder / "blocks.jsonl", *pending[future], future.result())
+            if not arguments.json:
+                sys.stderr.write(f"\r{done}/{len(blocks)} blocks of {BLOCK}")
+
+
+def _begin(seeds: Path, series: int) -> None:
+    _mutators.append(_make_mutator(seeds, series))
+    judge.prepare()
+
+
+def _judge_block(block: _Block, failures: Path) -> Tally:
+    return judge_block(_mutators[-1], *block, failures)
+
+
+def _judge_one(arguments: argparse.Namespace) -> int:
+    mutant = _make_mutator(arguments.seeds, arguments.series).make(arguments.only)
+    judge.prepare()
+    way = choose_way(arguments.only)
+    verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
+    print(verdict.outcome, f"{verdict.seconds:.3f} s", way, mutant, verdict.detail)
+    return int(verdict.is_failure)
+
+
+def _make_mutator(seeds: Path, series: int) -> Mutator:
+    return Mutator({path.stem: path.read_bytes() for path in seeds.glob("*.quarc")}, series)
+
+
+def _as_text(told: dict[str, object]) -> str:
+    return "\n".join(f"{name}: {value}" for name, value in told.items())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

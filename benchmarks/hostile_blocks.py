@@ -1,0 +1,140 @@
+"""Mutants judged in blocks, so that a run can be ended and gone on with.
+
+Of every block a line of JSON is kept. What fails is kept as a file, under the
+number that makes it again.
+"""
+
+import json
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import hostile_judge as judge
+from hostile_mutations import Mutator
+
+BLOCK = 1000
+_OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")
+_SHARE = 40  # of so many mutants, each other way gets one
+
+
+@dataclass(slots=True)
+class Tally:
+    """What came of mutants.
+
+    Attributes:
+        outcomes: How many of each.
+        ways: How many were decoded in each way.
+        frames: Frames that came out.
+        seconds: Of the processor, spent on decoding.
+        slowest: Seconds of the slowest mutant.
+        slowest_number: Its number.
+        peak_rss_mib: The most memory that a process has had.
+        failures: Numbers of the mutants that failed, with outcome.
+    """
+
+    outcomes: Counter[str] = field(default_factory=Counter)
+    ways: Counter[str] = field(default_factory=Counter)
+    frames: int = 0
+    seconds: float = 0.0
+    slowest: float = 0.0
+    slowest_number: int = -1
+    peak_rss_mib: float = 0.0
+    failures: dict[int, str] = field(default_factory=dict)
+
+    def note(self, number: int, way: str, verdict: judge.Verdict) -> None:
+        """Count a mutant."""
+        self.outcomes[verdict.outcome] += 1
+        self.ways[way] += 1
+        self.frames += verdict.frames
+        self.seconds += verdict.seconds
+        if verdict.seconds > self.slowest:
+            self.slowest, self.slowest_number = verdict.seconds, number
+        if verdict.is_failure:
+            self.failures[number] = verdict.outcome
+
+    def add(self, other: "Tally") -> None:
+        """Count all of another."""
+        self.outcomes += other.outcomes
+        self.ways += other.ways
+        self.frames += other.frames
+        self.seconds += other.seconds
+        if other.slowest > self.slowest:
+            self.slowest, self.slowest_number = other.slowest, other.slowest_number
+        self.peak_rss_mib = max(self.peak_rss_mib, other.peak_rss_mib)
+        self.failures |= other.failures
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what is printed."""
+        refusals = {
+            name: count
+            for name, count in self.outcomes.most_common()
+            if name not in ("decoded", "declined", "hang", "escape")
+        }
+        return {
+            "streams": self.outcomes.total(),
+            "decoded": self.outcomes["decoded"],
+            "declined": self.outcomes["declined"],
+            "refusals": refusals,
+            "escapes": self.outcomes["escape"],
+            "hangs": self.outcomes["hang"],
+            "peak_rss_mib": round(self.peak_rss_mib, 1),
+            "slowest_s": round(self.slowest, 3),
+            "slowest_number": self.slowest_number,
+            "mean_ms": round(1000 * self.seconds / max(1, self.outcomes.total()), 3),
+            "frames": self.frames,
+            "ways": dict(self.ways),
+            "failures": {str(number): outcome for number, outcome in self.failures.items()},
+        }
+
+
+def choose_way(number: int) -> str:
+    """Return the way in which a mutant is decoded."""
+    place = number % _SHARE
+    return _OTHER_WAYS[place] if place < len(_OTHER_WAYS) else "decode"
+
+
+def judge_block(mutator: Mutator, first: int, count: int, folder: Path) -> Tally:
+    """Judge the mutants from a number on; keep those that fail in a folder."""
+    tally = Tally()
+    for number in range(first, first + count):
+        mutant, way = mutator.make(number), choose_way(number)
+        verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
+        tally.note(number, way, verdict)
+        if verdict.is_failure:
+            (folder / f"{number}.quarc").write_bytes(mutant.data)
+            told = f"{verdict.outcome}, {way}, heedless: {mutant.heedless}, {mutant.recipe}\n"
+            (folder / f"{number}.txt").write_text(told + verdict.detail, "utf-8")
+    tally.peak_rss_mib = judge.peak_mebibytes()
+    return tally
+
+
+def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
+    """Keep what came of a block."""
+    kept = {
+        "first": first,
+        "count": count,
+        "outcomes": dict(tally.outcomes),
+        "ways": dict(tally.ways),
+        "frames": tally.frames,
+        "seconds": tally.seconds,
+        "slowest": tally.slowest,
+        "slowest_number": tally.slowest_number,
+        "peak_rss_mib": tally.peak_rss_mib,
+        "failures": tally.failures,
+    }
+    with path.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(kept) + "\n")
+
+
+def read_blocks(path: Path) -> dict[tuple[int, int], Tally]:
+    """Return the blocks that were kept, by first number and count; a line cut short is none."""
+    blocks: dict[tuple[int, int], Tally] = {}
+    lines = path.read_text("utf-8").split("\n") if path.exists() else []
+    for line in lines[:-1]:
+        kept = json.loads(line)
+        key = (kept.pop("first"), kept.pop("count"))
+        kept["outcomes"], kept["ways"] = Counter(kept["outcomes"]), Counter(kept["ways"])
+        kept["failures"] = {int(number): outcome for number, outcome in kept["failures"].items()}
+        blocks[key] = Tally(**kept)
+    return blocks

@@ -1,0 +1,147 @@
+"""What comes of a stream that may be anything: frames, a refusal, or an escape."""
+
+import contextlib
+import io
+import resource
+import signal
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from types import FrameType
+from unittest.mock import patch
+
+from quarc_ref.decoder import BytesSource, PipeSource, decode, dequantize, frames, recover
+from quarc_ref.editing.cut import cut
+from quarc_ref.editing.join import join
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.twin_coders import TwinCoders
+from quarc_ref.format.entropy import decoding_with
+from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
+
+SECONDS = 2.0
+MEBIBYTES = 512
+_MIB = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What came of a stream.
+
+    Attributes:
+        outcome: `decoded`, `declined`, the reject id of a refusal, `hang`, or `escape`.
+        seconds: Of the processor.
+        frames: How many came out.
+        detail: A traceback where it is a hang or an escape.
+    """
+
+    outcome: str
+    seconds: float
+    frames: int
+    detail: str = ""
+
+    @property
+    def is_failure(self) -> bool:
+        """Whether a decoder must not do so."""
+        return self.outcome in ("hang", "escape")
+
+
+class _TooLongError(BaseException):
+    """The processor's time is over; not an Exception, so that nothing catches it."""
+
+
+def judge(way: str, data: bytes, *, heedless: bool) -> Verdict:
+    """Decode a stream in one of the `WAYS`, and see what comes of it.
+
+    Args:
+        way: Which.
+        data: The stream.
+        heedless: Whether to take every state CRC for right.
+    """
+    begun, count, detail = time.process_time(), 0, ""
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    try:
+        with _heedless() if heedless else contextlib.nullcontext():
+            for _ in WAYS[way](data):
+                count += 1
+        outcome = "decoded"
+    except BitstreamError as error:
+        outcome = error.reject_id
+    except (EditError, LimitError, SourceError):
+        outcome = "declined"
+    except _TooLongError:
+        outcome, detail = "hang", traceback.format_exc()
+    except Exception:  # an escape, whatever it is
+        outcome, detail = "escape", traceback.format_exc()
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+    return Verdict(outcome, time.process_time() - begun, count, detail)
+
+
+def prepare() -> None:
+    """Let this process judge: limits are set, and warnings are errors."""
+    signal.signal(signal.SIGPROF, _end)
+    warnings.simplefilter("error")
+    for way in WAYS.values():  # loads all code, so that its memory is not counted
+        with contextlib.suppress(BitstreamError):
+            list(way(b""))
+    most = _virtual_bytes() + MEBIBYTES * _MIB
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+
+
+def peak_mebibytes() -> float:
+    """Return the most memory that this process has had, MiB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def _virtual_bytes() -> int:
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[0]) * resource.getpagesize()
+
+
+def _end(_signal: int, _frame: FrameType | None) -> None:
+    raise _TooLongError
+
+
+@contextlib.contextmanager
+def _heedless() -> Iterator[None]:
+    """Take every state CRC for right, as a forger would make it."""
+    with patch.object(frames, "_check_state", lambda _scene, _crc: None):
+        yield
+
+
+def _decode(data: bytes) -> Iterator[object]:
+    for scene in decode(data):
+        yield dequantize(scene)
+
+
+def _decode_twice(data: bytes) -> Iterator[object]:
+    """Decode by both entropy decoders: where they differ, it is an escape."""
+    with decoding_with(TwinCoders().open):
+        yield from decode(data)
+
+
+def _cut(data: bytes) -> Iterator[object]:
+    yield cut(BytesSource(data), None, 2, io.BytesIO())
+
+
+def _join(data: bytes) -> Iterator[object]:
+    yield join([BytesSource(data), BytesSource(data)], io.BytesIO())
+
+
+def _inspect(data: bytes) -> Iterator[object]:
+    yield from inspect_stream(data).frames
+
+
+WAYS: dict[str, Callable[[bytes], Iterator[object]]] = {
+    "decode": _decode,
+    "decode by both coders": _decode_twice,
+    "from a pipe": lambda data: decode(PipeSource(io.BytesIO(data))),
+    "from frame 1": lambda data: decode(data, 1),
+    "recover": recover,
+    "recover from a pipe": lambda data: recover(PipeSource(io.BytesIO(data))),
+    "inspect": _inspect,
+    "cut": _cut,
+    "join": _join,
+}

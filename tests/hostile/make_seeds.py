@@ -1,0 +1,122 @@
+"""The seeds of fuzzing: tiny streams and files of every layout, each built by hand.
+
+    python -m tests.hostile.make_seeds
+
+writes them where they are committed; a test compares. They are as small as
+what they exercise allows, so that mutations of them hit and decode quickly.
+"""
+
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder.frames import decode_motion
+from quarc_ref.decoder.reconstruct import begin_frame
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format import container, wire
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.gaussian_planes import write_births
+from quarc_ref.format.records import SH_DC, Births, StreamHeader
+from tests.streams import CAMERA, make_births, make_gaussians, make_symbols, rebuild_stream
+
+FOLDER = Path(__file__).parent / "seeds"
+
+_TINY = StreamHeader(sh_degree=0, level_count=1, gaussians_per_anchor=2, rotation_bits=4)
+_FULL = StreamHeader(rotation_components=4, gaussians_per_anchor=1, full_crc_interval=2)
+
+
+def _make(
+    header: StreamHeader, count: int, frames: int, *, births: int = 0, canonical_every: int = 99
+) -> bytes:
+    sink = io.BytesIO()
+    loop = ClosedLoop(sink, header, (CAMERA,), {"title": "seed"})
+    loop.commit_canonical(make_gaussians(header, count), frame=0)
+    for frame in range(1, frames):
+        begun = loop.begin_frame(min(1, loop.state.scene.count - 1))
+        moved = loop.commit_motion(make_symbols(begun, frame, share=0.8))
+        newborn = make_births(moved, births, frame) if births else None
+        if frame % canonical_every == 0:
+            loop.commit_frame_as_canonical(newborn)
+        else:
+            loop.commit_births(newborn)
+    loop.finish()
+    return sink.getvalue()
+
+
+def _bare(stream: bytes) -> bytes:
+    """A stream without what is no frame: HEAD, CANO, FRAM and a TAIL without an index."""
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
+    kept = [each for each in chunks if each[0] in (b"HEAD", b"CANO", b"FRAM")]
+    canonical = sum(kind == container.CANO for kind, _ in kept)
+    totals = (len(kept) - 1, canonical, 0)
+    tail = b"".join(
+        value.to_bytes(size, "little") for value, size in zip(totals, (4, 4, 8), strict=True)
+    )
+    return rebuild_stream([*kept, (container.TAIL, tail)])
+
+
+def _with_unknown(stream: bytes) -> bytes:
+    """A stream with an ancillary chunk of an unknown type, and the same one again at the end."""
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
+    head, frames = chunks[0], [each for each in chunks[1:] if each[0] in (b"CANO", b"FRAM")]
+    tail = len(frames).to_bytes(4, "little") + (1).to_bytes(4, "little") + bytes(8)
+    unknown = (b"nOte", b"seed")
+    return rebuild_stream([head, unknown, *frames, unknown, (container.TAIL, tail)])
+
+
+def streams() -> Iterator[tuple[str, bytes]]:
+    """Yield name and bytes of every stream."""
+    yield "empty", rebuild_stream([(b"HEAD", _head(_TINY)), (b"TAIL", bytes(16))])
+    yield "still", _bare(_make(_TINY, 1, 1))
+    yield "moved", _bare(_make(_TINY, 2, 2))
+    yield "deaths", _bare(_make(replace(_TINY, level_count=2), 4, 2))
+    yield "births", _bare(_make(replace(_TINY, resample_interval=1), 2, 3, births=1))
+    yield "full", _bare(_make(_FULL, 5, 3, births=2))
+    yield "cut_in_two", _make(_TINY, 2, 3, canonical_every=2)
+    yield "unknown", _with_unknown(_make(_TINY, 1, 2))
+    for name, change in _BEYOND.items():
+        yield f"beyond_{name}", _bear_beyond(_bare(_make(_TINY, 1, 2)), change)
+
+
+def _bear_beyond(stream: bytes, change: Callable[[Births], object]) -> bytes:
+    """A stream whose last frame has two newborn, well coded, that no scene can have."""
+    *_, state = decode_states(stream)
+    births = make_births(state, 2)
+    change(births)
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
+    frame = wire.parse_frame(chunks[-2][1])
+    begun = begin_frame(next(decode_states(stream)), frame.death_count)
+    moved = decode_motion(begun, frame.motion, previous=frame.previous_contexts)
+    frame = replace(frame, birth_count=2, births=write_births(births, moved.counts))
+    chunks[-2] = (chunks[-2][0], wire.build_frame(frame))
+    return rebuild_stream(chunks)
+
+
+def _set(rows: np.ndarray, values: object) -> None:
+    rows[:] = values
+
+
+_BEYOND: dict[str, Callable[[Births], object]] = {
+    "parent": lambda births: _set(births.parents[1:], 1),
+    "rotation": lambda births: _set(births.newborn.rotations[1:], 16),
+    "code": lambda births: _set(births.newborn.codes[SH_DC], [[32768], [32767], [32767]]),
+}
+
+
+def _head(header: StreamHeader) -> bytes:
+    return next(iter(split_chunks(_make(header, 1, 1)))).payload
+
+
+def write_all() -> None:
+    """Write every seed where it is committed."""
+    (FOLDER / "streams").mkdir(parents=True, exist_ok=True)
+    for name, data in streams():
+        (FOLDER / "streams" / f"{name}.quarc").write_bytes(data)
+
+
+if __name__ == "__main__":
+    write_all()

@@ -1,0 +1,28 @@
+from quarc_ref.decoder import decode
+from quarc_ref.format.errors import BitstreamError
+from tests.hostile import make_seeds
+
+
+def _outcome(data):
+    try:
+        return len(list(decode(data)))
+    except BitstreamError as error:
+        return error.reject_id
+
+
+def test_the_seeds_that_are_committed_are_those_that_are_made():
+    made = dict(make_seeds.streams())
+    committed = {path.stem: path.read_bytes() for path in make_seeds.FOLDER.glob("streams/*.quarc")}
+
+    assert committed == made
+
+
+def test_seeds_are_tiny_and_whole_or_refused_for_what_they_are_named_after():
+    outcomes = {name: _outcome(data) for name, data in make_seeds.streams()}
+
+    assert {name: found for name, found in outcomes.items() if isinstance(found, str)} == {
+        "beyond_code": "code-range",
+        "beyond_parent": "parent-range",
+        "beyond_rotation": "rotation-range",
+    }
+    assert max(len(data) for _, data in make_seeds.streams()) < 1000
