@@ -34,9 +34,11 @@ imports: $(READY) ## Who may import whom.
 REFERENCE := $(BIN)/python -m quarc_ref.decoder
 TYPESCRIPT := decoders/typescript
 
-conformance: $(READY) ## Test vectors: the reference decoder by each of its coders, and decoders/.
+conformance: $(READY) ## Test vectors: reference decoder and encoder, and decoders/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
+	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --memory 2048 \
+	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
 	@if command -v npm >/dev/null; then \
 	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm run --silent build && cd - >/dev/null && \
 	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; \

@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from runner.asking import Asker, ask_capabilities
 from runner.cases import list_cases
+from runner.encoders import encoder_case, try_encoder
 from runner.limits import Limits
 from runner.manifest import Suite, SuiteError
 from runner.report import Report, Result, select, write_reports
@@ -30,7 +31,8 @@ def main() -> int:
     try:
         if options.write is not None:
             return write_streams(Suite.load(options.suite), options.write)
-        report = run_suite(options, limits)
+        run = run_suite if options.encoder is None else run_scenes
+        report = run(options, limits)
     except SuiteError as error:
         print(f"run.py: {error}", file=sys.stderr)
         return _NO_SUITE
@@ -46,6 +48,7 @@ def parse_arguments() -> argparse.Namespace:
     )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--decoder", help="a command, as a shell would take it")
+    parser.add_argument("--encoder", help="a command; what it writes is decoded by --decoder")
     what.add_argument("--write", type=Path, metavar="DIR", help="write all streams as files")
     parser.add_argument("--suite", type=Path, default=Path(__file__).resolve().parent)
     parser.add_argument("--only", action="append", default=[], help="names of cases begin so")
@@ -77,6 +80,20 @@ def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
     finally:
         asker.close()
     return Report(options.decoder, known, results)
+
+
+def run_scenes(options: argparse.Namespace, limits: Limits) -> Report:
+    """Give an encoder every scene."""
+    scenes = sorted((options.suite / "encoder").glob("*.json"))
+    if not scenes:
+        message = f"no scene in {options.suite / 'encoder'}"
+        raise SuiteError(message)
+    results = []
+    for scene in scenes:
+        begun = time.monotonic()
+        verdict = try_encoder(options.encoder, options.decoder, scene, limits)
+        results.append(Result(encoder_case(scene), verdict, time.monotonic() - begun))
+    return Report(options.encoder, {}, results)
 
 
 def write_streams(suite: Suite, folder: Path) -> int:

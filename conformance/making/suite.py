@@ -9,6 +9,7 @@ from hashlib import sha256
 from making.container_faults import make_container_faults
 from making.coverage import write_coverage
 from making.damaged_streams import make_cut, make_damaged
+from making.encoder_scenes import make_scenes
 from making.head_faults import make_head_faults
 from making.level_streams import make_larger, make_levels
 from making.payload_faults import make_payload_faults
@@ -36,6 +37,7 @@ def make_suite() -> dict[str, bytes]:
     units_named = [f"unit/{unit.function}.json" for unit in units]
     manifest = {"format": FORMAT, "vectors": entries, "units": units_named}
     files["manifest.json"] = _manifest(manifest)
+    files |= {f"encoder/{name}.json": _lines(scene) for name, scene in make_scenes().items()}
     files["COVERAGE.md"] = write_coverage(vectors, units)
     return files
 

@@ -71,13 +71,21 @@ class Asker:
         return lines
 
     def _ask_job(self, case: Case) -> list[Line]:
+        return self.ask_job(
+            case.job, b"" if case.mode == "unit" else self._suite.stream(case.vector)
+        )
+
+    def ask_job(self, job: Line, stream: bytes) -> list[Line]:
+        """Return what a decoder answers to a job.
+
+        Raises:
+            FaultError: It does not, or not within the limits.
+        """
         if self._worker is None:
             self._worker = Decoder(self._command, self._limits, "--jobs")
-        worker, stream = self._worker, b""
+        worker = self._worker
         worker.begin_case()
-        if case.mode != "unit":
-            stream = self._suite.stream(case.vector)
-        worker.send(json.dumps(case.job | {"bytes": len(stream)}).encode() + b"\n" + stream)
+        worker.send(json.dumps(job | {"bytes": len(stream)}).encode() + b"\n" + stream)
         lines: list[Line] = []
         for line in worker.lines():
             if line.get("done"):

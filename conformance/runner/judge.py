@@ -9,7 +9,7 @@ Line = dict[str, Any]
 PASS = "pass"
 VERDICTS = (
     *(PASS, "silent", "missing", "extra", "wrong", "not-refused", "refused", "wrong-id", "gaps"),
-    *("status", "garbage", "crash", "timeout", "memory"),
+    *("status", "garbage", "crash", "timeout", "memory", "level", "bounds"),
 )
 """Everything that can be said of a case; README.md says what each means."""
 

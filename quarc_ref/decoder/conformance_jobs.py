@@ -6,7 +6,7 @@ its answer is lines of JSON, the last of which says `done`.
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, BinaryIO, TextIO
 
 from quarc_ref.decoder.conformance_units import UNITS, answer_unit
@@ -43,7 +43,8 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
     """Yield the answer to one job."""
     kind = job["job"]
     if kind == "decode":
-        yield from describe_stream(stream, job.get("start", 0), numbers=job.get("numbers", False))
+        more = [key for key in _NUMBERS if job.get(key)]
+        yield from describe_stream(stream, job.get("start", 0), more)
     elif kind == "recover":
         yield from _refusing(_describe_recovery(stream))
     elif kind == "unit":
@@ -53,17 +54,18 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
 
 
 def describe_stream(
-    stream: bytes | Source, start: int = 0, *, numbers: bool = False
+    stream: bytes | Source, start: int = 0, more: Iterable[str] = ()
 ) -> Iterator[Line]:
     """Yield a line for every frame from `start` on, and one more for a refusal.
 
     Args:
         stream: A stream.
         start: Ordinal of the first frame wanted.
-        numbers: Whether to say what the frames dequantize to.
+        more: What else to say: `numbers`, a hash of what the frames dequantize
+            to, and `values`, all of it.
     """
     scenes = decode(as_source(stream), start)
-    yield from _refusing(_describe(scene, numbers=numbers) for scene in scenes)
+    yield from _refusing(_describe(scene, more) for scene in scenes)
 
 
 def _refusing(lines: Iterator[Line]) -> Iterator[Line]:
@@ -75,9 +77,9 @@ def _refusing(lines: Iterator[Line]) -> Iterator[Line]:
         yield {"declined": str(error)}
 
 
-def _describe(scene: Scene, *, numbers: bool) -> Line:
+def _describe(scene: Scene, more: Iterable[str] = ()) -> Line:
     line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
-    return line | ({"numbers_sha256": _hash_numbers(scene)} if numbers else {})
+    return line | dict(_NUMBERS[key](_serialize_numbers(scene)) for key in more)
 
 
 def _describe_recovery(stream: bytes) -> Iterator[Line]:
@@ -86,14 +88,18 @@ def _describe_recovery(stream: bytes) -> Iterator[Line]:
             place = {"offset": item.offset, "bytes": item.byte_count}
             yield {"gap": {**place, "refused": item.reject_id, "frames_lost": item.frames_lost}}
         else:
-            yield _describe(item, numbers=False)
+            yield _describe(item)
 
 
-def _hash_numbers(scene: Scene) -> str:
-    """Return the SHA-256 of what a scene dequantizes to, row by row as it is serialized."""
+def _serialize_numbers(scene: Scene) -> bytes:
+    """Return what a scene dequantizes to, row by row as it is serialized."""
     splats = dequantize(scene)
     rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
-    digest = hashlib.sha256()
-    for row in (*rows, splats.sh.reshape(scene.count, -1)):
-        digest.update(row.T.tobytes())
-    return digest.hexdigest()
+    rows.append(splats.sh.reshape(scene.count, -1))
+    return b"".join(row.T.tobytes() for row in rows)
+
+
+_NUMBERS: dict[str, Callable[[bytes], tuple[str, str]]] = {
+    "numbers": lambda numbers: ("numbers_sha256", hashlib.sha256(numbers).hexdigest()),
+    "values": lambda numbers: ("values", numbers.hex()),
+}

@@ -1,0 +1,94 @@
+"""An encoder is held to what it declares."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from runner.encoders import judge_encoder
+
+SUITE = Path(__file__).resolve().parents[2] / "conformance"
+SCENES = sorted((SUITE / "encoder").glob("*.json"))
+REFERENCE = f"{sys.executable} -m quarc_ref.decoder"
+
+
+@pytest.fixture(scope="module")
+def born(tmp_path_factory):
+    """A scene, what the reference encoder declares of it, its stream, and what is decoded."""
+    scene, output = SUITE / "encoder" / "born.json", tmp_path_factory.mktemp("born") / "s.quarc"
+    encoder = [sys.executable, str(SUITE / "encoder" / "encode_scene.py"), str(scene), str(output)]
+    declared = subprocess.run(encoder, capture_output=True, text=True, check=True).stdout
+    stream = output.read_bytes()
+    job = json.dumps({"job": "decode", "values": True, "bytes": len(stream)}).encode() + b"\n"
+    jobs = [*REFERENCE.split(), "--jobs"]
+    said = subprocess.run(jobs, input=job + stream, capture_output=True, check=True).stdout
+    lines = [json.loads(line) for line in said.splitlines()]
+    return json.loads(scene.read_text()), declared, stream, lines[:-1]
+
+
+def judged(born, change):
+    scene, declared, stream, said = born
+    lines = [json.loads(line) for line in declared.splitlines()]
+    change(lines)
+    return judge_encoder(scene, lines, stream, said).name
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict"),
+    [
+        (lambda _: None, "pass"),
+        (lambda lines: lines[1].update(sha256="0" * 64), "wrong"),
+        (lambda lines: lines.pop(0), "wrong"),
+        (lambda lines: lines.pop(), "silent"),
+        (lambda lines: lines[-1].update(level=20), "level"),
+        (lambda lines: lines[-1]["bounds"].update(opacity=1e-9), "bounds"),
+        (lambda lines: lines[-1]["bounds"].update(rotation=1e-9), "bounds"),
+        (lambda lines: lines[-1]["bounds"].update(shift=1e-9), "bounds"),
+    ],
+)
+def test_what_is_declared_must_be_so(born, change, verdict):
+    assert judged(born, change) == verdict
+
+
+def test_a_level_above_what_is_needed_is_seen(born):
+    scene, declared, stream, said = born
+    lines = [json.loads(line) for line in declared.splitlines()]
+    lines[-1]["level"] = 20
+    raised = stream[:38] + b"\x14" + stream[39:]
+
+    assert judge_encoder(scene, lines, raised, said).name == "level"
+
+
+def test_a_stream_that_is_rejected_is_told(born):
+    scene, declared, stream, said = born
+    lines = [json.loads(line) for line in declared.splitlines()]
+
+    verdict = judge_encoder(scene, lines, stream, [*said, {"refused": "field"}])
+
+    assert verdict.name == "refused"
+
+
+def test_an_encoder_that_writes_nothing_fails(tmp_path):
+    program = tmp_path / "encoder.py"
+    program.write_text("")
+    run = [sys.executable, str(SUITE / "run.py"), "--decoder", REFERENCE]
+
+    done = subprocess.run(
+        [*run, "--encoder", f"{sys.executable} {program}"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 1
+    assert f"silent {len(SCENES)}" in done.stdout
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_scenes_keep_to_their_schema(path):
+    schema = json.loads((SUITE / "schema" / "scene.schema.json").read_text())
+
+    jsonschema.validate(json.loads(path.read_text()), schema)
