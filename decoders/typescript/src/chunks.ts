@@ -44,10 +44,11 @@ export class ChunkReader {
     this.#source = source;
     const magic = this.#read(MAGIC.length);
     demand(
-      magic.length === MAGIC.length && magic.every((byte, i) => byte === MAGIC[i]),
+      magic.every((byte, i) => byte === MAGIC[i]),
       "bad-magic",
       "not a .quarc stream",
     );
+    demand(magic.length === MAGIC.length, "truncated", "the stream ends within the magic");
   }
 
   /** The chunks up to TAIL, behind which nothing follows. */

@@ -14,13 +14,19 @@ import { decodeCanonical } from "./state.js";
 import type { State } from "./state.js";
 import { StreamRecord } from "./tail.js";
 
+/** A frame that is given out. */
+export interface Frame {
+  readonly header: StreamHeader;
+  readonly state: State;
+}
+
 /**
- * The states of the frames of a stream, each once its CRC holds.
+ * The frames of a stream, each once the CRC of its state holds.
  *
  * @throws Rejection where the stream does not conform; the frames before have been given
  * @throws Declined where a stream of the unlimited level is too large for this decoder
  */
-export function* decodeStream(source: Source): Generator<State, void, undefined> {
+export function* decodeStream(source: Source): Generator<Frame, void, undefined> {
   const reader = new ChunkReader(source);
   const chunks = reader.chunks();
   const header = parseHeader(firstPayload(chunks));
@@ -31,7 +37,7 @@ export function* decodeStream(source: Source): Generator<State, void, undefined>
     const next = decodeChunk(chunk, state, header, record);
     if (next === null) continue;
     state = next;
-    yield state;
+    yield { header, state };
   }
 }
 
@@ -77,7 +83,7 @@ function proveFrame(chunk: Chunk, before: State | null, header: StreamHeader, re
 
 /** A state, once it is held against the CRC of its chunk. */
 function prove(state: State, crc: number, header: StreamHeader): State {
-  const found = stateCrc(state.scene, state.phase, header.fullCrcInterval);
+  const found = stateCrc(state.scene, state.phase, state.phase % header.fullCrcInterval === 0);
   demand(found === crc, "state-crc", `the state of frame ${state.ordinal} does not match its CRC`);
   return state;
 }

@@ -2,24 +2,24 @@
 
 import { createHash } from "node:crypto";
 import { Crc } from "./crc.js";
-import type { Scene } from "./scene.js";
+import type { CodedScene } from "./scene.js";
 
 /** The SHA-256 of the serialization, in hexadecimal. */
-export function stateDigest(scene: Scene, phase: number): string {
+export function stateDigest(scene: CodedScene, phase: number): string {
   const hash = createHash("sha256");
   for (const bytes of serialize(scene, phase, true)) hash.update(bytes);
   return hash.digest("hex");
 }
 
-/** The CRC of the serialization: of all of it every `fullCrcInterval` phases, else of it without the codes. */
-export function stateCrc(scene: Scene, phase: number, fullCrcInterval: number): number {
+/** The CRC of the serialization, or of it without the codes. */
+export function stateCrc(scene: CodedScene, phase: number, withCodes: boolean): number {
   const crc = new Crc();
-  for (const bytes of serialize(scene, phase, phase % fullCrcInterval === 0)) crc.add(bytes);
+  for (const bytes of serialize(scene, phase, withCodes)) crc.add(bytes);
   return crc.value();
 }
 
 /** The serialization, column by column, so that no more than one is in memory twice. */
-export function* serialize(scene: Scene, phase: number, withCodes: boolean): Generator<Uint8Array> {
+export function* serialize(scene: CodedScene, phase: number, withCodes: boolean): Generator<Uint8Array> {
   yield toBytes([scene.ids.length, phase]);
   yield toBytes(scene.ids);
   for (const column of [...scene.positions, ...scene.rotations]) yield toBytes(column);

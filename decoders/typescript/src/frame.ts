@@ -5,7 +5,7 @@ import type { AnchorLevel } from "./anchors.js";
 import { checkPosition } from "./attributes.js";
 import { decodeNewborn } from "./births.js";
 import { allIndices } from "./columns.js";
-import { COUNTER_LIMIT } from "./constants.js";
+import { COUNTER_LIMIT, LOG_SCALE_PLANES } from "./constants.js";
 import { Fields } from "./fields.js";
 import type { Words } from "./fields.js";
 import type { StreamHeader } from "./header.js";
@@ -18,6 +18,9 @@ import { append, select } from "./scene.js";
 import type { Scene } from "./scene.js";
 import { checkCounts } from "./state.js";
 import type { State } from "./state.js";
+
+/** The row of the opacity codes (7.1). */
+const OPACITY_ROW = LOG_SCALE_PLANES;
 
 export interface FrameChunk {
   readonly phase: number;
@@ -47,7 +50,7 @@ export function parseFrame(payload: Uint8Array): FrameChunk {
 /** The next state; the counts of contexts of `before` go on in it, so that `before` is not to be used again. */
 export function decodeFrame(chunk: FrameChunk, before: State, header: StreamHeader): State {
   checkFrame(chunk, before, header);
-  const survivors = removeDead(before.scene, chunk.deathCount);
+  const survivors = select(before.scene, findSurvivors(before.scene.codes[OPACITY_ROW], chunk.deathCount));
   const samples = (chunk.phase - 1) % header.resampleInterval === 0;
   const [levels, bound] = samples
     ? sampleAndBind(survivors, chunk.phase, header)
@@ -75,11 +78,10 @@ function checkFrame(chunk: FrameChunk, before: State, header: StreamHeader): voi
   demand(before.nextId + chunk.birthCount - 1 <= COUNTER_LIMIT, "count-exceeds-level", "there are no more ids");
 }
 
-/** The scene without the `count` Gaussians of least (opacity code, id). */
-function removeDead(scene: Scene, count: number): Scene {
-  const opacity = scene.codes[3];
-  const order = allIndices(scene.ids.length).sort((i, j) => opacity[i] - opacity[j] || i - j);
-  return select(scene, order.subarray(count).sort());
+/** The indices of all but the `count` Gaussians of least (opacity code, id), ascending. */
+export function findSurvivors(opacity: Int32Array, count: number): Uint32Array {
+  const order = allIndices(opacity.length).sort((i, j) => opacity[i] - opacity[j] || i - j);
+  return order.subarray(count).sort();
 }
 
 function decodeSymbols(chunk: FrameChunk, before: State, levels: readonly AnchorLevel[], scene: Scene): Rows[] {

@@ -1,40 +1,47 @@
 #!/usr/bin/env node
-/** The command line: a stream on the standard input, or of the file that is named. */
+/** The command line, as conformance/RUNNER.md has it: a stream on standard input, or jobs. */
 
-import { closeSync, openSync } from "node:fs";
-import { decodeStream } from "./decode.js";
-import { stateDigest } from "./digest.js";
-import { Declined, Rejection } from "./reject.js";
+import { answerStream } from "./answers.js";
+import type { Line } from "./answers.js";
+import { answerJobs, CAPABILITIES } from "./jobs.js";
 import { FileSource } from "./source.js";
 
-const EXIT_REJECTED = 1;
+const STANDARD_INPUT = 0;
+const EXIT_REFUSED = 1;
+const EXIT_USAGE = 2;
 const EXIT_DECLINED = 3;
 
-/** Write a line for every frame, and one for a stream that is not decoded to its end; return the exit status. */
-function decode(descriptor: number): number {
-  try {
-    for (const { ordinal, phase, scene } of decodeStream(new FileSource(descriptor))) {
-      const digest = stateDigest(scene, phase);
-      writeLine({ frame: ordinal, phase, gaussians: scene.ids.length, sha256: digest });
-    }
-    return 0;
-  } catch (error) {
-    if (error instanceof Rejection) {
-      writeLine({ refused: error.rejectId });
-      console.error(error.message);
-      return EXIT_REJECTED;
-    }
-    if (!(error instanceof Declined)) throw error;
-    console.error(`beyond the limits of this decoder: ${error.message}`);
-    return EXIT_DECLINED;
+function main(argument: string | undefined): number {
+  switch (argument) {
+    case undefined:
+      return decodeInput();
+    case "--jobs":
+      for (const line of answerJobs(STANDARD_INPUT)) writeLine(line);
+      return 0;
+    case "--capabilities":
+      writeLine(CAPABILITIES);
+      return 0;
+    default:
+      process.stderr.write("usage: node dist/src/main.js [--jobs | --capabilities] < stream.quarc\n");
+      return EXIT_USAGE;
   }
 }
 
-function writeLine(line: object): void {
-  process.stdout.write(`${JSON.stringify(line)}\n`);
+/** Decode the stream on standard input; return the exit status. */
+function decodeInput(): number {
+  let status = 0;
+  for (const line of answerStream(new FileSource(STANDARD_INPUT))) {
+    writeLine(line);
+    if ("refused" in line) status = EXIT_REFUSED;
+    if ("declined" in line) status = EXIT_DECLINED;
+  }
+  return status;
 }
 
-const path = process.argv[2];
-const descriptor = path === undefined ? 0 : openSync(path, "r");
-process.exitCode = decode(descriptor);
-if (path !== undefined) closeSync(descriptor);
+/** Write a line, at once where output is a file or a pipe: who feeds the stream may wait for it. Integers of any size are written in full. */
+function writeLine(line: Line): void {
+  const text = JSON.stringify(line, (_, value: unknown) => (typeof value === "bigint" ? value.toString() : value));
+  process.stdout.write(`${text}\n`);
+}
+
+process.exitCode = main(process.argv[2]);

@@ -8,8 +8,11 @@ import { compareMorton } from "./morton.js";
 import { drawRanks } from "./philox.js";
 import type { Scene } from "./scene.js";
 
+/** The fields of HEAD that say how many anchors there are. */
+type CountFields = Pick<StreamHeader, "gaussiansPerAnchor" | "anchorRatio" | "levelCount">;
+
 /** A_1 ... A_L of `count` Gaussians. */
-export function anchorCounts(count: number, header: StreamHeader): number[] {
+export function anchorCounts(count: number, header: CountFields): number[] {
   const counts = [Math.ceil(count / header.gaussiansPerAnchor)];
   while (counts.length < header.levelCount) {
     counts.push(Math.max(1, Math.floor(counts[counts.length - 1] / header.anchorRatio)));
@@ -18,7 +21,11 @@ export function anchorCounts(count: number, header: StreamHeader): number[] {
 }
 
 /** Of every level, from 1 on, the indices of the Gaussians that are its anchors, ascending. */
-export function sampleAnchors(scene: Scene, phase: number, header: StreamHeader): Uint32Array[] {
+export function sampleAnchors(
+  scene: Pick<Scene, "ids" | "positions">,
+  phase: number,
+  header: CountFields & Pick<StreamHeader, "seed">,
+): Uint32Array[] {
   const ranks = drawRanks(scene.ids, phase, header.seed, header.levelCount);
   const order = sortByCells(scene.positions);
   return anchorCounts(scene.ids.length, header).map((count, level) => sampleLevel(order, ranks[level], count));

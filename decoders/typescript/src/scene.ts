@@ -21,7 +21,7 @@ export interface Scene {
   readonly binding: readonly Int32Array[];
 }
 
-/** The columns that a newborn, or a Gaussian of a canonical frame, is coded with. */
+/** The columns that a Gaussian is coded with, and that are serialized. */
 export type CodedScene = Pick<Scene, "ids" | "positions" | "rotations" | "codes">;
 
 /** A scene of Gaussians that have not moved and follow no anchor. */

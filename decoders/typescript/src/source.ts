@@ -56,7 +56,7 @@ export class FileSource implements Source {
 }
 
 /** Read at least a byte, or none at the end; wait where a pipe has nothing yet. */
-function readSome(descriptor: number, piece: Uint8Array): number {
+export function readSome(descriptor: number, piece: Uint8Array): number {
   for (;;) {
     try {
       return readSync(descriptor, piece);

@@ -5,7 +5,7 @@ import { Fields } from "./fields.js";
 import { demand } from "./reject.js";
 
 interface SeekPoint {
-  readonly offset: number;
+  readonly offset: bigint;
   readonly sequence: number;
   readonly frame: number;
 }
@@ -14,11 +14,11 @@ interface SeekPoint {
 export class StreamRecord {
   readonly #seekPoints: SeekPoint[] = [];
   #frameCount = 0;
-  #indexOffset = 0;
+  #indexOffset = 0n;
 
   /** A CANO chunk was decoded, whose frame has the ordinal `frame`. */
   addCanonical(chunk: Chunk, frame: number): void {
-    this.#seekPoints.push({ offset: chunk.offset, sequence: chunk.sequence, frame });
+    this.#seekPoints.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
     this.#frameCount += 1;
   }
 
@@ -28,31 +28,45 @@ export class StreamRecord {
   }
 
   checkIndex(chunk: Chunk): void {
-    const fields = new Fields(chunk.payload);
-    const count = fields.u32("count");
-    demand(
-      count === this.#seekPoints.length,
-      "index-mismatch",
-      `INDX has ${count} of ${this.#seekPoints.length} points`,
-    );
-    for (const point of this.#seekPoints) {
-      const same =
-        fields.u64("offset") === BigInt(point.offset) &&
-        fields.u32("sequence") === point.sequence &&
-        fields.u32("frame") === point.frame;
-      demand(same, "index-mismatch", `INDX is not that of the stream at frame ${point.frame}`);
-    }
-    fields.end();
-    this.#indexOffset = chunk.offset;
+    const points = parseIndex(chunk.payload);
+    const same = points.length === this.#seekPoints.length && points.every((point, i) => this.#isPoint(point, i));
+    demand(same, "index-mismatch", "INDX is not that of the stream");
+    this.#indexOffset = BigInt(chunk.offset);
   }
 
   checkTail(chunk: Chunk): void {
-    const fields = new Fields(chunk.payload);
+    const tail = parseTail(chunk.payload);
     const same =
-      fields.u32("frame_count") === this.#frameCount &&
-      fields.u32("canonical_count") === this.#seekPoints.length &&
-      fields.u64("index_offset") === BigInt(this.#indexOffset);
+      tail.frameCount === this.#frameCount &&
+      tail.canonicalCount === this.#seekPoints.length &&
+      tail.indexOffset === this.#indexOffset;
     demand(same, "tail-mismatch", "TAIL is not that of the stream");
-    fields.end();
   }
+
+  #isPoint(point: SeekPoint, index: number): boolean {
+    const { offset, sequence, frame } = this.#seekPoints[index];
+    return point.offset === offset && point.sequence === sequence && point.frame === frame;
+  }
+}
+
+function parseIndex(payload: Uint8Array): SeekPoint[] {
+  const fields = new Fields(payload);
+  const count = fields.u32("count");
+  const points: SeekPoint[] = [];
+  while (points.length < count) {
+    points.push({ offset: fields.u64("offset"), sequence: fields.u32("sequence"), frame: fields.u32("frame") });
+  }
+  fields.end();
+  return points;
+}
+
+function parseTail(payload: Uint8Array) {
+  const fields = new Fields(payload);
+  const tail = {
+    frameCount: fields.u32("frame_count"),
+    canonicalCount: fields.u32("canonical_count"),
+    indexOffset: fields.u64("index_offset"),
+  };
+  fields.end();
+  return tail;
 }

@@ -1,0 +1,54 @@
+/** Jobs, units and numbers, as the runner asks for them. */
+
+import assert from "node:assert/strict";
+import { closeSync, mkdtempSync, openSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+import { dequantize } from "../src/dequantize.js";
+import { answerJobs } from "../src/jobs.js";
+import { streamBytes, table } from "./spec.js";
+
+/** The lines that answer what is on standard input. */
+function answers(...input: readonly (object | Uint8Array)[]): object[] {
+  const folder = mkdtempSync(join(tmpdir(), "jobs-"));
+  const path = join(folder, "input");
+  const pieces = input.map((part) => (part instanceof Uint8Array ? part : Buffer.from(`${JSON.stringify(part)}\n`)));
+  writeFileSync(path, Buffer.concat(pieces));
+  const descriptor = openSync(path, "r");
+  try {
+    return [...answerJobs(descriptor)];
+  } finally {
+    closeSync(descriptor);
+    rmSync(folder, { recursive: true });
+  }
+}
+
+test("jobs are answered one after the other, each with its end", () => {
+  const stream = streamBytes("A");
+  const decode = { job: "decode", bytes: stream.length };
+  const frame = { frame: 0, gaussians: 3, sha256: table("digests A")[0][5] };
+  const cut = { job: "decode", bytes: 100 };
+
+  assert.deepEqual(answers(decode, stream, cut, stream.subarray(0, 100), decode, stream), [
+    ...[frame, { done: true }],
+    ...[{ refused: "truncated" }, { done: true }],
+    ...[frame, { done: true }],
+  ]);
+});
+
+test("a unit answers, or refuses", () => {
+  const unit = (code: number) => ({ job: "unit", function: "weight_of_code", input: { code } });
+
+  assert.deepEqual(answers(unit(0), unit(240)), [
+    ...[{ output: 256 }, { done: true }],
+    ...[{ refused: "bad-probability" }, { done: true }],
+  ]);
+});
+
+test("numbers are those of F.10", () => {
+  const bits = (hex: string) => Buffer.from(hex, "hex").readFloatBE();
+  for (const [code, step, number] of table("vectors dequantize")) {
+    assert.equal(dequantize(Number(code), bits(step)), bits(number));
+  }
+});
