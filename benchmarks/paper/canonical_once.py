@@ -7,7 +7,6 @@ scene in every one of them, and take a good part of their time.
 import hashlib
 import io
 import json
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
+from paper.kept_files import keep_file
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.canonical import train_canonical
@@ -77,13 +77,10 @@ class CanonicalOnce:
 
 
 def _keep(path: Path, attributes: Attributes, seconds: float) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     arrays = {
         name: tensor.cpu().numpy()
         for name, tensor in zip(_NAMES, attributes.tensors(), strict=True)
     }
     buffer = io.BytesIO()
     np.savez(buffer, **arrays, **{_SECONDS: np.float64(seconds)})
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    part.write_bytes(buffer.getvalue())
-    os.replace(part, path)
+    keep_file(path, buffer.getvalue())

@@ -1,11 +1,11 @@
 """What the rows at hand show: tables, plots, claims and the page, written into the folder."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
+from paper.kept_files import keep_file
 from paper.page import Section, compose_page
 from paper.rows import Row
 from paper.tables import format_markdown, write_csv
@@ -49,7 +49,7 @@ def write_results(
         "index.html": compose_page(title, sections, claims),
     }
     for name, data in files.items():
-        _replace(folder / name, data)
+        keep_file(folder / name, data)
     return folder / "index.html"
 
 
@@ -91,10 +91,3 @@ def _follow(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noq
 
 def _accumulate_births(row: Row) -> list[int]:
     return [sum(row["births"][: frame + 1]) for frame in range(len(row["births"]))]
-
-
-def _replace(path: Path, data: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(data)
-    os.replace(part, path)

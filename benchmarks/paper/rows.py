@@ -7,7 +7,6 @@ capture with the same settings.
 import hashlib
 import io
 import json
-import os
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -18,6 +17,7 @@ from typing import Any
 
 from paper.canonical_once import CanonicalOnce
 from paper.float_bytes import summarize_floats
+from paper.kept_files import keep_file
 from paper.perceptual import Lpips
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
@@ -110,7 +110,7 @@ def make_row(task: Task) -> None:
     run = _measure_floats if task.trial.floats else _measure_stream
     row = run(task, capture, lpips, timer)
     row = {"key": task.key(capture.fingerprint), "name": task.trial.name, **row}
-    _write(task.row_path, json.dumps(row, indent=1).encode())
+    keep_file(task.row_path, json.dumps(row, indent=1).encode())
 
 
 def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
@@ -119,7 +119,7 @@ def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: St
     with canonical.within_encode():
         encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
     data = sink.getvalue()
-    _write(task.stream_path, data)
+    keep_file(task.stream_path, data)
     summary = inspect_stream(data)
     scenes = ((scene.frame, dequantize(scene)) for scene in decode(data))
     quality = measure_quality(scenes, summary.cameras, capture, lpips)
@@ -224,13 +224,6 @@ def _sum_seconds(seconds: Mapping[str, float], frames: int) -> dict[str, float]:
         for name in ("anchors", "motion", "placement", "births", "commit")
     }
     return {**once, **later, "frame": sum(later.values())}
-
-
-def _write(path: Path, data: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(data)
-    os.replace(part, path)
 
 
 class _Lines:
