@@ -25,6 +25,7 @@ ALLOWED_FLOATS = {
     "decoder/dequantize.py": {"literal", "float", "float32", "Float32"},
     # A guess of the root, which two comparisons of integers correct (SPEC 4.3).
     "format/arithmetic.py": {"sqrt", "float64"},
+    "decoder/motion_kernels.py": {"sqrt"},
     # NEAR_FRACTION, for pictures alone (SPEC 10.3).
     "format/constants.py": {"literal"},
     # constriction takes its integer weights as doubles, in which they are exact (SPEC 8.3).

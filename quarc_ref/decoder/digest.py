@@ -8,6 +8,8 @@ import hashlib
 import zlib
 from collections.abc import Iterator
 
+import numpy as np
+
 from quarc_ref.decoder.scene import Scene
 
 
@@ -33,9 +35,9 @@ def compute_digest(scene: Scene) -> str:
     return digest.hexdigest()
 
 
-def _planes(scene: Scene, *, all_fields: bool) -> Iterator[bytes]:
+def _planes(scene: Scene, *, all_fields: bool) -> Iterator[bytes | memoryview]:
     for number in (scene.count, scene.phase):
         yield number.to_bytes(4, "little")
-    yield scene.ids.astype("<u4").tobytes()
+    yield scene.ids.astype("<u4").data
     for field in (scene.positions, scene.rotations, *([scene.codes] if all_fields else [])):
-        yield field.astype("<i4").tobytes()
+        yield np.ascontiguousarray(field, dtype="<i4").data

@@ -13,9 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from quarc_ref.decoder.anchors import Anchors, bind_newborn, sample_anchors
+from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
-from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.arrays import Bits, Int32, Int64
+from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, remove
+from quarc_ref.format.acceleration import load_kernels
+from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
@@ -100,21 +102,23 @@ def begin_frame(state: State, death_count: int) -> State:
     if death_count >= state.scene.count:
         message = f"{death_count} deaths among {state.scene.count} Gaussians"
         raise CountError(message)
-    kept = np.ones(state.scene.count, dtype=np.bool_)
-    kept[choose_deaths(state.scene, death_count)] = False
-    before = state.scene
-    scene = replace(before.keep(kept), frame=before.frame + 1, phase=before.phase + 1)
+    before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
+    scene = replace(before.without(gone), frame=before.frame + 1, phase=before.phase + 1)
     anchors = state.anchors
     if anchors is None or before.phase % scene.header.resample_interval == 0:
         anchors = sample_anchors(scene)
     else:
-        anchors = Anchors(anchors.levels, _bind_newborn(anchors, kept, scene.positions))
-    motion = state.motion[:, kept]
+        anchors = Anchors(anchors.levels, _follow_on(anchors, gone, scene.positions))
+    motion = remove(state.motion, gone)
     return State(scene, motion, (), anchors, None, state.next_id, state.counts)
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
     """Return the indices of the Gaussians of least (opacity code, id) (SPEC 7.4)."""
+    kernels = load_kernels(MOTION_KERNELS, scene.count)
+    if kernels is not None:
+        least: Int64 = kernels.find_least(scene.codes[OPACITY.start], count)
+        return least
     order = np.argsort(scene.codes[OPACITY.start], kind="stable")
     return order[:count]
 
@@ -128,10 +132,11 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
     """
     contexts = []
     for level in state.known_anchors.levels:
-        place = np.searchsorted(state.scene.ids, level.owners)
-        place = np.minimum(place, state.scene.count - 1)
-        alive = (state.scene.ids[place] == level.owners) & previous
-        contexts.append(LevelContext(level.parents, np.where(alive, state.motion[:, place], 0)))
+        if previous:
+            motion = _recall(state, level.owners)
+        else:
+            motion = np.zeros((state.motion.shape[0], level.owners.size), dtype=np.int64)
+        contexts.append(LevelContext(level.parents, motion))
     return contexts
 
 
@@ -146,16 +151,17 @@ def move(state: State, symbols: list[Int64]) -> State:
         PositionRangeError: A Gaussian leaves the lattice.
         DegenerateRotationError: A sum of residuals is zero.
     """
-    scene = state.scene
-    motion = np.zeros_like(state.motion)
-    for level, binding in zip(symbols, state.known_anchors.binding, strict=True):
-        motion += level[:, binding]
-    positions = scene.positions + motion[:3] * scene.header.translation_step
-    moved = replace(
-        scene,
-        positions=_narrow_positions(positions),
-        rotations=_turn_all(scene, motion[3:]),
-    )
+    scene, anchors = state.scene, state.known_anchors
+    kernels = load_kernels(MOTION_KERNELS, scene.count)
+    if kernels is None:
+        motion = np.zeros_like(state.motion)
+        for level, binding in zip(symbols, anchors.binding, strict=True):
+            motion += level[:, binding]
+        positions = scene.positions + motion[:3] * scene.header.translation_step
+        positions, rotations = _narrow_positions(positions), _turn_all(scene, motion[3:])
+    else:
+        positions, rotations, motion = move_through(kernels, scene, anchors, symbols)
+    moved = replace(scene, positions=positions, rotations=rotations)
     return replace(state, scene=moved, motion=motion, symbols=tuple(symbols))
 
 
@@ -196,10 +202,20 @@ def bear(state: State, births: Births) -> State:
     return replace(state, scene=grown, motion=motion, births=births, next_id=next_id)
 
 
-def _bind_newborn(anchors: Anchors, kept: Bits, positions: Int32) -> Int64:
+def _recall(state: State, owners: Int64) -> Int64:
+    """Return `[c, a]` the last motion of anchors' Gaussians, 0 of those that have died."""
+    kernels = load_kernels(MOTION_KERNELS, state.scene.count)
+    if kernels is not None:
+        recalled: Int64 = kernels.recall(state.scene.ids, owners, state.motion)
+        return recalled
+    place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
+    return np.where(state.scene.ids[place] == owners, state.motion[:, place], 0)
+
+
+def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int64:
     """Return the binding of a frame that does not sample: only the newborn are bound."""
-    known = kept[: anchors.binding.shape[1]]
-    bound = anchors.binding[:, known]
+    known = anchors.binding.shape[1]
+    bound = remove(anchors.binding, gone[gone < known])
     newborn = positions[:, bound.shape[1] :]
     answers = [bind_newborn(level, newborn) for level in anchors.levels]
     return np.hstack([bound, np.stack(answers)])

@@ -5,11 +5,18 @@ serialized, hashed and coded.
 """
 
 from dataclasses import dataclass
+from typing import Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from quarc_ref.format.arrays import Bits, Int32, Int64
+from quarc_ref.format.acceleration import load_kernels
+from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.records import StreamHeader
+
+MOTION_KERNELS: Final = "quarc_ref.decoder.motion_kernels"
+
+_Number = TypeVar("_Number", np.int32, np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,14 +54,23 @@ class Scene:
         """Number of Gaussians, N."""
         return int(self.ids.size)
 
-    def keep(self, kept: Bits) -> "Scene":
-        """Return the scene of the Gaussians that a mask `[N]` keeps, in order."""
+    def without(self, gone: Int64) -> "Scene":
+        """Return the scene without the Gaussians of ascending indices `[g]`; order is kept."""
         return Scene(
             self.header,
             self.frame,
             self.phase,
-            self.ids[kept],
-            self.positions[:, kept],
-            self.rotations[:, kept],
-            self.codes[:, kept],
+            np.delete(self.ids, gone),
+            remove(self.positions, gone),
+            remove(self.rotations, gone),
+            remove(self.codes, gone),
         )
+
+
+def remove(planes: NDArray[_Number], gone: Int64) -> NDArray[_Number]:
+    """Return planes `[r, N]` without the columns of ascending indices `[g]`."""
+    kernels = load_kernels(MOTION_KERNELS, planes.shape[1])
+    if kernels is None:
+        return np.delete(planes, gone, axis=1)
+    kept: NDArray[_Number] = kernels.remove(planes, gone)
+    return kept

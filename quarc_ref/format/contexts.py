@@ -30,7 +30,7 @@ class ContextCounts:
 
     def of(self, model: str, contexts: Int64) -> Int64:
         """Return `[2, n]` the zeros and ones of ascending contexts `[n]` of a model."""
-        return self._reaching(model, contexts)[:, contexts]
+        return self._reaching(model, int(contexts[-1]))[:, contexts]
 
     def weights(self, model: str, contexts: Int64) -> Int64:
         """Return `[n]` the weights of a 1, of 2^24, in ascending contexts `[n]` of a model."""
@@ -47,17 +47,20 @@ class ContextCounts:
             zeros: `[n]` how many bits of each were 0.
             ones: `[n]` how many were 1.
         """
-        counts = self._reaching(model, contexts).copy()
+        counts = self.open(model, int(contexts[-1]))
         seen = counts[:, contexts] + (zeros, ones)
         while (many := seen[0] + seen[1] > COUNT_LIMIT).any():
             seen[:, many] >>= 1
         counts[:, contexts] = seen
-        self._models[model] = counts
 
-    def _reaching(self, model: str, contexts: Int64) -> Int64:
+    def open(self, model: str, greatest: int) -> Int64:
+        """Return `[2, c]` zeros and ones of a model, to count on in place, c above a context."""
+        counts = self._models[model] = self._reaching(model, greatest).copy()
+        return counts
+
+    def _reaching(self, model: str, greatest: int) -> Int64:
         """Return `[2, c]` the counts of a model, of at least the greatest context."""
         counts = self._models.get(model, _NOTHING)
-        greatest = int(contexts[-1])
         if greatest < counts.shape[1]:
             return counts
         grown = np.zeros((2, 2 * greatest + 1), dtype=np.int64)

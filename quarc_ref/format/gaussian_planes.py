@@ -23,7 +23,7 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError, SymbolRangeError
 from quarc_ref.format.morton import deinterleave, interleave
-from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
+from quarc_ref.format.planes import Planes, PlaneWriter, open_planes
 from quarc_ref.format.records import (
     LOG_SCALES,
     OPACITY,
@@ -85,8 +85,9 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     Raises:
         EntropyError: A section is malformed.
     """
-    readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
-    blank = _blank(code_planes, chunk.gaussian_count)
+    count = chunk.gaussian_count
+    readers = [open_planes(section, ContextCounts(), count) for section in chunk.sections]
+    blank = _blank(code_planes, count)
     keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
     for reader in readers:
         reader.finish()
@@ -129,7 +130,7 @@ def read_births(
     Raises:
         EntropyError: The section is malformed.
     """
-    reader = PlaneReader(section, counts)
+    reader = open_planes(section, counts, count)
     blank = _blank(code_planes, count)
     births = _walk_births(reader, Births(blank.positions[0], blank))
     return births, reader.finish()

@@ -16,7 +16,7 @@ from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.constants import MAGNITUDE_PLANES, SYMBOL_LIMIT
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
+from quarc_ref.format.planes import Planes, PlaneWriter, open_planes
 from quarc_ref.format.records import Section
 
 
@@ -71,7 +71,7 @@ def read_motion(
     Raises:
         EntropyError: The section is malformed.
     """
-    reader = PlaneReader(section, counts)
+    reader = open_planes(section, counts, levels[0].parents.size)
     blank = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
     symbols = _walk_motion(reader, levels, blank)
     return symbols, reader.finish()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame
+from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
 from quarc_ref.format.records import StreamHeader
 from tests.streams import make_gaussians
 
@@ -20,10 +21,10 @@ def test_a_scene_has_planes_of_one_length_and_kind(name):
             replace(_STATE.scene, **{name: wrong})
 
 
-def test_a_scene_keeps_the_gaussians_of_a_mask_in_their_order():
-    kept = np.arange(9) % 2 == 0
-
-    scene = _STATE.scene.keep(kept)
+@pytest.mark.parametrize("kernels", [PLAIN, COMPILED])
+def test_the_gaussians_that_are_left_keep_their_order(kernels):
+    with computing_with(kernels):
+        scene = _STATE.scene.without(np.array([1, 3, 5, 7]))
 
     assert scene.count == 5
     assert scene.ids.tolist() == [0, 2, 4, 6, 8]

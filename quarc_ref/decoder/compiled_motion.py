@@ -1,0 +1,71 @@
+"""Deaths and motion by `motion_kernels`: what `reconstruct` does in NumPy, to the bit."""
+
+from types import ModuleType
+
+import numpy as np
+
+from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.acceleration import count_threads, map_parts
+from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.constants import POSITION_LIMIT
+from quarc_ref.format.errors import DegenerateRotationError, PositionRangeError
+
+_PARTS_OF_A_THREAD = 4
+
+
+def move_through(
+    kernels: ModuleType, scene: Scene, anchors: Anchors, symbols: list[Int64]
+) -> tuple[Int32, Int32, Int64]:
+    """Move every Gaussian by its anchors (SPEC 7.5).
+
+    Args:
+        kernels: Those of `motion_kernels`.
+        scene: Before the motion.
+        anchors: Of the frame.
+        symbols: `[c, a]` of each level, level 1 first.
+
+    Returns:
+        The positions and rotations after it, and the motion `[c, N]`.
+
+    Raises:
+        PositionRangeError: A Gaussian leaves the lattice.
+        DegenerateRotationError: A sum of residuals is zero.
+    """
+    header = scene.header
+    rows = _pack(kernels, symbols)
+    steps = (
+        header.translation_step,
+        header.rotation_unity * header.level_count,
+        POSITION_LIMIT,
+    )
+    motion = np.empty((header.symbol_planes, scene.count), dtype=np.int64)
+    after = (np.empty_like(scene.positions), np.empty_like(scene.rotations), motion)
+    before = (scene.positions, scene.rotations)
+    parts = _PARTS_OF_A_THREAD * count_threads()
+    borders = [scene.count * part // parts for part in range(parts + 1)]
+
+    def move_part(part: int) -> tuple[bool, bool]:
+        span = (borders[part], borders[part + 1])
+        found: tuple[bool, bool] = kernels.move(before, anchors.binding, rows, steps, span, after)
+        return found
+
+    found = map_parts(move_part, range(parts))
+    if any(leaves for leaves, _ in found):
+        message = "a Gaussian leaves the lattice"
+        raise PositionRangeError(message)
+    if any(degenerate for _, degenerate in found):
+        message = "a rotation has norm zero"
+        raise DegenerateRotationError(message)
+    return after
+
+
+def _pack(kernels: ModuleType, symbols: list[Int64]) -> tuple[object, ...]:
+    """Return the symbols of all levels, a row to an anchor, which move, and where levels begin."""
+    sizes = [level.shape[1] for level in symbols]
+    rows = np.empty((sum(sizes), symbols[0].shape[0]), dtype=np.int16)
+    moving = np.empty(sum(sizes), dtype=np.bool_)
+    starts = np.cumsum([0, *sizes[:-1]])
+    for start, level in zip(starts.tolist(), symbols, strict=True):
+        kernels.pack_symbols(np.ascontiguousarray(level), rows, moving, start)
+    return rows, moving, starts

@@ -1,0 +1,90 @@
+"""Whole frames by compiled kernels against the same by NumPy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.reconstruct import (
+    bear,
+    begin_canonical,
+    begin_frame,
+    choose_deaths,
+    motion_contexts,
+    move,
+)
+from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with, threading_by
+from quarc_ref.format.constants import POSITION_LIMIT
+from quarc_ref.format.errors import DegenerateRotationError, PositionRangeError
+from tests import strategies
+from tests.streams import make_births, make_gaussians, make_symbols
+
+pytest.importorskip("numba")
+
+
+def _run(header, count, seed, kernels, threads=1):
+    """Three frames with motion, births and deaths; all that could differ."""
+    shown = []
+    with computing_with(kernels), threading_by(threads):
+        state = begin_canonical(header, 0, make_gaussians(header, count, seed))
+        for frame in range(1, 4):
+            begun = begin_frame(state, min(3, count - 1))
+            contexts = motion_contexts(begun, previous=True)
+            moved = move(begun, make_symbols(begun, seed + frame))
+            state = bear(moved, make_births(moved, 4, seed + frame))
+            shown += [context.previous.tolist() for context in contexts]
+            shown += [state.motion.tolist(), begun.known_anchors.binding.tolist()]
+            shown.append(compute_digest(state.scene))
+    return shown
+
+
+@settings(max_examples=30)
+@given(strategies.headers(), st.integers(1, 60), st.integers(0, 1 << 30), st.sampled_from([1, 3]))
+def test_frames_by_compiled_kernels_are_those_of_numpy(header, count, seed, threads):
+    header = replace(header, position_step=1, rotation_unity=max(header.rotation_unity, 40))
+
+    assert _run(header, count, seed, COMPILED, threads) == _run(header, count, seed, PLAIN)
+
+
+@given(st.lists(st.integers(-4, 4), min_size=1, max_size=40), st.data())
+def test_the_dead_are_the_same(opacities, data):
+    header = strategies.StreamHeader()
+    scene = begin_canonical(header, 0, make_gaussians(header, len(opacities))).scene
+    codes = scene.codes.copy()
+    codes[3] = opacities
+    scene = replace(scene, codes=codes)
+    count = data.draw(st.integers(0, len(opacities)))
+
+    with computing_with(PLAIN):
+        expected = np.sort(choose_deaths(scene, count))
+    with computing_with(COMPILED):
+        assert np.sort(choose_deaths(scene, count)).tolist() == expected.tolist()
+
+
+def _begun(components=4):
+    header = strategies.StreamHeader(rotation_components=components)
+    return begin_frame(begin_canonical(header, 0, make_gaussians(header, 20)), 0)
+
+
+def test_what_leaves_the_lattice_is_refused():
+    begun = _begun()
+    positions = begun.scene.positions.copy()
+    positions[1, 7] = -POSITION_LIMIT
+    begun = replace(begun, scene=replace(begun.scene, positions=positions))
+    symbols = [-np.ones((7, level.owners.size), int) for level in begun.known_anchors.levels]
+
+    with computing_with(COMPILED), pytest.raises(PositionRangeError):
+        move(begun, symbols)
+
+
+def test_a_sum_that_takes_the_whole_of_a_rotation_away_is_refused():
+    begun = _begun()
+    unity = begun.scene.header.rotation_unity * begun.scene.header.level_count
+    symbols = [np.zeros((7, level.owners.size), int) for level in begun.known_anchors.levels]
+    symbols[0][3] = -unity
+
+    with computing_with(COMPILED), pytest.raises(DegenerateRotationError):
+        move(begun, symbols)
