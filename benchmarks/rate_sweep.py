@@ -50,9 +50,9 @@ def claim_hull(points: Sequence[Point]) -> Claim:
 def _change_step(config: EncoderConfig, factor: float) -> Changes:
     """Return a translation step, and with it a rotation step, that is so many times as wide."""
     unity = min(_scale(config.stream.rotation_unity, 1 / factor), ROTATION_UNITY_LIMIT)
-    pixels = config.steps.translation_pixels
-    if pixels:
-        width = ("steps.translation_pixels", f"{pixels * factor:g}")
+    spacing = config.steps.translation_spacing
+    if spacing:
+        width = ("steps.translation_spacing", f"{spacing * factor:g}")
     else:
         width = ("stream.translation_step", f"{_scale(config.stream.translation_step, factor)}")
     return (width, ("stream.rotation_unity", f"{unity}"))

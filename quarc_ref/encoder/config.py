@@ -28,16 +28,18 @@ WarmStart = Literal["anchors", "projection"]
 
 @dataclass(frozen=True, slots=True)
 class StepSettings(Checked):
-    """Steps by the capture's own measure (ours): pixels, as wide as they are at the scene.
+    """Steps by the capture's own measure (ours), as wide as it is at the scene.
 
     Attributes:
         position_pixels: Step of canonical and newborn positions; 0 leaves it as
             `stream` has it, in world units (paper).
-        translation_pixels: Step of translation residuals; 0 as above.
+        translation_spacing: Step of translation residuals, in shares of the
+            distance at which `canonical.max_gaussians` would be spread over a
+            picture; 0 as above.
     """
 
     position_pixels: Amount = 0.0
-    translation_pixels: Amount = 0.0
+    translation_spacing: Amount = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,11 @@ Every `canonical.every` frames `commit_frame_as_canonical` takes the place of `c
 """
 
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from typing import BinaryIO
 
 import numpy as np
 import torch
 
-from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import State
@@ -23,9 +21,10 @@ from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.config import BirthSettings, EncoderConfig, make_header
+from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.motion import fit_motion
-from quarc_ref.encoder.presets import choose_preset, list_settings
+from quarc_ref.encoder.presets import choose_preset
 from quarc_ref.encoder.progress import Progress, Silence
 from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
 from quarc_ref.encoder.rate_control import price_bytes
@@ -112,7 +111,7 @@ class _Encoding:
         self._capture = capture
         self._studio = _make_studio(capture, options)
         self._config = suit_capture(options.config, capture)
-        self._metadata = _describe(capture, options, self._studio.rasterizer.name)
+        self._metadata = describe_encode(capture, options.config, options.device)
         self._sizes: list[int] = []
 
     def begin(self, sink: BinaryIO) -> None:
@@ -186,7 +185,9 @@ def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
         EncodeError: No training view sees an initial point.
     """
     views = [capture.cameras[index] for index in capture.training]
-    return replace(config, stream=propose_steps(config.stream, config.steps, views, capture.points))
+    most = config.canonical.max_gaussians
+    stream = propose_steps(config.stream, config.steps, views, capture.points, most)
+    return replace(config, stream=stream)
 
 
 def settle_exposures(studio: Studio, state: State) -> None:
@@ -216,15 +217,3 @@ def _make_studio(capture: Capture, options: EncodeOptions) -> Studio:
     return Studio(
         views, rasterizer, device, options.config.seed, options.progress, extent, exposures
     )
-
-
-def _describe(capture: Capture, options: EncodeOptions, renderer: str) -> dict[str, str]:
-    """Return the metadata of a stream: what it was made from, how, and by what."""
-    settings = dict(list_settings(options.config))
-    libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))
-    return {
-        "capture": capture.name,
-        "fingerprint": capture.fingerprint,
-        "encoder": f"quarc-ref {__version__}, {libraries}",
-        "settings": " ".join(f"{name}={value}" for name, value in settings.items()),
-    }

@@ -2,7 +2,9 @@
 
 World units say nothing: a capture may be in meters or in whatever a calibration
 left it in. What a step costs in quality shows in pixels, so that steps are asked
-for in pixels and put on a lattice that is a little finer than they are.
+for in pixels, or in shares of the distance between Gaussians there, and put on a
+lattice that is a little finer than they are. A scene of many Gaussians to a pixel
+is sharp and shows a small motion; one of few is not, and does not.
 """
 
 import math
@@ -24,7 +26,11 @@ _MARGIN = 4
 
 
 def propose_steps(
-    stream: StreamHeader, settings: StepSettings, cameras: Sequence[Camera], points: Points
+    stream: StreamHeader,
+    settings: StepSettings,
+    cameras: Sequence[Camera],
+    points: Points,
+    gaussian_count: int,
 ) -> StreamHeader:
     """Return a header whose lattice and steps suit a capture.
 
@@ -34,18 +40,20 @@ def propose_steps(
 
     Args:
         stream: Its world-unit steps stand where the settings are 0.
-        settings: Steps in pixels.
+        settings: Steps in pixels and in spacings.
         cameras: The training views.
         points: Initial points.
+        gaussian_count: As many as the canonical scene may have.
 
     Raises:
         EncodeError: No view sees a point.
     """
-    if not (settings.position_pixels or settings.translation_pixels):
+    if not (settings.position_pixels or settings.translation_spacing):
         return stream
     pixel = measure_pixel(cameras, points)
+    spacing = pixel * measure_spacing(cameras, gaussian_count)
     position = settings.position_pixels * pixel or position_step(stream)
-    translation = settings.translation_pixels * pixel or translation_step(stream)
+    translation = settings.translation_spacing * spacing or translation_step(stream)
     exponent = _choose_exponent(min(position, translation), _measure_reach(cameras, points))
     return replace(
         stream,
@@ -73,6 +81,12 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
         message = "no training view sees an initial point: set the steps in world units"
         raise EncodeError(message)
     return float(np.median(widths))
+
+
+def measure_spacing(cameras: Sequence[Camera], gaussian_count: int) -> float:
+    """Return how far apart Gaussians are that are spread over a picture, pixels."""
+    areas = [camera.width * camera.height for camera in cameras]
+    return math.sqrt(float(np.median(areas)) / gaussian_count)
 
 
 def _seen_depths(camera: Camera, points: Points) -> NDArray[np.float64]:

@@ -30,16 +30,16 @@ def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
     assert weights == {0.5, 1.0, 2.0, 4.0, 8.0}
 
 
-@pytest.mark.parametrize("pixels", [0.0, 0.5])
-def test_the_rotation_step_is_swept_with_that_of_translation(pixels):
-    config = replace(EncoderConfig(), steps=StepSettings(translation_pixels=pixels))
+@pytest.mark.parametrize("spacing", [0.0, 0.5])
+def test_the_rotation_step_is_swept_with_that_of_translation(spacing):
+    config = replace(EncoderConfig(), steps=StepSettings(translation_spacing=spacing))
     swept = [_apply(config, changes) for changes in list_changes(config)]
 
     def width(each):
-        return each.steps.translation_pixels or each.stream.translation_step
+        return each.steps.translation_spacing or each.stream.translation_step
 
     factors = {(width(each) / width(config), each.stream.rotation_unity) for each in swept}
-    half = 0.5 if pixels else 4 / 7
+    half = 0.5 if spacing else 4 / 7
     assert factors == {(1.0, 100), (half, 200), (2.0, 50)}
 
 

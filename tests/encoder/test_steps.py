@@ -8,14 +8,15 @@ from hypothesis import strategies as st
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.encode_stream import suit_capture
-from quarc_ref.encoder.steps import measure_pixel, propose_steps
+from quarc_ref.encoder.steps import measure_pixel, measure_spacing, propose_steps
 from quarc_ref.encoder.straight_through import position_step, translation_step
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from tests.encoder.toys import make_cameras, make_capture
 
-_ASKED = StepSettings(position_pixels=0.25, translation_pixels=0.5)
+_COUNT = 1000
+_ASKED = StepSettings(position_pixels=0.25, translation_spacing=0.5)
 
 
 _TOY = make_cameras(), make_capture().points
@@ -32,7 +33,7 @@ def _scaled(factor: float):
 
 
 def _propose(factor: float = 1.0, settings: StepSettings = _ASKED) -> StreamHeader:
-    return propose_steps(StreamHeader(), settings, *_scaled(factor))
+    return propose_steps(StreamHeader(), settings, *_scaled(factor), _COUNT)
 
 
 def test_a_pixel_is_as_wide_as_the_median_point_is_far_over_the_focal_length():
@@ -44,13 +45,20 @@ def test_a_pixel_is_as_wide_as_the_median_point_is_far_over_the_focal_length():
     assert measure_pixel([camera], points) == pytest.approx(2 / 50)
 
 
-def test_steps_are_the_pixels_asked_for():
+def test_gaussians_are_as_far_apart_as_the_pixels_to_each_say():
+    cameras = [replace(camera, width=60, height=40) for camera in make_cameras()]
+
+    assert measure_spacing(cameras, 600) == pytest.approx(2.0)
+
+
+def test_steps_are_the_pixels_and_the_spacings_asked_for():
     pixel = measure_pixel(*_TOY)
+    spacing = pixel * measure_spacing(_TOY[0], _COUNT)
 
     header = _propose()
 
     assert position_step(header) == pytest.approx(0.25 * pixel, rel=1 / 16)
-    assert translation_step(header) == pytest.approx(0.5 * pixel, rel=1 / 16)
+    assert translation_step(header) == pytest.approx(0.5 * spacing, rel=1 / 16)
     assert 8 <= header.position_step <= 16
 
 
@@ -73,7 +81,7 @@ def test_the_lattice_reaches_beyond_the_cameras_and_the_points(pixels):
     cameras, points = _TOY
     far = Points(np.concatenate([points.positions, [[9e3, 0, 0]]]), points.colors)
 
-    header = propose_steps(StreamHeader(), StepSettings(pixels, pixels), cameras, far)
+    header = propose_steps(StreamHeader(), StepSettings(pixels, pixels), cameras, far, _COUNT)
 
     assert 4 * 9e3 * 2.0**header.lattice_exponent <= POSITION_LIMIT
 
@@ -94,7 +102,7 @@ def test_points_that_no_view_sees_give_no_steps():
     behind = Points(points.positions + np.float32(1e3), points.colors)
 
     with pytest.raises(EncodeError, match="no training view"):
-        propose_steps(StreamHeader(), _ASKED, cameras, behind)
+        propose_steps(StreamHeader(), _ASKED, cameras, behind, _COUNT)
 
 
 def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
@@ -103,5 +111,6 @@ def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
 
     suited = suit_capture(EncoderConfig(steps=_ASKED), capture)
 
-    proposed = propose_steps(StreamHeader(), _ASKED, training, capture.points)
+    most = EncoderConfig().canonical.max_gaussians
+    proposed = propose_steps(StreamHeader(), _ASKED, training, capture.points, most)
     assert suited.stream == proposed != StreamHeader()
