@@ -1,5 +1,7 @@
 """Options and arguments that several verbs share, and how they are read."""
 
+import os
+import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +13,7 @@ if TYPE_CHECKING:
     from quarc_ref.decoder import Follow, Source
 
 STANDARD_STREAM = "-"
+_DIGITS = 20  # more than any ordinal has
 _ALL = 1 << 62
 
 
@@ -28,19 +31,37 @@ def check_file(name: str) -> str:
     """Return the name of a stream, which must be there if it is a path.
 
     Raises:
-        BadParameter: It is not there, or a folder.
+        BadParameter: It is not there, or no file.
     """
-    if is_file(name) and not Path(name).is_file():
-        what = "is a folder" if Path(name).is_dir() else "does not exist"
-        message = f"{name!r} {what}."
+    fault = _find_fault(name) if is_file(name) else None
+    if fault:
+        message = f"{name!r} {fault}."
         raise typer.BadParameter(message)
     return name
+
+
+def _find_fault(path: str) -> str | None:
+    """Return what keeps a path from being that of a file, if anything does."""
+    try:
+        mode = os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return "does not exist"
+    except OSError as error:
+        return f"cannot be found: {error.strerror}"
+    if stat.S_ISDIR(mode):
+        return "is a folder"
+    return None if stat.S_ISREG(mode) else "is no file that can be read twice; - is standard input"
 
 
 StreamFile = Annotated[
     Path,
     typer.Argument(
-        metavar="FILE", help="A .quarc stream.", show_default=False, exists=True, dir_okay=False
+        metavar="FILE",
+        help="A .quarc stream.",
+        show_default=False,
+        exists=True,
+        dir_okay=False,
+        readable=False,  # found out when it is read, and then no fault of the command line
     ),
 ]
 StreamName = Annotated[
@@ -75,6 +96,7 @@ CaptureFolder = Annotated[
         show_default=False,
         exists=True,
         file_okay=False,
+        readable=False,
     ),
 ]
 Settings = Annotated[
@@ -97,7 +119,7 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
         return 0, None
     first, colon, last = text.partition(":")
     numbers = [first or "0", last or "0"]
-    if not colon or not all(number.isdecimal() for number in numbers):
+    if not colon or not all(number.isdecimal() and len(number) < _DIGITS for number in numbers):
         message = f"--frames takes A:B, such as 0:10; this is {text!r}"
         raise UsageError(message)
     start, stop = int(numbers[0]), int(last) if last else None
