@@ -6,7 +6,14 @@ from typing import Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.encode_work import EncodeWork, FileWanted, encode_to_file, encode_to_pipe
+from quarc_ref.cli.encode_work import (
+    EncodeWork,
+    FileWanted,
+    choose_where,
+    encode_to_file,
+    encode_to_joined_file,
+    encode_to_pipe,
+)
 from quarc_ref.cli.encoder_options import configure, name_settings
 from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.options import (
@@ -95,6 +102,28 @@ def encode(
             help="Go on where an encode of the same settings broke off: the same bytes come out.",
         ),
     ] = False,
+    segments: Annotated[
+        int | None,
+        typer.Option(
+            "--segments",
+            min=1,
+            metavar="K",
+            help="Encode K parts of the frames apart, several at a time, and join them.",
+            show_default="one stream",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", min=1, help="Segments at a time, here.", show_default="one a processor"
+        ),
+    ] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            "--ray", metavar="ADDRESS", help="Encode segments on a Ray cluster: host:port, or auto."
+        ),
+    ] = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -103,7 +132,13 @@ def encode(
     with reported_faults():
         to_pipe = str(output) == STANDARD_STREAM
         if to_pipe:
-            _refuse_for_pipe({"--json": as_json, "--live": live, "--resume": resume})
+            _refuse_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
+            _refuse_with("-o -", {"--segments": segments is not None})
+        if segments is None:
+            given = {"--workers": workers is not None, "--ray": ray is not None}
+            _refuse_with("a stream without --segments", given)
+        else:
+            _refuse_with("--segments", {"--live": live})
         asked = {
             "canonical.every": canonical_every,
             "rate_weight": rate_weight,
@@ -114,19 +149,23 @@ def encode(
         with TerminalProgress(quiet=quiet) as progress:
             cameras = tuple(held_out or ())
             work = EncodeWork(capture, downscale, cameras, config, frames, device, progress)
+            wanted = FileWanted(force, live, resume)
             if to_pipe:
                 encode_to_pipe(work, output)
+            elif segments is None:
+                encode_to_file(work, output, wanted)
             else:
-                encode_to_file(work, output, FileWanted(force, live, resume))
+                where = choose_where(segments, workers, ray, device)
+                encode_to_joined_file(work, output, wanted, segments, where)
         if not to_pipe:
             _show(output, round(time.monotonic() - begun, 1), as_json=as_json)
 
 
-def _refuse_for_pipe(asked: dict[str, bool]) -> None:
-    """Raise UsageError if an option is given that a stream on standard output does not bear."""
+def _refuse_with(what: str, asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that does not go with something else."""
     for option, is_given in asked.items():
         if is_given:
-            message = f"-o - does not go with {option}"
+            message = f"{what} does not go with {option}"
             raise UsageError(message)
 
 

@@ -1,18 +1,24 @@
 """What `encode` was asked to encode, and the ways to do it."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from quarc_ref.cli.encoder_options import open_asked, require_device
-from quarc_ref.cli.stream_targets import growing_stream
-from quarc_ref.cli.targets import written_stream
+from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.stream_targets import growing_stream, kept_segments
+from quarc_ref.cli.targets import written_file, written_stream
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
     from quarc_ref.encoder import EncodeOptions
     from quarc_ref.encoder.config import EncoderConfig
     from quarc_ref.encoder.progress import Progress
+    from quarc_ref.encoder.segments import Segment
+    from quarc_ref.jobs import Where
+
+_SEGMENT_FILES = ("frames_*.quarc",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +92,68 @@ def encode_to_file(work: EncodeWork, target: Path, wanted: FileWanted) -> None:
 
         capture, options = work.open()
         encode_file(capture, path, options)
+
+
+def encode_to_joined_file(
+    work: EncodeWork, target: Path, wanted: FileWanted, segment_count: int, where: "Where"
+) -> None:
+    """Encode segments apart, and join them in a file.
+
+    Raises:
+        UsageError: The file cannot be written so, or there are fewer frames than segments.
+        ResumeError: The file that is there is not the one asked for.
+        JobsError: Some segments could not be encoded; the others are kept.
+    """
+    is_there = wanted.resume and target.is_file() and not wanted.force
+    with kept_segments(
+        target, _SEGMENT_FILES, force=wanted.force or is_there, resume=wanted.resume
+    ) as folder:
+        from quarc_ref.encoder import segments
+
+        capture, options = work.open()
+        if is_there:
+            segments.require_joined(target, capture, options)
+            return
+        parts = _cut(work, capture, options, (folder.absolute(), segment_count))
+        segments.encode_segments(parts, where, work.progress)
+        with written_file(target, force=wanted.force) as sink:
+            segments.join_segments(parts, sink)
+
+
+def choose_where(segment_count: int, workers: int | None, ray: str | None, device: str) -> "Where":
+    """Return where segments are encoded.
+
+    A process of this machine has an even share of its processors, a task of a
+    cluster one processor, and a GPU if the device is CUDA.
+    """
+    from quarc_ref.jobs import Where
+
+    processors = os.cpu_count() or 1
+    at_a_time = workers or min(segment_count, processors)
+    threads = 1 if ray else max(1, processors // at_a_time)
+    return Where(at_a_time, threads, ray, 1.0 if device == "cuda" else 0.0)
+
+
+def _cut(
+    work: EncodeWork, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
+) -> "list[Segment]":
+    """Return the segments of a capture, whose files are to be in a folder."""
+    from quarc_ref.datasets.open_capture import CaptureOptions
+    from quarc_ref.encoder.segments import Segment, split_frames
+
+    opening = CaptureOptions(work.downscale, work.held_out)
+    folder, segment_count = into
+    try:
+        spans = split_frames(
+            min(work.frames or capture.frame_count, capture.frame_count), segment_count
+        )
+    except ValueError as error:
+        message = f"--segments {segment_count}: {error}"
+        raise UsageError(message) from error
+    return [
+        Segment(
+            work.folder.absolute(), opening, options, first, count,
+            folder / f"frames_{first:06}_{count:06}.quarc",
+        )
+        for first, count in spans
+    ]  # fmt: skip

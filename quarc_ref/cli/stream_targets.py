@@ -1,13 +1,16 @@
 """Where `encode` writes a stream, so that an encode that breaks off can be gone on with."""
 
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NoReturn
 
 from quarc_ref.cli.faults import UsageError
-from quarc_ref.cli.targets import refuse_target
+from quarc_ref.cli.targets import refuse_foreign, refuse_target
 
 _PART = ".part"
+_SEGMENTS = ".segments"
 
 
 @contextmanager
@@ -33,7 +36,53 @@ def growing_stream(target: Path, *, force: bool, live: bool, resume: bool) -> It
     if not resume:
         _clear(place, force=force)
     try:
-        yield place
+        with _said_to_stay(place):
+            yield place
+    finally:
+        if place.is_file() and not _holds_something(place):
+            place.unlink()
+    if place != target:
+        place.replace(target)
+
+
+@contextmanager
+def kept_segments(
+    target: Path, made: tuple[str, ...], *, force: bool, resume: bool
+) -> Iterator[Path]:
+    """Make the folder `<target>.segments`, which goes when all is done, and stays if it is not.
+
+    Args:
+        target: Where the stream of all segments is to be.
+        made: Patterns of the names that are made in the folder.
+        force: Whether to replace a target, or segments that are not resumed.
+        resume: Whether to go on with the segments that are there.
+
+    Raises:
+        UsageError: The target cannot be written, or the folder holds other things.
+    """
+    refuse_target(target, force=force)
+    folder = target.with_name(target.name + _SEGMENTS)
+    refuse_foreign(folder, made)
+    if folder.exists() and not resume:
+        if not force:
+            _refuse_left(folder)
+        shutil.rmtree(folder)
+    folder.mkdir(exist_ok=True)
+    try:
+        with _said_to_stay(folder):
+            yield folder
+    except BaseException:
+        if not _holds_something(folder):
+            folder.rmdir()
+        raise
+    shutil.rmtree(folder)
+
+
+@contextmanager
+def _said_to_stay(place: Path) -> Iterator[None]:
+    """Let an interruption say that what has been written is kept, if anything has."""
+    try:
+        yield
     except KeyboardInterrupt as error:
         if not _holds_something(place):
             raise
@@ -41,11 +90,6 @@ def growing_stream(target: Path, *, force: bool, live: bool, resume: bool) -> It
             f"interrupted; {place} holds the frames that were written: --resume goes on with them"
         )
         raise KeyboardInterrupt(message) from error
-    finally:
-        if place.is_file() and not _holds_something(place):
-            place.unlink()
-    if place != target:
-        place.replace(target)
 
 
 def _choose_new(target: Path, *, live: bool) -> Path:
@@ -61,9 +105,13 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 def _clear(place: Path, *, force: bool) -> None:
     """Remove what is in a place; who reads it keeps it."""
     if _holds_something(place) and not force:
-        message = f"{place} is what an encode has left: --resume goes on, --force begins anew"
-        raise UsageError(message)
+        _refuse_left(place)
     place.unlink(missing_ok=True)
+
+
+def _refuse_left(place: Path) -> NoReturn:
+    message = f"{place} is what an encode has left: --resume goes on, --force begins anew"
+    raise UsageError(message)
 
 
 def _name_part(target: Path) -> Path:
@@ -71,4 +119,6 @@ def _name_part(target: Path) -> Path:
 
 
 def _holds_something(path: Path) -> bool:
+    if path.is_dir():
+        return any(path.iterdir())
     return path.is_file() and path.stat().st_size > 0

@@ -74,7 +74,7 @@ def grown_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterato
         UsageError: The target exists, and is not to be replaced.
     """
     _refuse_existing(target, force=force)
-    _refuse_foreign(target, made)
+    refuse_foreign(target, made)
     target.mkdir(exist_ok=True)
     for path in target.iterdir():
         path.unlink()
@@ -106,7 +106,7 @@ def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Itera
         UsageError: The target exists, and is not to be replaced.
     """
     _refuse_existing(target, force=force)
-    _refuse_foreign(target, made)
+    refuse_foreign(target, made)
     beside = _beside(target, "part")
     beside.mkdir()
     try:
@@ -133,7 +133,8 @@ def _refuse_existing(target: Path, *, force: bool) -> None:
         raise UsageError(message)
 
 
-def _refuse_foreign(target: Path, made: tuple[str, ...]) -> None:
+def refuse_foreign(target: Path, made: tuple[str, ...]) -> None:
+    """Raise UsageError if a folder holds what was not made in it."""
     if not os.path.lexists(target):
         return
     if target.is_symlink() or not target.is_dir():

@@ -121,6 +121,11 @@ def require_frames(begun: Begun, frame_count: int, canonical: CanonicalSettings)
         if _name_canonical(chunk) != (frame if canonical.is_due(frame) else None):
             message = f"frame {frame} of the stream is not as this encode has it: cut, or joined"
             raise ResumeError(message)
+    require_count(begun, frame_count)
+
+
+def require_count(begun: Begun, frame_count: int) -> None:
+    """Raise ResumeError unless a stream has no more frames than asked for, and all if finished."""
     found = len(begun.frames)
     if found > frame_count or (begun.is_finished and found < frame_count):
         end = "is finished with" if begun.is_finished else "has"

@@ -1,0 +1,27 @@
+"""What a stream says of how it was made: the metadata that `--resume` goes by."""
+
+from importlib.metadata import version
+
+from quarc_ref import __version__
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.presets import list_settings
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
+
+
+def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dict[str, str]:
+    """Return the metadata of a stream: what it is made from, how, and by what.
+
+    Args:
+        capture: What it is made from.
+        config: All settings.
+        device: As `EncodeOptions` has it.
+    """
+    renderer = choose_rasterizer(choose_device(device)).name
+    libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))
+    return {
+        "capture": capture.name,
+        "fingerprint": capture.fingerprint,
+        "encoder": f"quarc-ref {__version__}, {libraries}",
+        "settings": " ".join(f"{name}={value}" for name, value in list_settings(config)),
+    }

@@ -1,0 +1,133 @@
+"""A capture in segments: streams of its parts, encoded apart, on one machine or many, and joined.
+
+Every segment begins with a canonical frame of its own training, so that none
+waits for another.
+"""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.decoder.sources import FileSource
+from quarc_ref.editing.join import join
+from quarc_ref.encoder.description import describe_encode
+from quarc_ref.encoder.encode_stream import EncodeOptions
+from quarc_ref.encoder.progress import Progress, Silence
+from quarc_ref.encoder.resume import read_begun, require_count, require_same
+from quarc_ref.encoder.stream_file import encode_file
+from quarc_ref.format.errors import ResumeError
+from quarc_ref.jobs import Job, Where, run_jobs
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Some frames of a capture, as one machine needs to know of them to encode them.
+
+    Attributes:
+        folder: Of the capture.
+        opening: What to make of it.
+        options: Of the encode; all frames of the segment are encoded.
+        first: Its first frame.
+        count: How many frames it has.
+        file: Its stream; what this has already is gone on with.
+    """
+
+    folder: Path
+    opening: CaptureOptions
+    options: EncodeOptions
+    first: int
+    count: int
+    file: Path
+
+    @property
+    def name(self) -> str:
+        """What it is called in messages."""
+        return f"frames {self.first} to {self.first + self.count - 1}"
+
+
+def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
+    """Return the first frame and the number of frames of each segment, as even as can be.
+
+    Raises:
+        ValueError: There are more segments than frames.
+    """
+    if not 1 <= segment_count <= frame_count:
+        message = f"{frame_count} frames cannot be cut into {segment_count} segments"
+        raise ValueError(message)
+    borders = [place * frame_count // segment_count for place in range(segment_count + 1)]
+    return [(first, last - first) for first, last in pairwise(borders)]
+
+
+def encode_segments(segments: Sequence[Segment], where: Where, progress: Progress) -> None:
+    """Encode segments, several at a time.
+
+    Args:
+        segments: Each with a file of its own, which every machine reaches.
+        where: They are encoded.
+        progress: Is told of every segment that is done.
+
+    Raises:
+        JobsError: Some could not be encoded; all others are.
+    """
+    jobs = [
+        Job(segment.name, replace(segment, options=replace(segment.options, progress=Silence())))
+        for segment in segments
+    ]
+    run_jobs(encode_segment, jobs, where, lambda _, *done: progress.advance("segments", *done))
+
+
+def encode_segment(segment: Segment) -> None:
+    """Encode a segment into its file."""
+    capture = take_frames(
+        open_capture(segment.folder, segment.opening), segment.first, segment.count
+    )
+    encode_file(capture, segment.file, replace(segment.options, frames=None))
+
+
+def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
+    """Write the streams of segments as one."""
+    with ExitStack() as files:
+        join([FileSource(files.enter_context(each.file.open("rb"))) for each in segments], sink)
+
+
+def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None:
+    """Raise ResumeError unless a file has all frames of a capture, joined of such segments."""
+    with path.open("rb") as file:
+        begun = read_begun(FileSource(file))
+    if begun is None or not begun.is_finished:
+        message = f"{path} is not finished, and not for segments to be put in its place"
+        raise ResumeError(message)
+    metadata = describe_encode(capture, options.config, options.device)
+    require_same(begun, begun.header, capture.cameras, metadata)
+    require_count(begun, min(options.frames or capture.frame_count, capture.frame_count))
+
+
+def take_frames(capture: Capture, first: int, count: int) -> Capture:
+    """Return some frames of a capture as one of their own; all else stays."""
+    return Capture(
+        name=capture.name,
+        cameras=capture.cameras,
+        frame_count=count,
+        frames_per_second=capture.frames_per_second,
+        points=capture.points,
+        source=_Later(capture, first),
+        fingerprint=capture.fingerprint,
+        cache_bytes=0,  # the capture behind it has a cache
+    )
+
+
+class _Later:
+    """The pictures of a capture from a frame on."""
+
+    def __init__(self, capture: Capture, first: int) -> None:
+        self._capture = capture
+        self._first = first
+
+    def read(self, camera: int, frame: int) -> Image:
+        """See `PictureSource.read`."""
+        return self._capture.image(camera, self._first + frame)

@@ -1,0 +1,171 @@
+import io
+import os
+
+import pytest
+
+from quarc_ref.cli import encode_work
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.encoder import EncodeOptions, encode, segments
+from quarc_ref.encoder.presets import change_setting, choose_preset
+from quarc_ref.encoder.segments import take_frames
+from quarc_ref.jobs import JobsError, Where
+from quarc_ref.jobs.job import Outcome
+from tests.cli.commands import TINY, TINY_OPTIONS, run, run_json
+from tests.editing.edits import join_bytes, list_digests
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def _command(capture, file, *options):
+    return ["encode", capture, "-o", file, *TINY_OPTIONS, "--device", "cpu", *options]
+
+
+@pytest.fixture(scope="module")
+def parts(capture):
+    """The streams of frame 0 and of frames 1 and 2, encoded by themselves."""
+    config = choose_preset("main")
+    for name, value in TINY.items():
+        config = change_setting(config, name, str(value))
+    streams = []
+    for first, count in ((0, 1), (1, 2)):
+        sink = io.BytesIO()
+        part = take_frames(open_capture(capture), first, count)
+        encode(part, sink, EncodeOptions(config, device="cpu"))
+        streams.append(sink.getvalue())
+    return streams
+
+
+def _run_here(function, jobs, where, told):
+    """Do as `run_jobs`, without the processes."""
+    assert where == Where(2, (os.cpu_count() or 1) // 2 or 1)
+    for done, job in enumerate(jobs, 1):
+        function(job.argument)
+        told(job.name, done, len(jobs))
+
+
+def test_segments_are_encoded_apart_and_joined(capture, encoded, parts, tmp_path, monkeypatch):
+    monkeypatch.setattr(segments, "run_jobs", _run_here)
+    file = tmp_path / "a.quarc"
+    printed = run_json(*_command(capture, file, "--segments", 2, "--workers", 2))
+    frames = run_json("inspect", file)["per_frame"]
+
+    assert file.read_bytes() == join_bytes(*parts)
+    assert [frame["kind"] for frame in frames] == ["canonical", "canonical", "moved"]
+    assert list_digests(file.read_bytes())[0] == list_digests(encoded.file.read_bytes())[0]
+    assert printed["metadata"] == encoded.printed["metadata"]
+    assert _names(tmp_path) == ["a.quarc"]
+
+
+def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
+    capture, parts, tmp_path, monkeypatch
+):
+    file, folder = tmp_path / "a.quarc", tmp_path / "a.quarc.segments"
+    monkeypatch.setattr(segments, "encode_segments", _interrupt)
+    broken = run(*_command(capture, file, "--segments", 2))
+    left = _names(tmp_path)
+    folder.mkdir()
+    (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
+    (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
+    broken_again = run(*_command(capture, file, "--segments", 2, "--resume"))
+    refused = run(*_command(capture, file, "--segments", 2))
+    monkeypatch.undo()
+    resumed = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
+
+    assert (broken.exit_code, left) == (3, [])
+    assert "a.quarc.segments holds the frames" in broken_again.stderr
+    assert (refused.exit_code, "--resume goes on" in refused.stderr) == (2, True)
+    assert resumed.exit_code == 0
+    assert file.read_bytes() == join_bytes(*parts)
+    assert _names(tmp_path) == ["a.quarc"]
+
+
+def _interrupt(*_arguments):
+    raise KeyboardInterrupt
+
+
+def test_a_finished_file_is_left_as_it_is(capture, parts, tmp_path):
+    file = tmp_path / "a.quarc"
+    file.write_bytes(join_bytes(*parts))
+    before = file.stat().st_mtime_ns
+    command = _command(capture, file, "--segments", 2, "--resume")
+
+    assert run(*command).exit_code == 0
+    assert run(*command, "--seed", 1).exit_code == 2
+    assert run(*command, "--frames", 2).exit_code == 2
+    assert file.stat().st_mtime_ns == before
+    assert _names(tmp_path) == ["a.quarc"]
+
+
+def test_a_segment_that_cannot_be_encoded_is_named_and_the_others_are_kept(
+    capture, tmp_path, monkeypatch
+):
+    def fail(parts, *_where):
+        parts[0].file.write_bytes(b"whole")
+        raise JobsError({parts[1].name: Outcome(fault="BadMagicError: no stream")}, 2)
+
+    monkeypatch.setattr(segments, "encode_segments", fail)
+    result = run(*_command(capture, tmp_path / "a.quarc", "--segments", 2))
+
+    assert result.exit_code == 3
+    assert "1 of 2 jobs failed; frames 1 to 2: BadMagicError: no stream" in result.stderr
+    assert _names(tmp_path) == ["a.quarc.segments"]
+    assert _names(tmp_path / "a.quarc.segments") == ["frames_000000_000001.quarc"]
+
+
+def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
+    folder = tmp_path / "a.quarc.segments"
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("mine")
+    command = _command(capture, tmp_path / "a.quarc", "--segments", 2)
+    results = [run(*command, option) for option in ("--force", "--resume")]
+
+    assert [result.exit_code for result in results] == [2, 2]
+    assert _names(folder) == ["thesis.tex"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--segments", 4], "3 frames cannot be cut into 4"),
+        (["--segments", 0], "--segments"),
+        (["--segments", 2, "--live"], "--live"),
+        (["--workers", 2], "--workers"),
+        (["--ray", "auto"], "--ray"),
+        (["--segments", 2, "--workers", 0], "--workers"),
+    ],
+)
+def test_what_does_not_fit_segments_is_a_usage_error_and_makes_nothing(
+    options, said, capture, tmp_path
+):
+    result = run(*_command(capture, tmp_path / "a.quarc", *options))
+
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert _names(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "processors", "where"),
+    [
+        ((4, None, None, "cpu"), 8, Where(4, 2)),
+        ((8, None, None, "cpu"), 4, Where(4, 1)),
+        ((8, 2, None, "auto"), 8, Where(2, 4)),
+        ((2, 16, None, "cpu"), 8, Where(16, 1)),
+        ((2, None, "host:6379", "cpu"), 8, Where(2, 1, "host:6379")),
+        ((2, None, "host:6379", "cuda"), 8, Where(2, 1, "host:6379", 1.0)),
+    ],
+)
+def test_processors_are_shared_out(asked, processors, where, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: processors)
+
+    assert encode_work.choose_where(*asked) == where
+
+
+def test_segments_of_a_cluster_are_those_of_this_machine(capture, parts, tmp_path, ray_cluster):
+    file = tmp_path / "a.quarc"
+    result = run(*_command(capture, file, "--segments", 2, "--ray", ray_cluster))
+
+    assert result.exit_code == 0, result.stderr
+    assert file.read_bytes() == join_bytes(*parts)

@@ -1,0 +1,23 @@
+from dataclasses import replace
+
+from quarc_ref import __version__
+from quarc_ref.encoder.config import EncoderConfig, MotionSettings
+from quarc_ref.encoder.description import describe_encode
+from tests.encoder.toys import make_capture
+
+
+def test_a_stream_says_what_it_is_made_from_and_by_what():
+    metadata = describe_encode(make_capture(), EncoderConfig(), "cpu")
+
+    assert metadata["capture"] == "toy"
+    assert metadata["fingerprint"] == "0" * 64
+    assert metadata["encoder"].startswith(f"quarc-ref {__version__}, numba ")
+    assert "torch" in metadata["encoder"]
+
+
+def test_every_setting_is_said():
+    before = describe_encode(make_capture(), EncoderConfig(), "cpu")["settings"].split()
+    config = replace(EncoderConfig(seed=7), motion=MotionSettings(rate=0.25))
+    after = describe_encode(make_capture(), config, "cpu")["settings"].split()
+
+    assert set(after) - set(before) == {"seed=7", "motion.rate=0.25"}

@@ -1,0 +1,77 @@
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.segments import require_joined, split_frames, take_frames
+from quarc_ref.format.errors import ResumeError
+from tests.editing.edits import join_bytes
+from tests.encoder.toys import SMALL, make_capture
+
+_CONFIG = replace(
+    SMALL,
+    canonical=replace(SMALL.canonical, iterations=5),
+    motion=replace(SMALL.motion, iterations=2),
+    births=replace(SMALL.births, iterations=0),
+)
+_OPTIONS = EncodeOptions(_CONFIG, device="cpu")
+
+
+@given(st.integers(1, 500), st.data())
+def test_segments_are_all_frames_once_and_of_even_length(frame_count, data):
+    segment_count = data.draw(st.integers(1, frame_count))
+    spans = split_frames(frame_count, segment_count)
+
+    assert [frame for first, count in spans for frame in range(first, first + count)] == [
+        *range(frame_count)
+    ]
+    assert len(spans) == segment_count
+    assert max(count for _, count in spans) - min(count for _, count in spans) <= 1
+
+
+@pytest.mark.parametrize("segment_count", [0, 6])
+def test_more_segments_than_frames_are_refused(segment_count):
+    with pytest.raises(ValueError, match="cannot be cut"):
+        split_frames(5, segment_count)
+
+
+def test_some_frames_of_a_capture_have_their_own_pictures():
+    capture = make_capture(5)
+    part = take_frames(capture, 2, 3)
+
+    assert part.frame_count == 3
+    for frame in range(3):
+        assert np.array_equal(part.image(1, frame), capture.image(1, frame + 2))
+    assert not np.array_equal(part.image(1, 0), capture.image(1, 0))
+    with pytest.raises(ValueError, match="frame 3"):
+        part.image(0, 3)
+    for name in ("name", "cameras", "frames_per_second", "points", "fingerprint", "training"):
+        assert getattr(part, name) == getattr(capture, name)
+
+
+@pytest.fixture(scope="module")
+def joined():
+    parts = []
+    for first, count in split_frames(3, 2):
+        sink = io.BytesIO()
+        encode(take_frames(make_capture(3), first, count), sink, _OPTIONS)
+        parts.append(sink.getvalue())
+    return join_bytes(*parts)
+
+
+def test_a_joined_stream_is_known_again(joined, tmp_path):
+    path = tmp_path / "a.quarc"
+    path.write_bytes(joined)
+
+    require_joined(path, make_capture(3), _OPTIONS)
+    with pytest.raises(ResumeError, match="another seed"):
+        require_joined(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
+    with pytest.raises(ResumeError, match="with 3 frames, not 2"):
+        require_joined(path, make_capture(3), replace(_OPTIONS, frames=2))
+    path.write_bytes(joined[:-1])
+    with pytest.raises(ResumeError, match="not finished"):
+        require_joined(path, make_capture(3), _OPTIONS)
