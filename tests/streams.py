@@ -54,6 +54,7 @@ def make_stream(
     gaussian_count: int = 40,
     frame_count: int = 4,
     canonical_every: int = 1 << 32,
+    births: int = 3,
 ) -> tuple[bytes, list[State]]:
     """A stream with motion, births and deaths, and the state of each of its frames."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
@@ -63,7 +64,7 @@ def make_stream(
     for frame in range(1, frame_count):
         begun = loop.begin_frame(max(0, loop.state.scene.count - gaussian_count))
         moved = loop.commit_motion(make_symbols(begun, frame))
-        newborn = make_births(moved, 3, frame) if frame % 2 else None
+        newborn = make_births(moved, births, frame) if births and frame % 2 else None
         commit = loop.commit_births
         if frame % canonical_every == 0:
             commit = loop.commit_frame_as_canonical

@@ -4,7 +4,8 @@
         splats = dequantize(scene)
 
 A stream is bytes, or a `Source` that reads at an offset: `open_source` opens
-a file, an HTTP URL or standard input. `recover` decodes past damage.
+a file, an HTTP URL or standard input. `recover` decodes past damage, `Player`
+decodes ahead.
 
 Neither this package nor `quarc_ref.format` under it imports torch, OpenCV or
 matplotlib.
@@ -14,6 +15,7 @@ from quarc_ref.decoder.decode_stream import StreamDecoder, decode
 from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.follow import Follow
+from quarc_ref.decoder.player import Frame, Player
 from quarc_ref.decoder.recover import Gap, recover
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.sources import FileSource, PipeSource, open_source
@@ -23,8 +25,10 @@ __all__ = [
     "BytesSource",
     "FileSource",
     "Follow",
+    "Frame",
     "Gap",
     "PipeSource",
+    "Player",
     "Scene",
     "Source",
     "Splats",

@@ -7,7 +7,7 @@ been seen of the stream, `frames` makes the state of each frame.
 from collections.abc import Iterator
 
 from quarc_ref.decoder.follow import Follow, ask
-from quarc_ref.decoder.frames import decode_canonical, decode_frame
+from quarc_ref.decoder.frames import Prove, decode_canonical, decode_frame
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.seek import seek
@@ -53,22 +53,49 @@ def decode_states(
     stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
 ) -> Iterator[State]:
     """Do as `decode`, and yield all that a frame hands to the next."""
-    reader, decoder = ChunkReader(as_source(stream)), StreamDecoder()
+    for _, state in walk_frames(stream, StreamDecoder(), start, stop, follow):
+        frame = state.scene.frame
+        if start <= frame and (stop is None or frame < stop):
+            yield state
+
+
+def walk_frames(
+    stream: bytes | Source,
+    decoder: "StreamDecoder",
+    start: int = 0,
+    stop: int | None = None,
+    follow: Follow | None = None,
+) -> Iterator[tuple[Chunk, State]]:
+    """Do as `decode`, and yield also the frames that lead to the first one wanted.
+
+    Args:
+        stream: As for `decode`.
+        decoder: To which nothing has been pushed.
+        start: As for `decode`.
+        stop: The same; a first frame after it is yielded, too.
+        follow: As for `decode`.
+
+    Yields:
+        The chunk and the state of every frame that is decoded.
+    """
+    reader = ChunkReader(as_source(stream))
     while (chunk := ask(reader.read_chunk, follow)) is not None:
         state = decoder.push(chunk)
         if chunk.kind == container.HEAD and start > 0:
             decoder.skip_to(seek(reader, start))
         if state is None:
             continue
-        frame = state.scene.frame
-        if start <= frame and (stop is None or frame < stop):
-            yield state
-        if stop is not None and frame + 1 >= stop:
+        yield chunk, state
+        if stop is not None and state.scene.frame + 1 >= stop:
             return
 
 
 class StreamDecoder:
     """Takes the chunks of a stream one by one and gives the state of every frame.
+
+    Args:
+        prove: What holds each state against the CRC of its chunk, `prove_state`
+            if None; whoever puts it off sees to it before a state is given out.
 
     Attributes:
         cameras: From `came`.
@@ -77,7 +104,8 @@ class StreamDecoder:
         tail: From TAIL; None before it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, prove: Prove | None = None) -> None:
+        self._prove = prove
         self.cameras: tuple[Camera, ...] = ()
         self.metadata: dict[str, str] = {}
         self.index: tuple[SeekPoint, ...] | None = None
@@ -165,7 +193,7 @@ class StreamDecoder:
         if self._sought not in (None, point):
             message = f"{self._sought} is said to be {point}"
             raise IndexMismatchError(message)
-        self._state = decode_canonical(self.header, canonical)
+        self._state = decode_canonical(self.header, canonical, self._prove)
         self._points.append(point)
         self._sought = None
         self._frame_count += 1
@@ -175,7 +203,8 @@ class StreamDecoder:
         if self._state is None:
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
-        self._state = decode_frame(self._state, wire.parse_frame(chunk.payload))
+        frame = wire.parse_frame(chunk.payload)
+        self._state = decode_frame(self._state, frame, self._prove)
         self._frame_count += 1
         return self._state
 

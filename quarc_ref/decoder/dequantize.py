@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.constants import ROTATION_FRACTION_BITS, SH_DC_PLANES
+from quarc_ref.format.acceleration import load_kernels
+from quarc_ref.format.arrays import Int32
+from quarc_ref.format.constants import ROTATION_FRACTION_BITS, SH_DC_PLANES, SH_REST_PLANES
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
 
 Float32 = NDArray[np.float32]
@@ -36,19 +38,70 @@ class Splats:
 
 
 def dequantize(scene: Scene) -> Splats:
-    """Return the numbers that a scene stands for."""
-    header, codes = scene.header, scene.codes
-    base = _scale(codes[SH_DC], header.sh_dc_step).reshape(-1, 1, SH_DC_PLANES)
-    rest = _scale(codes[SH_REST], header.sh_rest_step).reshape(scene.count, -1, SH_DC_PLANES)
-    return Splats(
-        _scale(scene.positions, 2.0**-header.lattice_exponent),
-        _scale(scene.rotations, 2.0**-ROTATION_FRACTION_BITS),
-        _scale(codes[LOG_SCALES], header.log_scale_step),
-        _scale(codes[OPACITY], header.opacity_step)[:, 0],
-        np.concatenate([base, rest], axis=1),
-    )
+    """Return the numbers that a scene stands for, in arrays of their own."""
+    return Dequantizer(1)(scene)
 
 
-def _scale(planes: NDArray[np.int32], step: float) -> Float32:
-    """Return `[N, rows]` of planes `[rows, N]`; both factors are exact in binary32."""
-    return np.ascontiguousarray(planes.T.astype(np.float32) * np.float32(step))
+class Dequantizer:
+    """Does as `dequantize`, into arrays that are used again.
+
+    What is made of codes that are those of the scene before, as they are in a
+    frame without births and deaths, is handed out again as it is.
+
+    Args:
+        last: How many scenes the arrays of one last, it included: those of a
+            scene are overwritten by the `last`-th after it.
+    """
+
+    def __init__(self, last: int) -> None:
+        self._moving = _Ring(last, (3, 4))
+        self._coded = _Ring(last, (3, 1, SH_DC_PLANES, SH_DC_PLANES + SH_REST_PLANES))
+        self._codes: Int32 | None = None
+        self._attributes: tuple[Float32, ...] = ()
+
+    def __call__(self, scene: Scene) -> Splats:
+        """Return the numbers that a scene stands for."""
+        if scene.codes is not self._codes:
+            self._codes, self._attributes = scene.codes, self._dequantize_codes(scene)
+        positions, rotations = self._moving.take(scene.count)
+        _scale(scene.positions, 2.0**-scene.header.lattice_exponent, positions)
+        _scale(scene.rotations, 2.0**-ROTATION_FRACTION_BITS, rotations)
+        return Splats(positions, rotations, *self._attributes)
+
+    def _dequantize_codes(self, scene: Scene) -> tuple[Float32, ...]:
+        header, codes = scene.header, scene.codes
+        log_scales, opacities, base, both = self._coded.take(scene.count)
+        sh = both if header.sh_degree else base
+        _scale(codes[LOG_SCALES], header.log_scale_step, log_scales)
+        _scale(codes[OPACITY], header.opacity_step, opacities)
+        _scale(codes[SH_DC], header.sh_dc_step, sh)
+        _scale(codes[SH_REST], header.sh_rest_step, sh, SH_DC_PLANES)
+        return log_scales, opacities[:, 0], sh.reshape(scene.count, -1, SH_DC_PLANES)
+
+
+class _Ring:
+    """Sets of arrays that are handed out in turn; a row to a Gaussian."""
+
+    def __init__(self, sets: int, columns: tuple[int, ...]) -> None:
+        self._columns = columns
+        self._sets: list[list[Float32]] = [[] for _ in range(sets)]
+
+    def take(self, count: int) -> list[Float32]:
+        """Return the first `count` rows of the arrays whose turn it is."""
+        arrays = self._sets.pop(0)
+        if not arrays or arrays[0].shape[0] < count:
+            arrays = [np.empty((count, columns), np.float32) for columns in self._columns]
+        self._sets.append(arrays)
+        return [array[:count] for array in arrays]
+
+
+def _scale(planes: Int32, step: float, rows: Float32, first: int = 0) -> None:
+    """Write planes `[r, N]`, scaled, to columns of rows; both factors are exact in binary32."""
+    kernels = load_kernels(_KERNELS, planes.shape[1])
+    if kernels is None:
+        rows[:, first : first + planes.shape[0]] = planes.T.astype(np.float32) * np.float32(step)
+    else:
+        kernels.scale(planes, np.float32(step), rows, first)
+
+
+_KERNELS = "quarc_ref.decoder.float_kernels"

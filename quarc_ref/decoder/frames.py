@@ -4,6 +4,7 @@ The counts are proved before anything is allocated by them, and the state by
 its CRC before it is given out.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from quarc_ref.decoder.digest import compute_state_crc
@@ -16,6 +17,7 @@ from quarc_ref.decoder.reconstruct import (
     move,
 )
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
 from quarc_ref.format.errors import (
     CountError,
@@ -28,9 +30,32 @@ from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.motion_planes import read_motion
 from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader
 
+# Holds a scene against the CRC that its chunk states, now or later.
+Prove = Callable[[Scene, int], None]
 
-def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> State:
+
+def prove_state(scene: Scene, state_crc: int) -> None:
+    """Hold a scene against the CRC of its chunk (SPEC 9.2).
+
+    Raises:
+        StateCrcError: It is not the one that was encoded.
+    """
+    with stage("crc"):
+        crc = compute_state_crc(scene, all_fields=covers_all_fields(scene))
+    if crc != state_crc:
+        message = f"frame {scene.frame} is not the one that was encoded"
+        raise StateCrcError(message)
+
+
+def decode_canonical(
+    header: StreamHeader, chunk: CanonicalChunk, prove: Prove | None = None
+) -> State:
     """Return the state of a canonical frame (SPEC 7.2).
+
+    Args:
+        header: Of the stream.
+        chunk: Of the frame.
+        prove: What holds the state against the chunk's CRC; `prove_state` if None.
 
     Raises:
         BitstreamError: What is wrong with the chunk.
@@ -43,13 +68,21 @@ def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> State:
         message = f"{count} Gaussians are too many for level {header.level}"
         raise CountLevelError(message)
     _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
-    state = begin_canonical(header, chunk.frame, read_canonical(chunk, header.code_planes))
-    _check_state(state.scene, chunk.state_crc)
+    with stage("entropy"):
+        gaussians = read_canonical(chunk, header.code_planes)
+    with stage("canonical"):
+        state = begin_canonical(header, chunk.frame, gaussians)
+    (prove or prove_state)(state.scene, chunk.state_crc)
     return state
 
 
-def decode_frame(state: State, chunk: FrameChunk) -> State:
+def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) -> State:
     """Return the state of the frame after `state` (SPEC 7.4 to 7.7).
+
+    Args:
+        state: Of the frame before.
+        chunk: Of the frame.
+        prove: What holds the state against the chunk's CRC; `prove_state` if None.
 
     Raises:
         BitstreamError: What is wrong with the chunk.
@@ -63,7 +96,7 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
     begun = begin_frame(state, chunk.death_count)
     moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
     grown = decode_births(moved, chunk.births, chunk.birth_count)
-    _check_state(grown.scene, chunk.state_crc)
+    (prove or prove_state)(grown.scene, chunk.state_crc)
     return grown
 
 
@@ -78,9 +111,11 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
     Raises:
         BitstreamError: What is wrong with the section.
     """
-    contexts = motion_contexts(state, previous=previous)
-    symbols, counts = read_motion(section, contexts, state.counts)
-    return move(replace(state, counts=counts), symbols)
+    with stage("entropy"):
+        contexts = motion_contexts(state, previous=previous)
+        symbols, counts = read_motion(section, contexts, state.counts)
+    with stage("motion"):
+        return move(replace(state, counts=counts), symbols)
 
 
 def decode_births(state: State, section: Section, count: int) -> State:
@@ -100,8 +135,10 @@ def decode_births(state: State, section: Section, count: int) -> State:
         raise CountLevelError(message)
     _decline_beyond(_OWN_LIMITS.births, count, "births")
     _decline_beyond(_OWN_LIMITS.gaussians, state.scene.count + count, "Gaussians")
-    births, counts = read_births(section, header.code_planes, count, state.counts)
-    return bear(replace(state, counts=counts), births)
+    with stage("entropy"):
+        births, counts = read_births(section, header.code_planes, count, state.counts)
+    with stage("births"):
+        return bear(replace(state, counts=counts), births)
 
 
 def covers_all_fields(scene: Scene) -> bool:
@@ -118,12 +155,6 @@ def _decline_beyond(most: int, count: int, what: str) -> None:
     if count > most:
         message = f"{count:,} {what} are more than this decoder takes, {most:,}"
         raise LimitError(message)
-
-
-def _check_state(scene: Scene, state_crc: int) -> None:
-    if compute_state_crc(scene, all_fields=covers_all_fields(scene)) != state_crc:
-        message = f"frame {scene.frame} is not the one that was encoded"
-        raise StateCrcError(message)
 
 
 _OWN_LIMITS = LEVELS[30]  # what stands at the unlimited level (SPEC 3.2)

@@ -16,6 +16,7 @@ from quarc_ref.decoder.anchors import Anchors, bind_newborn, sample_anchors
 from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, remove
+from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
@@ -102,14 +103,17 @@ def begin_frame(state: State, death_count: int) -> State:
     if death_count >= state.scene.count:
         message = f"{death_count} deaths among {state.scene.count} Gaussians"
         raise CountError(message)
-    before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
-    scene = replace(before.without(gone), frame=before.frame + 1, phase=before.phase + 1)
+    with stage("deaths"):
+        before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
+        scene = replace(before.without(gone), frame=before.frame + 1, phase=before.phase + 1)
+        motion = remove(state.motion, gone)
     anchors = state.anchors
     if anchors is None or before.phase % scene.header.resample_interval == 0:
-        anchors = sample_anchors(scene)
+        with stage("sampling"):
+            anchors = sample_anchors(scene)
     else:
-        anchors = Anchors(anchors.levels, _follow_on(anchors, gone, scene.positions))
-    motion = remove(state.motion, gone)
+        with stage("newborn"):
+            anchors = Anchors(anchors.levels, _follow_on(anchors, gone, scene.positions))
     return State(scene, motion, (), anchors, None, state.next_id, state.counts)
 
 
@@ -178,6 +182,8 @@ def bear(state: State, births: Births) -> State:
     """
     scene, header = state.scene, state.scene.header
     parents, newborn = births.parents, births.newborn
+    if newborn.count == 0:
+        return replace(state, births=births)
     if scene.count + newborn.count > header.limits.gaussians:
         message = f"{scene.count + newborn.count} Gaussians are too many for the level"
         raise CountLevelError(message)

@@ -60,7 +60,7 @@ class Scene:
             self.header,
             self.frame,
             self.phase,
-            np.delete(self.ids, gone),
+            remove(self.ids[None], gone)[0],
             remove(self.positions, gone),
             remove(self.rotations, gone),
             remove(self.codes, gone),
@@ -68,7 +68,12 @@ class Scene:
 
 
 def remove(planes: NDArray[_Number], gone: Int64) -> NDArray[_Number]:
-    """Return planes `[r, N]` without the columns of ascending indices `[g]`."""
+    """Return planes `[r, N]` without the columns of ascending indices `[g]`.
+
+    Where there are none, these are the planes themselves.
+    """
+    if gone.size == 0:
+        return planes
     kernels = load_kernels(MOTION_KERNELS, planes.shape[1])
     if kernels is None:
         return np.delete(planes, gone, axis=1)

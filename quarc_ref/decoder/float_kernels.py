@@ -1,0 +1,13 @@
+"""Planes of integers to rows of floats (SPEC 10.1), compiled; `dequantize` has the plain twin."""
+
+import numpy as np
+
+from quarc_ref.format.compiled import entrance
+
+
+@entrance
+def scale(planes, step, rows, first):
+    """Write planes int32 `[r, N]`, times a step, to columns from `first` of float32 `[N, c]`."""
+    for i in range(planes.shape[1]):
+        for plane in range(planes.shape[0]):
+            rows[i, first + plane] = np.float32(planes[plane, i]) * step

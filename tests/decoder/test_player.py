@@ -1,0 +1,161 @@
+import threading
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import BytesSource, Player, compute_digest, decode, dequantize
+from quarc_ref.format import container
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES
+from quarc_ref.format.errors import BitstreamError, StateCrcError
+from tests.streams import CountedSource, make_stream, rebuild_stream
+
+_STREAM, _STATES = make_stream(frame_count=12, canonical_every=5)
+_DIGESTS = [compute_digest(state.scene) for state in _STATES]
+
+both = pytest.mark.parametrize("threads", [1, 2])
+
+
+def _numbers(splats):
+    return [
+        getattr(splats, name).tolist()
+        for name in ("positions", "rotations", "log_scales", "opacities", "sh")
+    ]
+
+
+@both
+def test_the_frames_are_those_that_were_encoded(threads):
+    with Player(_STREAM, threads=threads) as player:
+        for frame, state in zip(player, _STATES, strict=True):
+            assert compute_digest(frame.scene) == compute_digest(state.scene)
+            assert _numbers(frame.splats) == _numbers(dequantize(state.scene))
+            assert frame.chunk_bytes > 0
+            assert frame.nanoseconds > 0
+
+
+@both
+def test_a_part_is_played_from_its_seek_point(threads):
+    source = CountedSource(_STREAM)
+    with Player(source, threads=threads) as player:
+        seen = [frame.scene.frame for frame in player.frames(7, 9)]
+
+    assert seen == [7, 8]
+    assert source.byte_count() < len(_STREAM) / 2 + 2000
+
+
+@both
+def test_any_frame_can_be_had_in_any_order(threads):
+    with Player(_STREAM, threads=threads) as player:
+        for ordinal in (11, 3, 4, 6, 6, 0, 11, 2):
+            assert compute_digest(player.frame(ordinal).scene) == _DIGESTS[ordinal]
+        with pytest.raises(LookupError):
+            player.frame(12)
+        assert compute_digest(player.frame(1).scene) == _DIGESTS[1]
+
+
+@both
+def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
+    shown = []
+    with Player(_STREAM, threads=threads) as player:
+        player.play(lambda frame: shown.append((frame.scene.frame, threading.get_ident())), 2, 6)
+
+    assert shown == [(ordinal, threading.get_ident()) for ordinal in range(2, 6)]
+
+
+def _forge(kind_number, change):
+    """The stream with the payload of one chunk changed, its CRC made anew."""
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_STREAM)]
+    kind, payload = chunks[kind_number]
+    chunks[kind_number] = (kind, change(payload))
+    return rebuild_stream(chunks)
+
+
+def _frames_until_refused(player):
+    digests = []
+    with pytest.raises(BitstreamError) as refusal:
+        digests.extend(compute_digest(frame.scene) for frame in player)
+    return digests, refusal.value
+
+
+@both
+@pytest.mark.parametrize("number", [3, 4, 6])
+def test_a_fault_comes_where_its_frame_would_have(number, threads):
+    spoilt = bytearray(_STREAM)
+    chunk = list(split_chunks(_STREAM))[number]
+    spoilt[chunk.offset + CHUNK_HEADER_BYTES + 9] ^= 1
+    expected = _frames_until_refused_by_decode(bytes(spoilt))
+
+    with Player(bytes(spoilt), threads=threads) as player:
+        digests, error = _frames_until_refused(player)
+
+    assert (digests, error.reject_id, error.offset) == expected
+
+
+def _frames_until_refused_by_decode(data):
+    digests = []
+    with pytest.raises(BitstreamError) as refusal:
+        digests.extend(compute_digest(scene) for scene in decode(data))
+    return digests, refusal.value.reject_id, refusal.value.offset
+
+
+@both
+def test_a_state_that_is_not_what_was_encoded_is_never_given_out(threads):
+    number = next(
+        index for index, chunk in enumerate(split_chunks(_STREAM)) if chunk.kind == container.FRAM
+    )
+    for position in range(20):
+        forged = _forge(number, lambda p, at=position: _flip(p, at))
+        expected = _frames_or_fault(decode(forged))
+        with Player(forged, threads=threads) as player:
+            assert _frames_or_fault(frame.scene for frame in player) == expected
+    assert expected[1] == StateCrcError.reject_id or expected[0]
+
+
+def _flip(payload, position):
+    return payload[:position] + bytes([payload[position] ^ 1]) + payload[position + 1 :]
+
+
+def _frames_or_fault(scenes):
+    digests = []
+    try:
+        digests.extend(compute_digest(scene) for scene in scenes)
+    except BitstreamError as error:
+        return digests, error.reject_id, error.offset
+    return digests, None, None
+
+
+def test_arrays_last_until_the_next_frame_is_asked_for():
+    with Player(_STREAM, threads=2, ahead=1) as player:
+        frames = player.frames()
+        for frame in frames:
+            kept = _numbers(frame.splats)
+            threading.Event().wait(0.01)  # the thread runs as far ahead as it may
+            assert _numbers(frame.splats) == kept
+
+
+def test_attributes_are_not_made_anew_where_nobody_was_born_or_died():
+    data, _ = make_stream(frame_count=3, births=0)
+    with Player(data, threads=1) as player:
+        first, second, third = [frame.splats for frame in player]
+
+    assert np.shares_memory(second.sh, third.sh)
+    assert np.shares_memory(first.log_scales, second.log_scales)
+    assert not np.shares_memory(second.positions, third.positions)
+
+
+def test_a_player_that_is_closed_leaves_no_thread_behind():
+    before = threading.active_count()
+    player = Player(BytesSource(_STREAM), threads=2)
+    next(player.frames())
+    assert threading.active_count() > before
+
+    player.close()
+
+    assert threading.active_count() == before
+
+
+def test_the_stages_are_timed():
+    with Player(_STREAM) as player:
+        list(player)
+
+    assert {"entropy", "motion", "sampling", "crc", "floats"} <= player.times.keys()
