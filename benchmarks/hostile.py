@@ -12,7 +12,8 @@ import argparse
 import json
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 # Before NumPy is loaded: threads that it would start count as memory here.
@@ -32,6 +33,7 @@ from hostile_mutations import Mutator
 
 _SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams"
 _Block = tuple[int, int]
+_AT = "at_"  # files of processes, each with the number that it is at
 _mutators: list[Mutator] = []  # of this process
 
 
@@ -75,36 +77,58 @@ def _list_blocks(streams: int) -> list[_Block]:
 
 
 def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namespace) -> None:
+    failures = folder / "failures"
     with ProcessPoolExecutor(
         arguments.processes, initializer=_begin, initargs=(arguments.seeds, arguments.series)
     ) as pool:
-        pending = {pool.submit(_judge_block, block, folder / "failures"): block for block in blocks}
+        pending = {pool.submit(_judge_block, block, failures): block for block in blocks}
         for done, future in enumerate(as_completed(pending), 1):
-            append_block(folder / "blocks.jsonl", *pending[future], future.result())
+            append_block(folder / "blocks.jsonl", *pending[future], _wait(future, failures))
             if not arguments.json:
                 sys.stderr.write(f"\r{done}/{len(blocks)} blocks of {BLOCK}")
 
 
+def _wait(future: "Future[Tally]", failures: Path) -> Tally:
+    """Return what came of a block; end all if a process has died of a mutant."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        numbers = sorted(path.read_text() for path in failures.glob(_AT + "*"))
+        sys.exit(f"a process died while it judged one of {', '.join(numbers)}: see --only")
+
+
 def _begin(seeds: Path, series: int) -> None:
-    _mutators.append(_make_mutator(seeds, series))
-    judge.prepare()
+    streams = _read_seeds(seeds)
+    _mutators.append(Mutator(streams, series))
+    judge.prepare(streams.values())
 
 
 def _judge_block(block: _Block, failures: Path) -> Tally:
-    return judge_block(_mutators[-1], *block, failures)
+    """Judge a block; a file says at which number, should the process die."""
+    place = failures / f"{_AT}{os.getpid()}"
+    with place.open("wb", buffering=0) as file:
+        tally = judge_block(
+            _mutators[-1],
+            *block,
+            failures,
+            lambda number: os.pwrite(file.fileno(), b"%9d" % number, 0),
+        )
+    place.unlink()
+    return tally
 
 
 def _judge_one(arguments: argparse.Namespace) -> int:
-    mutant = _make_mutator(arguments.seeds, arguments.series).make(arguments.only)
-    judge.prepare()
+    streams = _read_seeds(arguments.seeds)
+    mutant = Mutator(streams, arguments.series).make(arguments.only)
+    judge.prepare(streams.values())
     way = choose_way(arguments.only)
     verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
     print(verdict.outcome, f"{verdict.seconds:.3f} s", way, mutant, verdict.detail)
     return int(verdict.is_failure)
 
 
-def _make_mutator(seeds: Path, series: int) -> Mutator:
-    return Mutator({path.stem: path.read_bytes() for path in seeds.glob("*.quarc")}, series)
+def _read_seeds(folder: Path) -> dict[str, bytes]:
+    return {path.stem: path.read_bytes() for path in sorted(folder.glob("*.quarc"))}
 
 
 def _as_text(told: dict[str, object]) -> str:

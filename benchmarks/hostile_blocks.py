@@ -6,6 +6,7 @@ number that makes it again.
 
 import json
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from hostile_mutations import Mutator
 
 BLOCK = 1000
 _OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")
+_SHOWN = 20  # failures, by number
 _SHARE = 40  # of so many mutants, each other way gets one
 
 
@@ -71,6 +73,7 @@ class Tally:
             for name, count in self.outcomes.most_common()
             if name not in ("decoded", "declined", "hang", "escape")
         }
+        first = sorted(self.failures)[:_SHOWN]
         return {
             "streams": self.outcomes.total(),
             "decoded": self.outcomes["decoded"],
@@ -84,7 +87,7 @@ class Tally:
             "mean_ms": round(1000 * self.seconds / max(1, self.outcomes.total()), 3),
             "frames": self.frames,
             "ways": dict(self.ways),
-            "failures": {str(number): outcome for number, outcome in self.failures.items()},
+            "failures": {str(number): self.failures[number] for number in first},
         }
 
 
@@ -94,10 +97,21 @@ def choose_way(number: int) -> str:
     return _OTHER_WAYS[place] if place < len(_OTHER_WAYS) else "decode"
 
 
-def judge_block(mutator: Mutator, first: int, count: int, folder: Path) -> Tally:
-    """Judge the mutants from a number on; keep those that fail in a folder."""
+def judge_block(
+    mutator: Mutator, first: int, count: int, folder: Path, begin: Callable[[int], object] = int
+) -> Tally:
+    """Judge the mutants from a number on; keep those that fail in a folder.
+
+    Args:
+        mutator: Makes them.
+        first: Number of the first.
+        count: How many.
+        folder: For those that fail.
+        begin: Is told of every number before its mutant is decoded.
+    """
     tally = Tally()
     for number in range(first, first + count):
+        begin(number)
         mutant, way = mutator.make(number), choose_way(number)
         verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
         tally.note(number, way, verdict)
