@@ -1,0 +1,131 @@
+"""Every verb of the command, and how to bring it to where it can be hurt."""
+
+import os
+import shlex
+import subprocess
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.cli.commands import TINY_OPTIONS
+
+_PUSH = "quarc_ref.decoder.decode_stream.StreamDecoder.push"
+_WRITE = "quarc_ref.format.stream_writer.StreamWriter.write"
+_TINY = shlex.join(TINY_OPTIONS)
+
+
+@dataclass(frozen=True)
+class Verb:
+    """What a verb takes and makes.
+
+    Attributes:
+        line: Its arguments; `{stream}`, `{encoded}` and `{capture}` stand for
+            what it reads, `{out}` for what it makes.
+        makes: "file", "folder", or nothing.
+        middle: What is called in the middle of its work.
+        replaces: Whether it takes --force.
+        ended: The exit code where it is ended by Ctrl-C.
+        leaves: Names that may be left beside the target, so as to go on with.
+        needs: A package that it cannot do without.
+    """
+
+    line: str
+    makes: str | None
+    middle: str
+    replaces: bool = True
+    ended: int = 3
+    leaves: tuple[str, ...] = ()
+    needs: str = "numpy"
+
+    @property
+    def reads(self) -> list[str]:
+        """Names of what it reads."""
+        return [name for name in ("stream", "encoded", "capture") if f"{{{name}}}" in self.line]
+
+    def fill(self, places: dict[str, object]) -> list[str]:
+        """Return the arguments."""
+        return [word.format(**places) for word in shlex.split(self.line)]
+
+
+VERBS = {
+    "encode": Verb(
+        f"{{capture}} -o {{out}} --frames 2 {_TINY}", "file", _WRITE, leaves=("out.part",)
+    ),
+    "decode": Verb("{stream} -o {out}", "folder", "quarc_ref.cli.decode_verb.put_file"),
+    "verify": Verb("{stream}", None, _PUSH),
+    "info": Verb("{stream}", None, _PUSH),
+    "inspect": Verb("{stream}", None, _PUSH),
+    "cut": Verb("{stream} --frames : -o {out}", "file", _WRITE),
+    "join": Verb("{stream} {stream} -o {out}", "file", _WRITE),
+    "view": Verb("{stream} --no-open", None, _PUSH, ended=0, needs="viser"),
+    "render": Verb("{stream} --to png -o {out}", "folder", "quarc_ref.cli.render_verb.put_file"),
+    "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),
+    "synth": Verb(
+        "{out} --width 16 --height 16 --frames 1",
+        "folder",
+        "quarc_ref.datasets.synth.write_capture.write_video",
+        replaces=False,
+    ),
+    "demo": Verb(
+        f"-o {{out}} --frames 2 {_TINY}",
+        "folder",
+        "quarc_ref.datasets.synth.write_capture.write_video",
+    ),
+}
+MAKING = [name for name, verb in VERBS.items() if verb.makes]
+READING = [(name, what) for name, verb in VERBS.items() for what in verb.reads]
+
+
+@contextmanager
+def mounted(folder: Path, options: str):
+    """A small disk of its own in a folder; skips where that is not permitted."""
+    mount = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
+    try:
+        done = subprocess.run(mount, capture_output=True, text=True, check=False)
+    except OSError as error:
+        pytest.skip(f"no disk can be mounted here: {error}")
+    if done.returncode:
+        pytest.skip(f"no disk can be mounted here: {done.stderr.strip()}")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+
+
+@contextmanager
+def locked(folder: Path):
+    """A folder in which nothing can be made, for the super-user neither."""
+    if os.geteuid() == 0:
+        with mounted(folder, "ro"):
+            yield folder
+        return
+    folder.chmod(0o555)
+    try:
+        yield folder
+    finally:
+        folder.chmod(0o755)
+
+
+def fill_up(folder: Path) -> None:
+    """Leave no byte of a disk."""
+    with (folder / "filler").open("wb", buffering=0) as file:
+        try:
+            while file.write(bytes(4096)):
+                pass
+        except OSError:
+            return
+
+
+@contextmanager
+def unprivileged():
+    """What only its owner may read cannot be read, not even by the super-user."""
+    if os.geteuid() != 0:
+        yield
+        return
+    os.seteuid(65534)
+    try:
+        yield
+    finally:
+        os.seteuid(0)

@@ -1,0 +1,235 @@
+"""Every verb, hurt in every way: a sentence, the right exit code, nothing half-made."""
+
+import os
+import signal
+import sys
+import tempfile
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from quarc_ref.cli.app import app
+from quarc_ref.cli.faults import heed_termination
+from tests.cli.commands import run
+from tests.cli.stress import (
+    MAKING,
+    READING,
+    VERBS,
+    fill_up,
+    locked,
+    mounted,
+    unprivileged,
+)
+
+
+@pytest.fixture
+def place(stream_file, encoded, capture, tmp_path):
+    """What verbs read, and an empty folder to make things in."""
+    made = tmp_path / "made"
+    made.mkdir()
+    reads = {"stream": stream_file, "encoded": encoded.file, "capture": capture}
+    return SimpleNamespace(reads=reads, made=made, beside=tmp_path)
+
+
+def _run(name, place, *options, out=None, **others):
+    """What a verb does; `others` stand in place of what it reads."""
+    verb = VERBS[name]
+    pytest.importorskip(verb.needs)
+    places = {**place.reads, "out": out or place.made / "out", **others}
+    return run(name, *verb.fill(places), *options)
+
+
+def _said(result, code):
+    """What a verb said on standard error when it ended as it should."""
+    assert result.exit_code == code, result.stderr
+    assert result.stderr.strip()
+    return " ".join(result.stderr.replace("│", " ").split())
+
+
+def _names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_every_verb_has_a_row():
+    assert set(VERBS) == {command.name for command in app.registered_commands}
+
+
+@pytest.mark.parametrize(("name", "what"), READING)
+def test_what_is_not_there_cannot_be_read(name, what, place):
+    result = _run(name, place, **{what: place.beside / "no_such_thing"})
+
+    assert "does not exist" in _said(result, 2)
+    assert _names(place.made) == []
+
+
+@pytest.mark.parametrize(("name", "what"), READING)
+def test_a_folder_is_no_stream_and_a_file_no_capture(name, what, place):
+    wrong = place.reads["stream"] if what == "capture" else place.made
+    result = _run(name, place, **{what: wrong})
+
+    said = _said(result, 2)
+    assert any(f"is a {kind}" in said for kind in ("folder", "directory", "file"))
+    assert _names(place.made) == []
+
+
+@pytest.mark.parametrize(("name", "what"), READING)
+def test_what_is_something_else_is_told_so(name, what, place):
+    other = place.beside / "other"
+    other.mkdir() if what == "capture" else other.write_bytes(b"no stream at all")
+    result = _run(name, place, **{what: other})
+
+    _said(result, 3 if what == "capture" else 1)
+    assert not (place.made / "out").exists()
+
+
+@pytest.mark.parametrize(("name", "what"), READING)
+def test_what_may_not_be_read_is_told_so(name, what, place):
+    if name in ("encode", "eval", "render", "view"):
+        pytest.skip("loads compiled code, which must be found by whoever runs it")
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o755)
+        secret = Path(folder) / "secret.quarc"
+        secret.write_bytes(place.reads[what].read_bytes())
+        secret.chmod(0)
+        with unprivileged():
+            result = _run(name, place, out=Path(folder) / "out", **{what: secret})
+
+    assert "ermission denied" in _said(result, 3)
+
+
+@pytest.mark.parametrize("name", MAKING)
+def test_nothing_is_made_in_a_folder_that_is_not_there(name, place):
+    if name == "synth":
+        pytest.skip("makes the folders above as well")
+    result = _run(name, place, out=place.made / "no" / "out")
+
+    assert "no folder" in _said(result, 2)
+    assert _names(place.made) == []
+
+
+@pytest.mark.parametrize("name", MAKING)
+def test_what_is_there_is_not_replaced_unasked(name, place):
+    old = _put_old(name, place.made)
+    result = _run(name, place)
+
+    _said(result, 2)
+    assert old.read_text() == "old"
+    assert _names(place.made) == ["out"]
+
+
+def _put_old(name, folder):
+    """Make a target that an earlier run could have made; return a file of it."""
+    out = folder / "out"
+    if VERBS[name].makes == "file":
+        out.write_text("old")
+        return out
+    out.mkdir()
+    names = {"demo": "demo.quarc", "eval": "index.html", "render": "frame_0000.png"}
+    old = out / names.get(name, "frame_0000.ply")
+    old.write_text("old")
+    return old
+
+
+@pytest.mark.parametrize("name", MAKING)
+def test_a_file_takes_no_folder_s_place_and_no_folder_a_file_s(name, place):
+    out = place.made / "out"
+    out.mkdir() if VERBS[name].makes == "file" else out.write_text("old")
+    result = _run(name, place, *["--force"] * VERBS[name].replaces)
+
+    _said(result, 2)
+    assert _names(place.made) == ["out"]
+
+
+@pytest.mark.parametrize("name", MAKING)
+def test_where_nothing_may_be_written_nothing_is(name, place):
+    with locked(place.made):
+        result = _run(name, place)
+
+        assert "ermission denied" in (said := _said(result, 3)) or "Read-only" in said
+        assert _names(place.made) == []
+
+
+@pytest.mark.parametrize("name", MAKING)
+def test_a_full_disk_leaves_what_was_there_as_it_was(name, place):
+    replaces = VERBS[name].replaces
+    with mounted(place.made, "size=64k"):
+        old = _put_old(name, place.made) if replaces else None
+        before = [*_names(place.made), "filler"]
+        fill_up(place.made)
+        result = _run(name, place, *["--force"] * replaces)
+
+        assert "No space left on device" in _said(result, 3)
+        assert _names(place.made) == sorted(before)
+        assert old is None or old.read_text() == "old"
+
+
+@pytest.fixture
+def _signals_as_in_the_command():
+    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGINT)}
+    heed_termination()
+    yield
+    for each, handler in before.items():
+        signal.signal(each, handler)
+
+
+@pytest.mark.usefixtures("_signals_as_in_the_command")
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", VERBS)
+def test_an_interruption_in_the_middle_leaves_nothing_half_made(name, ending, place, monkeypatch):
+    verb = VERBS[name]
+    pytest.importorskip(verb.needs)
+    reached = _raise_in(verb.middle, ending, monkeypatch)
+    old = _put_old(name, place.made) if verb.makes and verb.replaces else None
+    result = _run(name, place, *["--force"] * (old is not None))
+
+    assert reached
+    assert result.exit_code == verb.ended, result.stderr
+    assert ("interrupted" in result.stderr) == (verb.ended == 3)
+    assert {*_names(place.made)} <= {*(["out"] if old else []), *verb.leaves}
+    assert old is None or old.read_text() == "old"
+
+
+def _raise_in(dotted, ending, monkeypatch):
+    """Let a signal come when something is called for the second time; return the list of calls."""
+    owner, attribute = _find(dotted)
+    original, reached = getattr(owner, attribute), []
+
+    def call(*arguments, **named):
+        result = original(*arguments, **named)
+        reached.append(attribute)
+        if len(reached) == 2:
+            signal.raise_signal(ending)
+        return result
+
+    monkeypatch.setattr(owner, attribute, call)
+    return reached
+
+
+def _find(dotted):
+    """The module or class that a dotted name ends in, and the last part of the name."""
+    path, _, attribute = dotted.rpartition(".")
+    try:
+        return import_module(path), attribute
+    except ImportError:
+        module, _, kind = path.rpartition(".")
+        return getattr(import_module(module), kind), attribute
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_a_standard_output_that_is_closed_is_no_fault_of_the_stream(
+    name, place, monkeypatch, capfd
+):
+    if name == "view":
+        pytest.skip("goes on until it is ended")
+    reading, writing = os.pipe()
+    os.close(reading)
+    words = [name, *VERBS[name].fill({**place.reads, "out": place.made / "out"})]
+    with os.fdopen(writing, "w") as pipe, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", pipe)
+        with pytest.raises(SystemExit) as left:
+            app([*map(str, words), "--json"])
+
+    assert left.value.code == 3
+    assert capfd.readouterr().err.endswith("standard output was closed by its reader\n")
