@@ -1,268 +1,181 @@
 """invalid/: frames that are no state (SPEC 7, 9)."""
 
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
-from making.fault_rows import (
-    CANO,
-    FRAM,
-    MOVED,
-    Row,
-    faults_at,
-    with_fields,
-)
-from making.frames import Change, make_canonical, make_frame
+from making.fault_rows import CANO, FRAM, MOVED, Row, faults_at, with_fields
+from making.frames import Change, Coded, make_canonical, make_frame
 from making.scenes import cloud, moving, newborn
 from making.streams import Piece
 from making.vectors import Outcome, Valid, Vector, broken
+from tests.spec.plain_state import PlainState
+
+_UNIT = 1 << 8  # 2^rotation_bits of the journey
+_MUCH = "32768 by its difference from green"
+Wrong = tuple[str, str, str, dict[str, Any], str]
+"""Name, clause, reject id, what a Gaussian says, and what is wrong."""
+
+_NEWBORN: tuple[Wrong, ...] = (
+    ("parent-far-beyond", "7.6-1", "parent-range", {"parent": 1 << 40}, "a parent of index 2^40"),
+    (
+        *("parent-wraps", "7.6-1 4.1-1", "parent-range", {"parent": 1 << 32}),
+        "the index of a parent is 2^32: 0 in 32 bits",
+    ),
+    (
+        *("newborn-rotation", "7.6-4", "rotation-range", {"rotation": (0, _UNIT, 1, 0)}),
+        "a rotation that is just too long",
+    ),
+    (
+        *("newborn-component", "7.6-4", "rotation-range", {"rotation": (0, _UNIT + 1, 0, 0)}),
+        "a component beyond 1",
+    ),
+)
+_ROTATIONS: tuple[Wrong, ...] = (
+    (
+        *("rotation", "7.2-6", "rotation-range", {"rotation": (2, _UNIT, 0, 1)}),
+        "a rotation that is just too long",
+    ),
+    (
+        *("rotation-component", "7.2-5", "rotation-range", {"rotation": (1, 0, -_UNIT - 1, 0)}),
+        "a component beyond 1",
+    ),
+    (
+        *("rotation-long", "7.2-6", "rotation-range", {"rotation": (3, _UNIT, _UNIT, -_UNIT)}),
+        "three components of 1",
+    ),
+)
 
 
 def make_state_faults(parent: Valid) -> list[Vector]:
-    """Return streams whose frame 4 is no state, patches of the journey."""
+    """Return streams whose frame 4 or 3 is no state, patches of the journey."""
     return [
-        *faults_at(parent, FRAM, _of_states(parent)),
-        *faults_at(parent, CANO, _of_scenes(parent)),
+        *faults_at(parent, FRAM, [*_of_newborn(parent), *_of_crcs(parent)]),
+        *faults_at(parent, CANO, [*_of_places(parent), *_of_gaussians(parent)]),
     ]
 
 
-def _of_states(parent: Valid) -> Iterable[Row]:
-    stream, before = parent.stream, parent.stream.states[3]
-    assert before is not None
-
-    def changed(change: Change) -> list[Piece]:
-        return stream.replaced(FRAM, payload=make_frame(stream.head, before, change)[0].pack())
-
-    good = newborn([0, 5], 40)
-    unit = 1 << stream.head.rotation_bits
-    count = len(before.gaussians)
-    back = [0, 0, 0, -1, 0, 0, 0]
-
-    def born(**said: object) -> list[Piece]:
-        return changed(Change(births=(good[0], replace(good[1], **said))))
-
-    codes = good[1].codes
-    yield (
-        "degenerate-rotation",
-        "7.3-1",
-        "degenerate-rotation",
-        changed(Change(lambda _level, _anchor: back)),
-        "residuals of w that add up to minus the identity",
-    )
-    yield (
-        "parent-beyond",
-        "7.6-1",
-        "parent-range",
-        born(parent=count),
-        "the parent is the newborn before it",
-    )
-    yield (
-        "parent-far-beyond",
-        "7.6-1",
-        "parent-range",
-        born(parent=1 << 40),
-        "the index of a parent is 2^40",
-    )
-    yield (
-        "parent-wraps",
-        "7.6-1 4.1-1",
-        "parent-range",
-        born(parent=1 << 32),
-        "the index of a parent is 2^32: 0 in 32 bits",
-    )
-    yield (
-        "newborn-rotation",
-        "7.6-4",
-        "rotation-range",
-        born(rotation=(0, unit, 1, 0)),
-        "a rotation that is just too long",
-    )
-    yield (
-        "newborn-component",
-        "7.6-4",
-        "rotation-range",
-        born(rotation=(0, unit + 1, 0, 0)),
-        "a component beyond 1",
-    )
-    yield (
-        "newborn-code",
-        "7.6-3",
-        "code-range",
-        born(codes=(*codes[:4], 32767 + 1, 1, 1, *codes[7:])),
-        "red is 32768 by its difference from green",
-    )
-    yield (
-        "newborn-code-negative",
-        "7.6-3",
-        "code-range",
-        born(codes=(*codes[:4], 1, -1, -32768, *codes[7:])),
-        "blue is -32768",
-    )
-    yield (
-        "newborn-scale",
-        "7.6-3",
-        "code-range",
-        born(codes=(-32767, -32766, -32768, *codes[3:])),
-        "a log-scale is -32768 by differences",
-    )
-    crc = stream.payloads[MOVED].state_crc
-    yield (
-        "state-crc",
-        "9.2-1 9.2-2",
-        "state-crc",
-        with_fields(parent, MOVED, state_crc=crc ^ 1),
-        "a bit of a state's CRC",
-    )
-    yield (
-        "state-crc-of-the-codes",
-        "9.2-1",
-        "state-crc",
-        with_fields(parent, MOVED, state_crc=_crc_of_all(parent)),
-        "a CRC over all fields where one without codes is due",
-    )
-    yield (
-        "state-crc-zero",
-        "9.2-1",
-        "state-crc",
-        with_fields(parent, MOVED, state_crc=0),
-        "a CRC of 0 does not stand for none",
-    )
-    later = replace(before, phase=before.phase + 0)
-    other, _ = make_frame(stream.head, later, Change(moving(7, 99)))
-    yield (
-        "state-of-another-frame",
-        "9.2-1",
-        "state-crc",
-        with_fields(parent, MOVED, motion=other.motion),
-        "the motion of another frame",
-    )
-
-
-def _crc_of_all(parent: Valid) -> int:
-
-    state = parent.stream.states[MOVED]
+def _before(parent: Valid) -> PlainState:
+    state = parent.stream.states[MOVED - 1]
     assert state is not None
-    return zlib.crc32(state.serialize())
+    return state
 
 
-def _of_scenes(parent: Valid) -> Iterable[Row]:
-    stream = parent.stream
+def _changed(parent: Valid, change: Change) -> list[Piece]:
+    frame, _ = make_frame(parent.stream.head, _before(parent), change)
+    return parent.stream.replaced(FRAM, payload=frame.pack())
 
-    gaussians = cloud(12, 3, reach=20)
-    unit = 1 << stream.head.rotation_bits
-    last = gaussians[11]
 
-    def scene(**said: object) -> list[Piece]:
-        changed = [*gaussians[:11], replace(last, **said)]
-        return stream.replaced(CANO, payload=make_canonical(stream.head, 3, changed)[0].pack())
+def _of_newborn(parent: Valid) -> Iterable[Row]:
+    first, second = newborn([0, 5], 40)
+    codes, count = second.codes, len(_before(parent).gaussians)
 
-    far = 1 << 21  # position_step is 4
-    most = max(v for g in gaussians for v in g.position)
-    least = min(v for g in gaussians for v in g.position)
-    shifted = tuple(
-        replace(g, position=tuple(v + far - most for v in g.position)) for g in gaussians
-    )
-    payload = make_canonical(stream.head, 3, shifted)[0].pack()
-    low = tuple(replace(g, position=tuple(v - far - least for v in g.position)) for g in gaussians)
-    yield (
-        "position",
-        "7.2-3 4.1-1",
-        "position-range",
-        stream.replaced(CANO, payload=payload),
-        "a canonical position just beyond the lattice",
-    )
-    yield (
-        "position-negative",
-        "7.2-3 4.1-1",
-        "position-range",
-        stream.replaced(CANO, payload=make_canonical(stream.head, 3, low)[0].pack()),
-        "a position of -2^23, which 24 bits would hold",
-    )
-    yield (
-        "position-wraps",
-        "7.2-3 4.1-1",
-        "position-range",
-        with_fields(parent, 3, origin=(1 << 30, 0, 0)),
-        "an origin whose positions are small modulo 2^32",
-    )
-    yield (
-        "code",
-        "7.2-4",
-        "code-range",
-        scene(codes=(*last.codes[:4], 32768, 1, 1, *last.codes[7:])),
-        "red is 32768 by its difference from green",
-    )
-    yield (
-        "code-negative",
-        "7.2-4",
-        "code-range",
-        scene(codes=(*last.codes[:4], 1, -1, -32768, *last.codes[7:])),
-        "blue is -32768",
-    )
-    yield (
-        "rotation",
-        "7.2-6",
-        "rotation-range",
-        scene(rotation=(2, unit, 0, 1)),
-        "a rotation that is just too long",
-    )
-    yield (
-        "rotation-component",
-        "7.2-5",
-        "rotation-range",
-        scene(rotation=(1, 0, -unit - 1, 0)),
-        "a component beyond 1",
-    )
-    yield (
-        "rotation-long",
-        "7.2-6",
-        "rotation-range",
-        scene(rotation=(3, unit, unit, -unit)),
-        "three components of 1",
-    )
+    def born(**said: Any) -> list[Piece]:
+        return _changed(parent, Change(births=(first, replace(second, **said))))
+
+    back = _changed(parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0]))
+    note = "residuals of w that add up to minus the identity"
+    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", back, note
+    note = "the parent is the newborn before it"
+    yield "parent-beyond", "7.6-1", "parent-range", born(parent=count), note
+    for name, clauses, ids, said, note in _NEWBORN:
+        yield name, clauses, ids, born(**said), note
+    for name, said_codes, note in _of_codes("newborn-code", codes):
+        yield name, "7.6-3", "code-range", born(codes=said_codes), note
+    scales, note = (-32767, -32766, -32768, *codes[3:]), "a log-scale is -32768 by differences"
+    yield "newborn-scale", "7.6-3", "code-range", born(codes=scales), note
+
+
+def _of_codes(name: str, codes: tuple[int, ...]) -> Iterable[tuple[str, tuple[int, ...], str]]:
+    """Colors just out of range, whose differences are in it."""
+    yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_MUCH}"
+    yield f"{name}-negative", (*codes[:4], 1, -1, -32768, *codes[7:]), f"blue is -{_MUCH}"
+
+
+def _of_crcs(parent: Valid) -> Iterable[Row]:
+    state, frame = parent.stream.states[MOVED], parent.stream.payloads[MOVED]
+    assert state is not None
+    crcs = {
+        "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "a bit of a state's CRC"),
+        "state-crc-of-the-codes": (
+            *(zlib.crc32(state.serialize()), "9.2-1"),
+            "a CRC over all fields where one without codes is due",
+        ),
+        "state-crc-zero": (0, "9.2-1", "a CRC of 0 does not stand for none"),
+    }
+    for name, (crc, clauses, note) in crcs.items():
+        yield name, clauses, "state-crc", with_fields(parent, MOVED, state_crc=crc), note
+    other, _ = make_frame(parent.stream.head, _before(parent), Change(moving(7, 99)))
+    pieces = with_fields(parent, MOVED, motion=other.motion)
+    yield "state-of-another-frame", "9.2-1", "state-crc", pieces, "the motion of another frame"
+
+
+def _scene(parent: Valid, gaussians: Iterable[Coded]) -> list[Piece]:
+    canonical, _ = make_canonical(parent.stream.head, 3, list(gaussians))
+    return parent.stream.replaced(CANO, payload=canonical.pack())
+
+
+def _of_places(parent: Valid) -> Iterable[Row]:
+    gaussians, far = cloud(12, 3, reach=20), 1 << 21  # position_step is 4
+    values = [v for g in gaussians for v in g.position]
+
+    def shifted(by: int) -> list[Piece]:
+        places = ((g, tuple(v + by for v in g.position)) for g in gaussians)
+        return _scene(parent, (replace(g, position=place) for g, place in places))
+
+    wrapped = with_fields(parent, 3, origin=(1 << 30, 0, 0))
+    cases = {
+        "position": (shifted(far - max(values)), "a position just beyond the lattice"),
+        "position-negative": (
+            shifted(-far - min(values)),
+            "a position of -2^23, which 24 bits would hold",
+        ),
+        "position-wraps": (wrapped, "an origin whose positions are small modulo 2^32"),
+    }
+    for name, (pieces, note) in cases.items():
+        yield name, "7.2-3 4.1-1", "position-range", pieces, note
+
+
+def _of_gaussians(parent: Valid) -> Iterable[Row]:
+    *others, last = cloud(12, 3, reach=20)
+    for name, codes, note in _of_codes("code", last.codes):
+        pieces = _scene(parent, [*others, replace(last, codes=codes)])
+        yield name, "7.2-4", "code-range", pieces, note
+    for name, clauses, ids, said, note in _ROTATIONS:
+        yield name, clauses, ids, _scene(parent, [*others, replace(last, **said)]), note
+
+
+_STEPS: dict[str, tuple[list[int], str]] = {
+    "moved-beyond": ([1, 0, 0, 0, 0, 0], "a Gaussian moves just beyond the lattice"),
+    "moved-beyond-negative": ([0, -1, 0, 0, 0, 0], "a Gaussian moves below the least position"),
+    "moved-far-beyond": ([0, 0, 65, 0, 0, 0], "a Gaussian moves far beyond the lattice"),
+}
 
 
 def make_motion_faults(parent: Valid) -> list[Vector]:
-    """Return streams whose last frame leaves the lattice, patches of `traps/lattice-edge`."""
+    """Return streams whose last frame leaves the lattice, patches of one at its edge."""
+    before = parent.stream.states[-1]
+    assert before is not None
+    places = [g.position[0] for g in before.gaussians]
+    child = replace(newborn([places.index(max(places))], 1, 0)[0], position=(1, 0, 0))
+    vectors = [
+        _append(parent, name, "7.5-1", Change(_always(symbols)), note)
+        for name, (symbols, note) in _STEPS.items()
+    ]
+    note = "a newborn beyond the lattice"
+    return [*vectors, _append(parent, "newborn-beyond", "7.6-2", Change(births=(child,)), note)]
+
+
+def _always(symbols: list[int]) -> Callable[[int, int], list[int]]:
+    return lambda _level, _anchor: symbols
+
+
+def _append(parent: Valid, name: str, clause: str, change: Change, note: str) -> Vector:
+    """The parent, with a frame more that is refused."""
     stream, before = parent.stream, parent.stream.states[-1]
     assert before is not None
-    cases = {
-        "moved-beyond": (
-            [1, 0, 0, 0, 0, 0],
-            "7.5-1 4.1-1",
-            "a Gaussian moves just beyond the lattice",
-        ),
-        "moved-beyond-negative": (
-            [0, -1, 0, 0, 0, 0],
-            "7.5-1 4.1-1",
-            "a Gaussian moves to less than the least position",
-        ),
-        "moved-far-beyond": (
-            [0, 0, 65, 0, 0, 0],
-            "7.5-1 4.1-1",
-            "a Gaussian moves far beyond the lattice",
-        ),
-    }
-    tail = len(stream.pieces) - 1
-    vectors = []
-    for name, (symbols, clauses, note) in cases.items():
-        frame, _ = make_frame(stream.head, before, Change(lambda _level, _anchor, s=symbols: s))
-        pieces = stream.before(Piece(b"FRAM", frame.pack()), place=tail)
-        outcome = Outcome(parent.frames, ("position-range",))
-        vectors.append(broken(parent, f"invalid/{name}", clauses, pieces, outcome, note))
-    parents = [g.position[0] for g in before.gaussians]
-    child = replace(newborn([parents.index(max(parents))], 1, 0)[0], position=(1, 0, 0))
-    frame, _ = make_frame(stream.head, before, Change(births=(child,)))
-    pieces = stream.before(Piece(b"FRAM", frame.pack()), place=tail)
-    outcome = Outcome(parent.frames, ("position-range",))
-    vectors.append(
-        broken(
-            parent,
-            "invalid/newborn-beyond",
-            "7.6-2 4.1-1",
-            pieces,
-            outcome,
-            "a newborn beyond the lattice",
-        )
-    )
-    return vectors
+    frame, _ = make_frame(stream.head, before, change)
+    pieces = stream.before(Piece(b"FRAM", frame.pack()), place=len(stream.pieces) - 1)
+    said = Outcome(parent.frames, ("position-range",))
+    return broken(parent, f"invalid/{name}", f"{clause} 4.1-1", pieces, said, note)

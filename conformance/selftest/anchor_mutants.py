@@ -1,0 +1,64 @@
+"""Mistakes in the choice of anchors and in who follows them (SPEC 6)."""
+
+from mutant import mutant
+
+_ANCHORS = "decoder/anchors.py"
+_BINDING = "decoder/binding.py"
+
+MUTANTS = (
+    mutant(
+        "Philox with 7 rounds",
+        "format/constants.py",
+        "PHILOX_ROUNDS: Final = 10",
+        "PHILOX_ROUNDS: Final = 7",
+    ),
+    mutant("ranks by ordinal", _ANCHORS, "counter[1] = scene.phase", "counter[1] = scene.frame"),
+    mutant(
+        "words of the levels in reverse",
+        _ANCHORS,
+        "words = philox(counter, scene.header.seed)",
+        "words = philox(counter, scene.header.seed)[[2, 1, 0, 3]]",
+    ),
+    mutant("of equal words the later id", _ANCHORS, "<< 32) + scene.ids", "<< 32) - scene.ids"),
+    mutant(
+        "ranks compared as signed",
+        _ANCHORS,
+        "return ((words - (1 << 31)) << 32) + scene.ids",
+        "return (words << 32) + scene.ids",
+    ),
+    mutant(
+        "the last of equally near anchors",
+        _BINDING,
+        ".argmin(axis=1)",
+        "[:, ::-1].argmin(axis=1)",
+        "        answers[start : start + rows] = ",
+        "        answers[start : start + rows] = anchors.shape[1] - 1 - ",
+        "np.append(True, apart)",
+        "np.append(apart, True)",
+        "self._order[slots], _UNBOUND)",
+        "self._order[slots], -1)",
+        "answers = np.minimum.reduceat(tied, borders)",
+        "answers = np.maximum.reduceat(tied, borders)",
+        "& (answers < known))",
+        "& (answers > known))",
+    ),
+    mutant(
+        "binary32 distances",
+        _BINDING,
+        "    squared: Int64 = (differences * differences).sum(axis=0)\n",
+        "    narrow = differences.astype(np.float32)\n"
+        "    squared: Int64 = (narrow * narrow).sum(axis=0).astype(np.int64)\n",
+    ),
+    mutant(
+        "numbers of anchors rounded down",
+        _ANCHORS,
+        "-(-gaussian_count // header.gaussians_per_anchor)",
+        "max(1, gaussian_count // header.gaussians_per_anchor)",
+    ),
+    mutant(
+        "one shift more than the least",
+        _ANCHORS,
+        "    starts = np.flatnonzero(merges > shift)\n",
+        "    shift = min(LATTICE_BITS, shift + 1)\n    starts = np.flatnonzero(merges > shift)\n",
+    ),
+)

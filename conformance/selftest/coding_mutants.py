@@ -1,0 +1,97 @@
+"""Mistakes in arithmetic and in entropy coding (SPEC 4, 8)."""
+
+from mutant import mutant
+
+_CONTEXTS = "format/contexts.py"
+_MOTION = "format/motion_planes.py"
+_GAUSSIANS = "format/gaussian_planes.py"
+_WEIGHT = "((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)"
+_HALVED = "seen[0] + seen[1] > COUNT_LIMIT)"
+
+MUTANTS = (
+    mutant("end of the coder unchecked", "format/planes.py", "        self._words.finish()\n", ""),
+    mutant(
+        "last word of 0 taken",
+        "format/entropy.py",
+        "    return (_opener.get() or open_fastest)(words)",
+        "    return (_opener.get() or open_fastest)(np.trim_zeros(words, 'b'))",
+    ),
+    mutant(
+        "counts begin anew in every frame",
+        "decoder/frames.py",
+        "read_motion(section, contexts, state.counts)",
+        "read_motion(section, contexts, type(state.counts)())",
+    ),
+    mutant("counts never halved", _CONTEXTS, _HALVED, "seen[0] + seen[1] > 1 << 40)"),
+    mutant("counts halved one too early", _CONTEXTS, _HALVED, "seen[0] + seen[1] >= COUNT_LIMIT)"),
+    mutant("weights one too large", _CONTEXTS, _WEIGHT, f"{_WEIGHT} + 1"),
+    mutant(
+        "sections without words are not counted",
+        _MOTION,
+        "    reader = PlaneReader(section, counts)\n",
+        "    if not section.words.size:\n"
+        "        return [np.zeros(each.previous.shape, np.int64) for each in levels], counts\n"
+        "    reader = PlaneReader(section, counts)\n",
+    ),
+    mutant(
+        "parent context off by one",
+        _MOTION,
+        "_PARENT_CLASSES = _Classes(1, 2, 4)",
+        "_PARENT_CLASSES = _Classes(1, 2, 3)",
+    ),
+    mutant(
+        "last class of signs begins at 9",
+        _MOTION,
+        "_SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)",
+        "_SIGN_CONTEXTS = _Classes(-8, -3, -1, 0, 1, 2, 4, 9)",
+    ),
+    mutant(
+        "symbols of 64 at most",
+        "format/constants.py",
+        "MAGNITUDE_PLANES: Final = 64",
+        "MAGNITUDE_PLANES: Final = 63",
+    ),
+    mutant(
+        "one class of SH rest more",
+        "format/constants.py",
+        "REST_CLASSES: Final = 8",
+        "REST_CLASSES: Final = 9",
+    ),
+    mutant(
+        "blue coded less red",
+        _GAUSSIANS,
+        "coded[0] + coded[1], coded[0] + coded[2]\n",
+        "coded[0] + coded[1], coded[0] + coded[1] + coded[2]\n",
+    ),
+    mutant(
+        "differences of keys unbounded",
+        _GAUSSIANS,
+        "if steps.max(initial=0) > _STEP_LIMIT:",
+        "if False:",
+    ),
+    mutant(
+        "box of positions unchecked",
+        _GAUSSIANS,
+        "if keys.min() < 0 or keys.max() >> (3 * chunk.axis_bits):",
+        "if False:",
+    ),
+    mutant(
+        "code 240 taken for 0",
+        "format/probability.py",
+        "    if code >= PROBABILITY_CODES:",
+        "    code %= PROBABILITY_CODES\n    if code >= PROBABILITY_CODES:",
+    ),
+    mutant(
+        "square root one too large beyond 2^52",
+        "format/arithmetic.py",
+        "root: Int64 = guess - (guess * guess > values)",
+        "root: Int64 = guess",
+    ),
+    mutant(
+        "halves rounded to even",
+        "format/arithmetic.py",
+        "    return np.sign(numerator) * magnitude",
+        "    tie = (2 * np.abs(numerator) + divisor) % (2 * divisor) == 0\n"
+        "    return np.sign(numerator) * (magnitude - (tie & (magnitude % 2 == 1)))",
+    ),
+)

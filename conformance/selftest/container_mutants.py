@@ -1,0 +1,99 @@
+"""Mistakes in reading the container, and in finding a way through it (SPEC 5, 11)."""
+
+from mutant import mutant
+
+_CONTAINER = "format/container.py"
+_READER = "format/chunk_reader.py"
+_STREAM = "decoder/decode_stream.py"
+_WIRE = "format/wire.py"
+_UNKNOWN = "not in KNOWN and not header.is_ancillary:"
+
+MUTANTS = (
+    mutant(
+        "payload CRC ignored",
+        _CONTAINER,
+        'if crc != int.from_bytes(stored, "little"):',
+        "if crc is None:",
+    ),
+    mutant("header CRC ignored", _CONTAINER, "if not header_crc_holds(data):", "if False:"),
+    mutant("sequence ignored", _READER, "if header.sequence != self.sequence:", "if False:"),
+    mutant("critical bit ignored", _CONTAINER, _UNKNOWN, "not in KNOWN and False:"),
+    mutant("unknown ancillary chunks refused", _CONTAINER, _UNKNOWN, "not in KNOWN:"),
+    mutant(
+        "unknown compatible features refused",
+        _WIRE,
+        "if version.incompatible_features & ~",
+        "if (version.incompatible_features | version.compatible_features) & ~",
+    ),
+    mutant(
+        "any case of the third letter",
+        _CONTAINER,
+        "for letter in (kind[0], *kind[2:])",
+        "for letter in (kind[0], *kind[3:])",
+    ),
+    mutant(
+        "bytes after TAIL passed over", _READER, "if self.source.read(self.offset, 1):", "if False:"
+    ),
+    mutant(
+        "bytes after the last field passed over",
+        _WIRE,
+        "if parsed.end != len(payload):",
+        "if False:",
+    ),
+    mutant("TAIL unchecked", _STREAM, "if self._is_whole and tail != seen:", "if False:"),
+    mutant(
+        "INDX unchecked",
+        _STREAM,
+        "if self._is_whole and index != tuple(self._points):",
+        "if False:",
+    ),
+    mutant(
+        "length held against its bound once the payload is there",
+        _READER,
+        "        container.check_length(header.length, self._stream, self.offset)\n",
+        "        if self._stream is None:\n"
+        "            container.check_length(header.length, self._stream, self.offset)\n",
+    ),
+    mutant(
+        "a step of 0 taken",
+        "format/records.py",
+        "not 0 < value <= constants.STEP_LIMIT",
+        "not 0 <= value <= constants.STEP_LIMIT",
+    ),
+    mutant(
+        "any version read",
+        _WIRE,
+        "if version.version_major != constants.VERSION_MAJOR:",
+        "if False:",
+    ),
+    mutant(
+        "a TAIL with bytes behind it ends a gap",
+        "format/resync.py",
+        "return not source.read(chunk.offset + chunk.byte_count(), 1)",
+        "return True",
+    ),
+    mutant(
+        "recovery goes back in time",
+        "format/resync.py",
+        "return canonical_frame(chunk.payload) >= self.frame",
+        "return True",
+    ),
+    mutant(
+        "damaged ancillary chunks cost frames",
+        "decoder/recover.py",
+        "elif header is not None and header.is_ancillary and",
+        "elif False and header is not None and",
+    ),
+    mutant(
+        "INDX need not end where TAIL begins",
+        "decoder/seek.py",
+        "if index is None or reader.offset != tail_offset:",
+        "if index is None:",
+    ),
+    mutant(
+        "seek points unchecked where they lead",
+        _STREAM,
+        "if self._sought not in (None, point):",
+        "if False:",
+    ),
+)

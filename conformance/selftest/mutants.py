@@ -1,0 +1,14 @@
+"""All mutants."""
+
+import anchor_mutants
+import coding_mutants
+import container_mutants
+import state_mutants
+from mutant import Mutant
+
+MUTANTS: tuple[Mutant, ...] = (
+    *container_mutants.MUTANTS,
+    *coding_mutants.MUTANTS,
+    *state_mutants.MUTANTS,
+    *anchor_mutants.MUTANTS,
+)

@@ -1,0 +1,155 @@
+"""Break the reference decoder in one place after the other: does the suite see it?
+
+    python conformance/selftest/run_mutants.py             every mutant: who caught it
+    python conformance/selftest/run_mutants.py --only CRC  those whose names hold a word
+    python conformance/selftest/run_mutants.py --all       by every category that can
+
+Fails if a mutant survives, if one no longer applies, or if there is a category
+of vectors without which all mutants would be caught all the same. A mutant that
+two categories have caught hangs on neither: the others are asked by --all alone.
+"""
+
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+_HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(_HERE), str(_HERE.parent)]
+
+from mutants import MUTANTS, Mutant  # noqa: E402, the path is set above
+from runner.asking import Asker, ask_capabilities  # noqa: E402
+from runner.cases import Case, list_cases  # noqa: E402
+from runner.judge import PASS  # noqa: E402
+from runner.limits import Limits  # noqa: E402
+from runner.manifest import Suite  # noqa: E402
+
+PACKAGE = _HERE.parents[1] / "quarc_ref"
+CATEGORIES = ("unit", "invalid", "traps", "streams", "damaged", "levels", "resource")
+_ENOUGH = 2
+_SERIES = "damaged/cut-at-byte"
+_LAUNCHER = """import sys
+sys.path[0] = {folder!r}
+from quarc_ref.decoder.__main__ import main
+sys.exit(main())
+"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a mutant.
+
+    Attributes:
+        mutant: Which.
+        caught: The first case of each category that it failed, and how.
+    """
+
+    mutant: Mutant
+    caught: dict[str, str]
+
+
+def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
+    """Make a copy of a package with a mistake in it; return the command that runs it.
+
+    Raises:
+        ValueError: A text to replace is not there exactly once.
+    """
+    ignored = shutil.ignore_patterns("__pycache__", "*.pyc")
+    shutil.copytree(package, folder / "quarc_ref", ignore=ignored)
+    for file, old, new in mutant.edits:
+        path = folder / "quarc_ref" / file
+        text = path.read_text("utf-8")
+        if text.count(old) != 1:
+            message = f"{mutant.name}: {old!r} is {text.count(old)} times in {file}"
+            raise ValueError(message)
+        path.write_text(text.replace(old, new), "utf-8")
+    launcher = folder / "decoder.py"
+    launcher.write_text(_LAUNCHER.format(folder=str(folder)), "utf-8")
+    return f"{sys.executable} {launcher}"
+
+
+def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enough: int) -> Outcome:
+    """Ask a broken decoder until enough categories have caught it, or there are no more cases."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = break_package(mutant, package, Path(folder))
+        known = ask_capabilities(command, limits)
+        asker = Asker(command, suite, limits, jobs="jobs" in known.get("capabilities", []))
+        try:
+            cases = sorted(list_cases(suite, known), key=lambda c: CATEGORIES.index(c.category))
+            caught = _find_first(cases, asker, enough)
+        finally:
+            asker.close()
+    return Outcome(mutant, caught)
+
+
+def _find_first(cases: Iterable[Case], asker: Asker, enough: int) -> dict[str, str]:
+    caught: dict[str, str] = {}
+    for case in cases:
+        if len(caught) == enough:
+            break
+        # The cuts at every byte are many, and the others at chosen places see as much.
+        if case.category in caught or case.name.startswith(_SERIES):
+            continue
+        verdict = asker.ask(case)
+        if verdict.name != PASS:
+            caught[case.category] = f"{case.name}: {verdict.name}"
+    return caught
+
+
+def describe(outcome: Outcome) -> str:
+    """Return who caught a mutant, by what."""
+    lines = [outcome.mutant.name + ("" if outcome.caught else ": SURVIVES")]
+    lines += [f"    {category:<9} {said}" for category, said in sorted(outcome.caught.items())]
+    return "\n".join(lines)
+
+
+def conclude(outcomes: list[Outcome]) -> tuple[str, bool]:
+    """Return which categories are needed for which mutants, and whether all is as it must be."""
+    lone: dict[str, list[str]] = {category: [] for category in CATEGORIES}
+    for outcome in outcomes:
+        if len(outcome.caught) == 1:
+            lone[next(iter(outcome.caught))].append(outcome.mutant.name)
+    lines = ["Without a category these would survive:"]
+    lines += [f"    {name:<9} {', '.join(who) or 'NONE'}" for name, who in lone.items()]
+    caught = sum(bool(outcome.caught) for outcome in outcomes)
+    lines.append(f"{caught} of {len(outcomes)} mutants caught")
+    return "\n".join(lines), caught == len(outcomes) and all(lone.values())
+
+
+def main() -> int:
+    """Return 0 if every mutant was caught and every category is needed."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", default="", help="mutants whose names hold this")
+    parser.add_argument("--all", action="store_true", help="ask every category")
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--timeout", type=float, default=30.0, help="seconds for a case")
+    parser.add_argument("--package", type=Path, default=PACKAGE, help="what is broken")
+    options = parser.parse_args()
+    os.environ["QUARC_REF_KERNELS"] = "plain"  # what is broken is the plain path
+    suite = Suite.load(_HERE.parent)
+    wanted = [mutant for mutant in MUTANTS if options.only in mutant.name]
+    limits = Limits(options.timeout, 512)
+    enough = len(CATEGORIES) if options.all else _ENOUGH
+    attempt = partial(
+        try_mutant, package=options.package, suite=suite, limits=limits, enough=enough
+    )
+    outcomes = []
+    with ThreadPoolExecutor(options.processes) as pool:
+        for outcome in pool.map(attempt, wanted):
+            print(describe(outcome), flush=True)
+            outcomes.append(outcome)
+    text, good = conclude(outcomes)
+    print(text)
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

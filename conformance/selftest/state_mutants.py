@@ -1,0 +1,166 @@
+"""Mistakes in what a frame does to the state (SPEC 7, 9)."""
+
+from mutant import Mutant, mutant
+
+_RECONSTRUCT = "decoder/reconstruct.py"
+_FRAMES = "decoder/frames.py"
+_ROTATION = "decoder/rotation.py"
+_STREAM = "decoder/decode_stream.py"
+_TURNING = "turning = np.flatnonzero(np.any(sums, axis=0))"
+_DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
+_NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
+
+MUTANTS = (
+    mutant(
+        "one Gaussian fewer than the level allows",
+        _FRAMES,
+        "if count > header.limits.gaussians:",
+        "if count >= header.limits.gaussians:",
+    ),
+    mutant(
+        "one birth fewer than the level allows",
+        _FRAMES,
+        "if count > header.limits.births:",
+        "if count >= header.limits.births:",
+    ),
+    mutant(
+        "positions wrap",
+        _RECONSTRUCT,
+        "    if np.any(np.abs(positions) > POSITION_LIMIT):",
+        "    if False:",
+    ),
+    mutant(
+        "codes wrap", _RECONSTRUCT, "    if np.any(np.abs(codes) > CODE_LIMIT):", "    if False:"
+    ),
+    mutant(
+        "state CRC unchecked",
+        _FRAMES,
+        "all_fields=covers_all_fields(scene)) != state_crc:",
+        "all_fields=covers_all_fields(scene)) is None:",
+    ),
+    mutant(
+        "state CRC of all fields in every frame",
+        _FRAMES,
+        "return scene.phase % scene.header.full_crc_interval == 0",
+        "return True",
+    ),
+    mutant(
+        "stale binding",
+        _RECONSTRUCT,
+        "if anchors is None or before.phase % scene.header.resample_interval == 0:",
+        "if anchors is None:",
+    ),
+    mutant(
+        "sampled one frame early",
+        _RECONSTRUCT,
+        "or before.phase % scene.header.resample_interval == 0:",
+        "or scene.phase % scene.header.resample_interval == 0:",
+    ),
+    Mutant(
+        "deaths after the motion",
+        (
+            (
+                _FRAMES,
+                "    begun = begin_frame(state, chunk.death_count)\n",
+                "    begun = begin_frame(state, 0)\n",
+            ),
+            (
+                _FRAMES,
+                "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
+                "    kept = np.ones(moved.scene.count, np.bool_)\n"
+                "    kept[choose_deaths(state.scene, chunk.death_count)] = False\n"
+                "    left = replace(moved.anchors, binding=moved.anchors.binding[:, kept])\n"
+                "    motion = moved.motion[:, kept]\n"
+                "    scene = moved.scene.keep(kept)\n"
+                "    moved = replace(moved, scene=scene, motion=motion, anchors=left)\n"
+                "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
+            ),
+            (
+                _FRAMES,
+                "from quarc_ref.decoder.digest import",
+                "import numpy as np\n"
+                "from quarc_ref.decoder.reconstruct import choose_deaths\n"
+                "from quarc_ref.decoder.digest import",
+            ),
+        ),
+    ),
+    mutant(
+        "the last of equal opacities dies",
+        _RECONSTRUCT,
+        _DEATHS,
+        "order = np.argsort(scene.codes[OPACITY.start][::-1], kind='stable')\n"
+        "    order = scene.count - 1 - order",
+    ),
+    mutant(
+        "opacities compared as unsigned",
+        _RECONSTRUCT,
+        "np.argsort(scene.codes[OPACITY.start],",
+        "np.argsort(scene.codes[OPACITY.start].astype(np.uint16),",
+    ),
+    mutant(
+        "newborn follow their parents' anchors",
+        _RECONSTRUCT,
+        "_bind_newborn(anchors, kept, scene.positions))",
+        "np.hstack([anchors.binding, anchors.binding[:, state.births.parents]"
+        " if state.births else anchors.binding[:, :0]])[:, kept])",
+    ),
+    mutant(
+        "ids of the dead given again",
+        _RECONSTRUCT,
+        "ids=np.append(scene.ids, state.next_id + np.arange(newborn.count)),",
+        "ids=np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count)),",
+    ),
+    mutant(
+        "parents as they stood before the motion",
+        _RECONSTRUCT,
+        "scene.positions[:, parents] + newborn",
+        "scene.positions[:, parents]"
+        " - state.motion[:3, parents] * header.translation_step + newborn",
+    ),
+    mutant(
+        "own motion of the dead remembered",
+        _RECONSTRUCT,
+        "alive = (state.scene.ids[place] == level.owners) & previous",
+        "alive = np.full(place.shape, previous)",
+    ),
+    mutant(
+        "previous_contexts ignored",
+        _RECONSTRUCT,
+        "(state.scene.ids[place] == level.owners) & previous",
+        "(state.scene.ids[place] == level.owners)",
+    ),
+    mutant(
+        "a canonical frame keeps the counts",
+        _STREAM,
+        "        self._state = decode_canonical(self.header, canonical)\n",
+        "        before = self._state\n"
+        "        self._state = decode_canonical(self.header, canonical)\n"
+        "        if before is not None:\n"
+        "            self._state = replace(self._state, counts=before.counts)\n",
+        "from collections.abc import Iterator\n",
+        "from collections.abc import Iterator\nfrom dataclasses import replace\n",
+    ),
+    mutant(
+        "a sum of 0 is normalized again", _RECONSTRUCT, _TURNING, "turning = np.arange(scene.count)"
+    ),
+    mutant(
+        "w alone turns nothing",
+        _RECONSTRUCT,
+        _TURNING,
+        "turning = np.flatnonzero(np.any(sums[-3:], axis=0))",
+    ),
+    mutant(
+        "residual on the left",
+        _ROTATION,
+        "    aw, ax, ay, az = rotations.astype(np.int64)\n    bw, bx, by, bz = residuals\n",
+        "    aw, ax, ay, az = residuals\n    bw, bx, by, bz = rotations.astype(np.int64)\n",
+    ),
+    mutant(
+        "w made positive",
+        _ROTATION,
+        f"    unit = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED}",
+        f"    unit = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED}"
+        "    return np.where(turned[0] < 0, -turned, turned)\n",
+    ),
+    mutant("too long rotations taken", _ROTATION, " or np.any(left < 0):", ":"),
+)
