@@ -31,7 +31,7 @@ class Study:
     Attributes:
         capture: Its name.
         fingerprint: Of its files.
-        preset: Name of the full method's settings.
+        preset: The full method's settings: their name, and what is changed of them.
         experiments: What is compared.
         tasks: A task to each trial.
         folder: Where everything is kept.
@@ -108,7 +108,7 @@ def plan_study(arguments: argparse.Namespace) -> Study:
         )
         for trial in list_trials([*list_experiments(base, ["full"]), *experiments])
     ]
-    name, preset = capture.name, arguments.preset
+    name, preset = capture.name, ", ".join([arguments.preset, *arguments.set])
     return Study(name, capture.fingerprint, preset, experiments, tasks, arguments.out)
 
 

@@ -25,7 +25,7 @@ def write_results(
         rows: Those that are done, by the trial's name; at least one.
         folder: Where to.
         capture: Its name.
-        preset: That of the full method.
+        preset: The full method's settings, for people.
     """
     title = f"{capture}: the paper's experiments, preset {preset}"
     sections = [_make_section(experiment, rows) for experiment in experiments]

@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
@@ -146,6 +146,7 @@ def plot_curves(
         axes.set_ylabel(label)
         if doublings:
             axes.set_xscale("log", base=2)
+            axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         else:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.tick_params(labelbottom=axes is rows[-1])
