@@ -7,7 +7,7 @@ import numpy as np
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.acceleration import count_threads, map_parts
-from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import DegenerateRotationError, PositionRangeError
 
@@ -16,7 +16,7 @@ _PARTS_OF_A_THREAD = 4
 
 def move_through(
     kernels: ModuleType, scene: Scene, anchors: Anchors, symbols: list[Int64]
-) -> tuple[Int32, Int32, Int64]:
+) -> tuple[Int32, Int32, Int16]:
     """Move every Gaussian by its anchors (SPEC 7.5).
 
     Args:
@@ -39,7 +39,7 @@ def move_through(
         header.rotation_unity * header.level_count,
         POSITION_LIMIT,
     )
-    motion = np.empty((header.symbol_planes, scene.count), dtype=np.int64)
+    motion = np.empty((header.symbol_planes, scene.count), dtype=np.int16)
     after = (np.empty_like(scene.positions), np.empty_like(scene.rotations), motion)
     before = (scene.positions, scene.rotations)
     parts = _PARTS_OF_A_THREAD * count_threads()

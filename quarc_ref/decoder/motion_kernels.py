@@ -44,8 +44,7 @@ def remove(planes, gone):
         first, place = 0, 0
         for i in range(gone.size + 1):
             last = gone[i] if i < gone.size else planes.shape[1]
-            for column in range(last - first):
-                kept[row, place + column] = planes[row, first + column]
+            kept[row, place : place + last - first] = planes[row, first:last]
             place += last - first
             first = last + 1
     return kept
@@ -58,7 +57,7 @@ def recall(ids, owners, motion):
     Args:
         ids: int64 `[N]` ascending.
         owners: int64 `[a]` ascending.
-        motion: int64 `[c, N]`.
+        motion: int16 `[c, N]`.
     """
     recalled = np.zeros((motion.shape[0], owners.size), dtype=np.int64)
     place = 0
@@ -93,7 +92,7 @@ def move(before, binding, anchors, steps, span, after):
             move bool `[A]`, and int64 `[L]` where each level begins.
         steps: Translation step, sum of the levels' unities, and the limit of a position.
         span: The first Gaussian, and the one after the last.
-        after: int32 positions and rotations, and int64 motion `[c, N]`; written.
+        after: int32 positions and rotations, and int16 motion `[c, N]`; written.
 
     Returns:
         Whether a Gaussian leaves the lattice, and whether a sum is degenerate.
@@ -103,19 +102,24 @@ def move(before, binding, anchors, steps, span, after):
     step, unity, limit = steps
     new_positions, new_rotations, motion = after
     channels, levels = rows.shape[1], binding.shape[0]
+    for plane in range(3):
+        new_positions[plane, span[0] : span[1]] = positions[plane, span[0] : span[1]]
+    for plane in range(4):
+        new_rotations[plane, span[0] : span[1]] = rotations[plane, span[0] : span[1]]
+    motion[:, span[0] : span[1]] = 0
     sums = np.zeros(8, dtype=np.int64)
     leaves = degenerate = False
     for i in range(span[0], span[1]):
         moves = False
         for level in range(levels):
             moves |= moving[starts[level] + binding[level, i]]
-        for channel in range(channels):
-            sums[channel] = 0
-        if moves:
-            for level in range(levels):
-                row = starts[level] + binding[level, i]
-                for channel in range(channels):
-                    sums[channel] += rows[row, channel]
+        if not moves:
+            continue
+        sums[:] = 0
+        for level in range(levels):
+            row = starts[level] + binding[level, i]
+            for channel in range(channels):
+                sums[channel] += rows[row, channel]
         for channel in range(channels):
             motion[channel, i] = sums[channel]
         for axis in range(3):
@@ -124,12 +128,12 @@ def move(before, binding, anchors, steps, span, after):
             new_positions[axis, i] = moved
         w = sums[3] if channels == 7 else 0
         x, y, z = sums[channels - 3], sums[channels - 2], sums[channels - 1]
-        q = (rotations[0, i], rotations[1, i], rotations[2, i], rotations[3, i])
         if w or x or y or z:
+            q = (rotations[0, i], rotations[1, i], rotations[2, i], rotations[3, i])
             q, failed = _turn(q, (unity + w, x, y, z))
             degenerate |= failed
-        new_rotations[0, i], new_rotations[1, i] = q[0], q[1]
-        new_rotations[2, i], new_rotations[3, i] = q[2], q[3]
+            new_rotations[0, i], new_rotations[1, i] = q[0], q[1]
+            new_rotations[2, i], new_rotations[3, i] = q[2], q[3]
     return leaves, degenerate
 
 

@@ -55,8 +55,7 @@ def narrow(box, bound, depth, state, tree):
         length = keep_blocks(box, anchor_boxes, spare, 0, length, bound, ids, depth + 1)
         tier = 2
     if tier == 2 and length <= _EXPANDED:
-        length = _list_anchors_of(ids, depth + 1, length, leaf_starts, anchors, listed)
-        length = _keep_anchors(box, listed, depth + 1, length, bound, depth + 1)
+        length = _keep_anchors_of(box, ids, depth + 1, length, leaf_starts, anchors, bound, listed)
         tier = ANCHORS
     tiers[depth + 1], lengths[depth + 1] = tier, length
 
@@ -73,14 +72,20 @@ def expand(ids, row, count, starts, children, to):
 
 
 @plain
-def _list_anchors_of(ids, row, count, starts, anchors, listed):
-    length = 0
+def _keep_anchors_of(box, ids, row, count, starts, anchors, bound, listed):
+    """List the anchors of some boxes that are within a bound; return how many."""
+    x0, y0, z0, x1, y1, z1 = box
+    found = 0
     for i in range(count):
         for a in range(starts[ids[row, i]], starts[ids[row, i] + 1]):
-            for j in range(4):
-                listed[row, length, j] = anchors[a, j]
-            length += 1
-    return length
+            px, py, pz, number = anchors[a, 0], anchors[a, 1], anchors[a, 2], anchors[a, 3]
+            x = max(max(px - x1, x0 - px), 0)
+            y = max(max(py - y1, y0 - py), 0)
+            z = max(max(pz - z1, z0 - pz), 0)
+            listed[row, found, 0], listed[row, found, 1] = px, py
+            listed[row, found, 2], listed[row, found, 3] = pz, number
+            found += x * x + y * y + z * z <= bound
+    return found
 
 
 @plain

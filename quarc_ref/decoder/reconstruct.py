@@ -18,7 +18,7 @@ from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, remove
 from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.format.acceleration import load_kernels
-from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
@@ -50,7 +50,7 @@ class State:
     """
 
     scene: Scene
-    motion: Int64
+    motion: Int16
     symbols: tuple[Int64, ...]
     anchors: Anchors | None
     births: Births | None
@@ -86,7 +86,7 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
         expand_rotations(gaussians.rotations, header.rotation_bits),
         _narrow_codes(gaussians.codes),
     )
-    motion = np.zeros((header.symbol_planes, count), dtype=np.int64)
+    motion = np.zeros((header.symbol_planes, count), dtype=np.int16)
     return State(scene, motion, (), None, None, count, ContextCounts())
 
 
@@ -158,11 +158,10 @@ def move(state: State, symbols: list[Int64]) -> State:
     scene, anchors = state.scene, state.known_anchors
     kernels = load_kernels(MOTION_KERNELS, scene.count)
     if kernels is None:
-        motion = np.zeros_like(state.motion)
-        for level, binding in zip(symbols, anchors.binding, strict=True):
-            motion += level[:, binding]
-        positions = scene.positions + motion[:3] * scene.header.translation_step
-        positions, rotations = _narrow_positions(positions), _turn_all(scene, motion[3:])
+        followed = zip(symbols, anchors.binding, strict=True)
+        sums = np.sum([level[:, binding] for level, binding in followed], axis=0)
+        positions = _narrow_positions(scene.positions + sums[:3] * scene.header.translation_step)
+        rotations, motion = _turn_all(scene, sums[3:]), sums.astype(np.int16)
     else:
         positions, rotations, motion = move_through(kernels, scene, anchors, symbols)
     moved = replace(scene, positions=positions, rotations=rotations)
@@ -215,7 +214,8 @@ def _recall(state: State, owners: Int64) -> Int64:
         recalled: Int64 = kernels.recall(state.scene.ids, owners, state.motion)
         return recalled
     place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
-    return np.where(state.scene.ids[place] == owners, state.motion[:, place], 0)
+    alive = state.scene.ids[place] == owners
+    return np.where(alive, state.motion[:, place], 0).astype(np.int64)
 
 
 def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int64:

@@ -16,7 +16,7 @@ from quarc_ref.format.records import StreamHeader
 
 MOTION_KERNELS: Final = "quarc_ref.decoder.motion_kernels"
 
-_Number = TypeVar("_Number", np.int32, np.int64)
+_Number = TypeVar("_Number", np.int16, np.int32, np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
