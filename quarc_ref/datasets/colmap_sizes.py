@@ -1,8 +1,8 @@
 """Whether the binary files of a COLMAP model are all there.
 
 pycolmap takes a file at its word: of one that breaks off, it can read numbers
-that are not there and allocate by them. So the records of images and points,
-whose lengths vary, are walked through before it opens the files.
+that are not there, allocate by them, and count up to them for minutes. So the
+records whose lengths vary are walked through before it opens the files.
 """
 
 import struct
@@ -10,10 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 _COUNT = struct.Struct("<Q")
+_SHORT_COUNT = struct.Struct("<I")
 _POSE_BYTES = 4 + 7 * 8 + 4  # image id, quaternion and translation, camera id
 _OBSERVATION_BYTES = 2 * 8 + 8  # pixel, point id
 _POINT_BYTES = 8 + 3 * 8 + 3 + 8  # point id, position, color, error
 _TRACK_BYTES = 4 + 4  # image id, index of the observation
+_SENSOR_BYTES = 4 + 4  # type, id
+_RIGID_BYTES = 7 * 8  # quaternion and translation
+_DATA_BYTES = _SENSOR_BYTES + 8  # sensor, image id
 
 
 def require_whole(folder: Path) -> None:
@@ -26,7 +30,7 @@ def require_whole(folder: Path) -> None:
         OSError: A file cannot be read.
         ValueError: A file ends too early, or too late.
     """
-    for name, skip in (("images.bin", _skip_image), ("points3D.bin", _skip_point)):
+    for name, skip in _SKIPS.items():
         path = folder / name
         if path.is_file() and not _ends_with_records(path.read_bytes(), skip):
             message = f"{name} is not as long as its records"
@@ -39,7 +43,7 @@ def _ends_with_records(data: bytes, skip: Callable[[bytes, int], int]) -> bool:
         position = _COUNT.size
         for _ in range(count):
             position = skip(data, position)
-    except (struct.error, ValueError):
+    except (IndexError, OverflowError, struct.error, ValueError):
         return False
     return position == len(data)
 
@@ -55,3 +59,28 @@ def _skip_point(data: bytes, position: int) -> int:
     """Return where the record after a point's begins."""
     (count,) = _COUNT.unpack_from(data, position + _POINT_BYTES)
     return position + _POINT_BYTES + _COUNT.size + _TRACK_BYTES * int(count)
+
+
+def _skip_rig(data: bytes, position: int) -> int:
+    """Return where the record after a rig's begins: its id, and its sensors, all but one posed."""
+    (count,) = _SHORT_COUNT.unpack_from(data, position + 4)
+    position += 4 + _SHORT_COUNT.size + _SENSOR_BYTES * min(int(count), 1)
+    for _ in range(int(count) - 1):
+        has_pose = data[position + _SENSOR_BYTES]
+        position += _SENSOR_BYTES + 1 + _RIGID_BYTES * bool(has_pose)
+    return position
+
+
+def _skip_frame(data: bytes, position: int) -> int:
+    """Return where the record after a frame's begins: its id and rig's, its pose, its images."""
+    position += 4 + 4 + _RIGID_BYTES
+    (count,) = _SHORT_COUNT.unpack_from(data, position)
+    return position + _SHORT_COUNT.size + _DATA_BYTES * int(count)
+
+
+_SKIPS: dict[str, Callable[[bytes, int], int]] = {
+    "images.bin": _skip_image,
+    "points3D.bin": _skip_point,
+    "rigs.bin": _skip_rig,
+    "frames.bin": _skip_frame,
+}

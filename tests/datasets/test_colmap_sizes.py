@@ -1,11 +1,14 @@
 import struct
 
+import pycolmap
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.colmap_sizes import require_whole
 from tests.datasets import scenes
+
+_WALKED = ["images.bin", "points3D.bin", "rigs.bin", "frames.bin"]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +32,7 @@ def test_a_text_model_is_passed_over(tmp_path):
 
 @settings(deadline=None, max_examples=50)
 @given(data=st.data())
-@pytest.mark.parametrize("name", ["images.bin", "points3D.bin"])
+@pytest.mark.parametrize("name", _WALKED)
 def test_a_file_cut_anywhere_or_prolonged_is_refused(model, copy, name, data):
     whole = (model / name).read_bytes()
     length = data.draw(st.integers(0, len(whole) - 1))
@@ -42,10 +45,37 @@ def test_a_file_cut_anywhere_or_prolonged_is_refused(model, copy, name, data):
             require_whole(copy)
 
 
-@pytest.mark.parametrize("name", ["images.bin", "points3D.bin"])
+@pytest.mark.parametrize("name", _WALKED)
 def test_a_count_beyond_the_file_is_refused(tmp_path, model, name):
     whole = (model / name).read_bytes()
     (tmp_path / name).write_bytes(struct.pack("<Q", 1 << 62) + whole[8:])
 
     with pytest.raises(ValueError, match="not as long"):
         require_whole(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["points3D.bin", "images.bin"])
+def test_a_count_that_no_place_in_a_file_can_have_is_refused(tmp_path, model, name):
+    whole = (model / name).read_bytes()
+    (tmp_path / name).write_bytes(whole[:-8] + b"\xff" * 8 + whole)
+
+    with pytest.raises(ValueError, match="not as long"):
+        require_whole(tmp_path)
+
+
+def test_a_rig_of_several_sensors_is_whole(tmp_path):
+    model = pycolmap.Reconstruction()
+    rig = pycolmap.Rig(rig_id=1)
+    for number, pose in enumerate((None, pycolmap.Rigid3d(), None), 1):
+        camera = pycolmap.Camera(model="PINHOLE", width=4, height=4, params=[1, 1, 1, 1])
+        camera.camera_id = number
+        model.add_camera(camera)
+        if number == 1:
+            rig.add_ref_sensor(camera.sensor_id)
+        else:
+            rig.add_sensor(camera.sensor_id, pose)
+    model.add_rig(rig)
+    model.write_binary(tmp_path)
+
+    assert (tmp_path / "rigs.bin").stat().st_size == 8 + 16 + (9 + 56) + 9
+    require_whole(tmp_path)
