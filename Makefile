@@ -54,5 +54,5 @@ clean: ## Remove what was made.
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "quarc-ref needs Python 3.11 or later: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[encode,dev]'
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[encode,view,dev]'
 	@touch $(READY)

@@ -10,6 +10,7 @@ import typer
 
 from quarc_ref import __version__
 from quarc_ref.cli import (
+    bench_verb,
     capture_verbs,
     decode_verb,
     edit_verbs,
@@ -17,8 +18,9 @@ from quarc_ref.cli import (
     inspect_verb,
     render_verb,
     stream_verbs,
+    view_verb,
 )
-from quarc_ref.cli.faults import heed_termination
+from quarc_ref.cli.faults import heed_termination, provide_outputs
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 
 app = typer.Typer(
@@ -36,7 +38,9 @@ app.command("info")(stream_verbs.info)
 app.command("inspect")(inspect_verb.inspect)
 app.command("cut")(edit_verbs.cut)
 app.command("join")(edit_verbs.join)
+app.command("view")(view_verb.view)
 app.command("render")(render_verb.render)
+app.command("bench")(bench_verb.bench)
 app.command("eval")(capture_verbs.evaluate)
 app.command("synth")(capture_verbs.synth)
 app.command("demo")(capture_verbs.demo)
@@ -63,5 +67,6 @@ def _options(
 
 def main() -> None:
     """Run the command."""
+    provide_outputs()
     heed_termination()
     app()

@@ -85,19 +85,32 @@ def inspect_stream(
     )
 
 
+def count_coded_bytes(chunk: Chunk) -> dict[str, int]:
+    """Return the bytes of the coded planes of a frame's chunk, by kind.
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
+    coded = dict.fromkeys(KINDS, 0)
+    if chunk.kind == container.CANO:
+        sections = wire.parse_canonical(chunk.payload).sections
+        coded["canonical"] = sum(section.byte_count() for section in sections)
+    else:
+        frame = wire.parse_frame(chunk.payload)
+        coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
+    return coded
+
+
 def _summarize(chunk: Chunk, state: State) -> FrameSummary:
     scene, header = state.scene, state.scene.header
-    coded: dict[str, int] = dict.fromkeys(KINDS, 0)
     estimate: dict[str, float] = dict.fromkeys(KINDS, 0.0)
     births = deaths = 0
     if chunk.kind == container.CANO:
         canonical = wire.parse_canonical(chunk.payload)
-        coded["canonical"] = sum(section.byte_count() for section in canonical.sections)
         estimate["canonical"] = estimate_gaussians(read_canonical(canonical, header.code_planes))
     else:
         frame = wire.parse_frame(chunk.payload)
         births, deaths = frame.birth_count, frame.death_count
-        coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
         estimate["motion"] = estimate_motion(state.symbols)
         estimate["births"] = estimate_births(state.births) if state.births else 0.0
     return FrameSummary(
@@ -108,7 +121,7 @@ def _summarize(chunk: Chunk, state: State) -> FrameSummary:
         births,
         deaths,
         chunk.byte_count(),
-        coded,
+        count_coded_bytes(chunk),
         estimate,
         count_magnitudes(state.symbols),
         compute_digest(scene),

@@ -70,3 +70,10 @@ def test_what_needs_more_says_what_to_install(verb, stream_file, tmp_path):
     assert "pip install 'quarc-ref[encode]'" in done.stderr
     assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["small.quarc"]
+
+
+def test_a_page_says_what_to_install(stream_file):
+    done = _run("view", stream_file, "--no-open", blocked=("viser",))
+
+    assert done.returncode == 3
+    assert "pip install 'quarc-ref[view]'" in done.stderr

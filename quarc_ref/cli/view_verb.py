@@ -1,0 +1,83 @@
+"""The verb `view`: a stream on a page of a browser."""
+
+import sys
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from threading import Event
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import AsJson, StreamName, hold_whole, name_stream
+from quarc_ref.cli.output import print_json, print_table
+
+if TYPE_CHECKING:
+    from quarc_ref.decoder import Source
+    from quarc_ref.viewing.page import Page
+
+_MEBIBYTE = 1 << 20
+
+
+def view(
+    file: StreamName,
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen at; 0.0.0.0 lets others in.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option("--port", min=1, max=65535, help="The first of those to try.")
+    ] = 8080,
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open the page in a browser.")
+    ] = True,
+    playing: Annotated[
+        bool, typer.Option("--play/--no-play", help="Begin at once, or stand on the first frame.")
+    ] = True,
+    memory: Annotated[
+        int, typer.Option("--memory", min=1, metavar="MIB", help="For frames that are decoded.")
+    ] = 512,
+    as_json: AsJson = False,
+) -> None:
+    """Play a stream in a browser: timeline, cameras, bytes of every frame. Ctrl-C ends it.
+
+    A Gaussian has one color at a time, as seen by whoever moved last; `render`
+    draws exactly.
+    """
+    with reported_faults():
+        from quarc_ref.decoder import open_source
+
+        with open_source(file) as opened, suppress(KeyboardInterrupt):
+            source, title = hold_whole(opened), name_stream(file)
+            with _open_page(source, title, (host, port), playing=playing) as (page, run):
+                _announce(title, page.url, as_json=as_json, open_browser=open_browser)
+                run(memory * _MEBIBYTE, Event())
+
+
+@contextmanager
+def _open_page(
+    source: "Source", title: str, address: tuple[str, int], *, playing: bool
+) -> "Iterator[tuple[Page, Callable[[int, Event], None]]]":
+    """Open a page for a stream; yield it, and what plays the stream there."""
+    from quarc_ref.decoder import decode
+    from quarc_ref.viewing.outline import outline_stream
+    from quarc_ref.viewing.show import Show, open_page
+
+    first = next(decode(source), None)
+    if first is None:
+        message = "the stream has no frame"
+        raise UsageError(message)
+    outline = outline_stream(source)
+    with open_page(outline, first, title, address) as page:
+        yield page, partial(Show(source, outline, page, playing=playing).run, first)
+
+
+def _announce(title: str, url: str, *, as_json: bool, open_browser: bool) -> None:
+    if as_json:
+        print_json({"stream": title, "url": url})
+    else:
+        print_table(title, {"page": url, "end": "Ctrl-C"})
+    sys.stdout.flush()
+    if open_browser:
+        webbrowser.open(url)

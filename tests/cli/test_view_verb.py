@@ -1,0 +1,48 @@
+import json
+import signal
+import subprocess
+import urllib.request
+
+import pytest
+
+from tests.cli.commands import run
+from tests.cli.processes import start
+
+pytest.importorskip("viser")
+
+
+def _end(process):
+    process.send_signal(signal.SIGINT)
+    return process.wait(60)
+
+
+def test_a_page_is_served_until_it_is_interrupted(stream_file):
+    viewer = start(
+        *("view", stream_file, "--no-open", "--port", 8700, "--json"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    printed = json.loads("".join(viewer.stdout.readline() for _ in range(4)))
+    with urllib.request.urlopen(printed["url"], timeout=60) as answer:
+        status = answer.status
+
+    assert status == 200
+    assert printed["stream"] == "small.quarc"
+    assert _end(viewer) == 0
+    assert viewer.stderr.read() == ""
+    assert viewer.stdout.read() == ""
+    viewer.stdout.close()
+    viewer.stderr.close()
+
+
+def test_a_damaged_stream_opens_no_page(stream_file, made):
+    stream_file.write_bytes(made.data[:200] + bytes([made.data[200] ^ 1]) + made.data[201:])
+    result = run("view", stream_file, "--no-open")
+
+    assert result.exit_code == 1
+    assert result.stdout == ""
+
+
+def test_help_says_what_the_page_does_not_show_exactly():
+    assert "one color" in " ".join(run("view", "-h").stdout.split())
