@@ -156,6 +156,22 @@ def plot_curves(
     return _png(figure)
 
 
+def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes:
+    """Return a PNG of the time of a frame against the number of Gaussians.
+
+    Args:
+        lines: `{label: (Gaussians, milliseconds)}`, in ascending order.
+    """
+    figure, (axes,) = _figure(1, height=4)
+    for color, (label, points) in zip((_BLUE, _ORANGE, _GREEN), lines.items(), strict=False):
+        axes.loglog(*zip(*points, strict=True), color=color, marker="o", label=label)
+    axes.axhline(1000 / 30, color=_GRAY, linestyle="--", linewidth=1, label="30 frames per second")
+    axes.set_xlabel("Gaussians")
+    axes.set_ylabel("ms per frame")
+    _legend_above(axes)
+    return _png(figure)
+
+
 def encode_picture(picture: Picture) -> bytes:
     """Return a PNG of a picture `[H, W, 3]` from 0 to 1."""
     buffer = io.BytesIO()

@@ -1,0 +1,135 @@
+"""How fast the decoder plays streams of many Gaussians.
+
+    python benchmarks/decode.py --gaussians N --anchors-per 4 --resample 2 --threads 2 --json
+    python benchmarks/decode.py --table [--plot decode.png]
+
+The stream is made once, by `moving_stream`, and kept in `--cache`. It is
+decoded by `quarc-ref bench` in a process of its own, after a first, untimed one
+that leaves the kernels compiled; `--plain` does without them.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from moving_stream import Job, write_moving_stream
+
+SIZES = (20_000, 100_000, 244_000, 1_000_000)
+_FRAMES = {1_000_000: 41}
+_COMMAND = "from quarc_ref.cli.app import main; main()"
+
+
+def make_stream(job: Job, cache: Path) -> Path:
+    """Return the stream of a job, made if it is not in the cache."""
+    cache.mkdir(parents=True, exist_ok=True)
+    numbers = (job.gaussians, job.anchors_per, job.resample, job.births, job.frames)
+    path = cache / f"moving-{'-'.join(map(str, numbers))}.quarc"
+    if not path.exists():
+        write_moving_stream(path, job)
+    return path
+
+
+def measure(path: Path, threads: int, kernels: str) -> dict[str, object]:
+    """Return what `quarc-ref bench` says of a stream, in a process of its own."""
+    command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
+    done = subprocess.run(
+        [*command, "--json", "--quiet"],
+        env={**os.environ, "QUARC_REF_KERNELS": kernels},
+        check=True,
+        capture_output=True,
+    )
+    measured: dict[str, object] = json.loads(done.stdout)
+    return measured
+
+
+def measure_all(cache: Path, births: int) -> list[dict[str, object]]:
+    """Return a row to each size and number of threads."""
+    rows = []
+    for size in SIZES:
+        path = make_stream(Job(size, births=births, frames=_FRAMES.get(size, 101)), cache)
+        measure(path, 1, "compiled")
+        rows += [measure(path, threads, "compiled") for threads in (1, 2)]
+    return rows
+
+
+def format_table(rows: list[dict[str, object]]) -> str:
+    """Return rows as a table in Markdown."""
+    stages = list(dict.fromkeys(stage for row in rows for stage in row["ms_by_stage"]))
+    lines = [
+        [
+            "Gaussians",
+            "kernels",
+            "threads",
+            "fps",
+            "ms per frame",
+            "CPU ms",
+            *stages,
+            "first frame s",
+            "MiB",
+        ]
+    ]
+    for row in rows:
+        spent = [f"{row['ms_by_stage'].get(stage, 0):.1f}" for stage in stages]
+        lines.append([
+            f"{row['gaussians']:,}", row["kernels"], str(row["threads"]), f"{row['fps']:.1f}",
+            f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", *spent,
+            f"{row['first_frame_s']:.2f}", f"{row['peak_rss_mib']:.0f}",
+        ])  # fmt: skip
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def plot(rows: list[dict[str, object]], path: Path) -> None:
+    """Write a PNG of milliseconds per frame against the number of Gaussians."""
+    from quarc_ref.evaluation.plots import plot_decode_speed
+
+    lines = {
+        f"{threads} thread{'s' * (threads > 1)}": [
+            (row["gaussians"], 1e3 / row["fps"]) for row in rows if row["threads"] == threads
+        ]
+        for threads in sorted({row["threads"] for row in rows})
+    }
+    path.write_bytes(plot_decode_speed(lines))
+
+
+def main() -> None:
+    """Measure one size, or all."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--gaussians", type=int, default=244_000)
+    parser.add_argument("--anchors-per", type=int, default=4)
+    parser.add_argument("--resample", type=int, default=2)
+    parser.add_argument("--births", type=int, default=150)
+    parser.add_argument("--frames", type=int, default=101)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--plain", action="store_true", help="without compiled kernels")
+    parser.add_argument("--table", action="store_true", help="all sizes, 1 and 2 threads")
+    parser.add_argument("--plot", type=Path, help="of the table")
+    parser.add_argument("--json", action="store_true")
+    default = Path(tempfile.gettempdir()) / "quarc-ref-streams"
+    parser.add_argument("--cache", type=Path, default=default)
+    options = parser.parse_args()
+    if options.table:
+        rows = measure_all(options.cache, options.births)
+        if options.plot:
+            plot(rows, options.plot)
+    else:
+        job = Job(
+            options.gaussians, options.anchors_per, options.resample, options.births, options.frames
+        )
+        path = make_stream(job, options.cache)
+        kernels = "plain" if options.plain else "compiled"
+        if not options.plain:
+            measure(path, options.threads, kernels)
+        rows = [measure(path, options.threads, kernels)]
+    if options.json:
+        print(json.dumps(rows if options.table else rows[0], indent=2))
+    else:
+        print(format_table(rows))
+
+
+if __name__ == "__main__":
+    main()

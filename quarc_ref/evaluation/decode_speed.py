@@ -1,0 +1,99 @@
+"""How fast a stream plays: frames per second, where the time goes, memory, time to begin."""
+
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+from quarc_ref.decoder import Player, open_source
+
+_MEBIBYTE = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How a stream played, every frame given out as soon as it was there.
+
+    Attributes:
+        frames: With the first, which is canonical.
+        gaussians: Of the last frame.
+        threads: As asked for.
+        kernels: `compiled` or `plain`.
+        fps: Of the frames after the first.
+        cpu_ms: Milliseconds of the processor per frame after the first, of all
+            threads; beside other work it tells more than `fps`.
+        ms_by_stage: Milliseconds per frame after the first; what threads do
+            side by side adds up to more than a frame takes.
+        first_frame_s: From opening the stream to its first frame.
+        peak_rss_mib: Of this process so far; None where that cannot be told.
+    """
+
+    frames: int
+    gaussians: int
+    threads: int
+    kernels: str
+    fps: float
+    cpu_ms: float
+    ms_by_stage: dict[str, float]
+    first_frame_s: float
+    peak_rss_mib: float | None
+
+    def as_json(self) -> dict[str, object]:
+        """Return the fields by name."""
+        return asdict(self)
+
+
+def measure_speed(
+    name: str, threads: int, note: Callable[[str, int, int], None] | None = None
+) -> Speed | None:
+    """Play a stream from its beginning to its end.
+
+    Args:
+        name: Of the stream, as for `open_source`.
+        threads: As for `Player`.
+        note: Is told the stage, how many frames are done, and 0.
+
+    Returns:
+        How it played; None if it has no frame.
+
+    Raises:
+        BitstreamError: What is wrong with the stream.
+        SourceError: What holds it does not give its bytes.
+    """
+    begun = first = last = time.perf_counter()
+    cpu = 0.0
+    frames = gaussians = 0
+    before: Counter[str] = Counter()
+    with open_source(name) as source, Player(source, threads=threads) as player:
+        for frame in player:
+            last = time.perf_counter()
+            frames, gaussians = frames + 1, frame.scene.count
+            if frames == 1:
+                first, before, cpu = last, Counter(player.times), time.process_time()
+            if note is not None:
+                note("decode", frames, 0)
+        spent, cpu = player.times - before, time.process_time() - cpu
+    if frames == 0:
+        return None
+    moved = max(1, frames - 1)
+    return Speed(
+        frames,
+        gaussians,
+        threads,
+        "compiled" if "quarc_ref.decoder.binding_kernels" in sys.modules else "plain",
+        moved / (last - first) if frames > 1 else 0.0,
+        1e3 * cpu / moved if frames > 1 else 0.0,
+        {stage: nanoseconds / moved / 1e6 for stage, nanoseconds in spent.most_common()},
+        first - begun,
+        _peak_mebibytes(),
+    )
+
+
+def _peak_mebibytes() -> float | None:
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / _MEBIBYTE if sys.platform == "darwin" else peak * 1024 / _MEBIBYTE
