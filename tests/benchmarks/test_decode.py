@@ -1,0 +1,50 @@
+import pytest
+
+import decode
+from moving_stream import Job, write_moving_stream
+from quarc_ref.decoder import decode as decode_stream
+from quarc_ref.evaluation.decode_speed import measure_speed
+
+
+@pytest.fixture(scope="module")
+def stream(tmp_path_factory):
+    path = tmp_path_factory.mktemp("streams") / "moving.quarc"
+    write_moving_stream(path, Job(600, births=5, frames=4))
+    return path
+
+
+def test_a_stream_of_simulated_motion_keeps_its_number_of_gaussians(stream):
+    scenes = list(decode_stream(stream.read_bytes()))
+
+    assert [scene.count for scene in scenes] == [600] * 4
+    assert scenes[-1].ids[-5:].tolist() == list(range(610, 615))
+    assert (scenes[0].positions != scenes[1].positions).any()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_stream_is_measured(stream, threads):
+    speed = measure_speed(str(stream), threads)
+
+    assert (speed.frames, speed.gaussians, speed.threads) == (4, 600, threads)
+    assert speed.fps > 0
+    assert 0 < speed.first_frame_s < 60
+    assert speed.peak_rss_mib > 10
+    assert {"entropy", "sampling", "motion", "crc", "floats"} <= speed.ms_by_stage.keys()
+
+
+def test_a_stream_is_made_once(tmp_path):
+    job = Job(50, births=1, frames=2)
+
+    made = decode.make_stream(job, tmp_path)
+    stamp = made.stat().st_mtime_ns
+
+    assert decode.make_stream(job, tmp_path).stat().st_mtime_ns == stamp
+
+
+def test_the_table_has_a_row_to_each_measurement(stream):
+    rows = [measure_speed(str(stream), threads).as_json() for threads in (1, 2)]
+
+    lines = decode.format_table(rows).splitlines()
+
+    assert len(lines) == 4
+    assert len({line.count("|") for line in lines}) == 1

@@ -1,0 +1,23 @@
+from tests.cli.commands import run, run_json
+from tests.streams import make_stream
+
+
+def test_a_stream_is_benched(tmp_path):
+    path = tmp_path / "a.quarc"
+    path.write_bytes(make_stream()[0])
+
+    told = run_json("bench", path, "--threads", 1, "--quiet")
+
+    assert told["frames"] == 4
+    assert {"fps", "ms_by_stage", "peak_rss_mib", "first_frame_s", "cpu_ms"} <= told.keys()
+    assert "frames per second" in run("bench", path).stdout
+
+
+def test_a_bad_stream_is_refused(tmp_path):
+    path = tmp_path / "a.quarc"
+    path.write_bytes(make_stream()[0][:-60])
+
+    result = run("bench", path)
+
+    assert result.exit_code == 1
+    assert "refused" in result.stderr
