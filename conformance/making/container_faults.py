@@ -111,91 +111,44 @@ def _of_types(parent: Valid) -> Iterable[Row]:
 
 
 def _of_order(parent: Valid) -> list[Vector]:
-    stream = parent.stream
-    head = stream.pieces[HEAD]
-    early = [head, *stream.pieces[3:5], *stream.pieces[2:3], *stream.pieces[5:]]
-    between = [
-        *stream.pieces[:INDX],
-        Piece(b"INDX", None),
-        Piece(b"meta", pack_metadata()),
-        Piece(b"TAIL", None),
-    ]
-    twice = stream.before(Piece(b"INDX", None), place=TAIL)
-    critical = Piece(b"SNAP", bytes(8))
-    at_end = len(parent.frames)
-
-    def at(
-        name: str, clauses: str, ids: str, pieces: list[Piece], frames: int, note: str
-    ) -> Vector:
-        said = Outcome(parent.frames[:frames], tuple(ids.split()))
-        return broken(parent, f"invalid/{name}", clauses, pieces, said, note)
-
-    later = replace(head, sequence=None)
+    """Chunks that stand where their types may not."""
+    stream, ids = parent.stream, "chunk-order"
+    head, index, tail = stream.pieces[HEAD], Piece(b"INDX", None), Piece(b"TAIL", None)
+    later = stream.before(head, place=FRAM)
+    early = [head, *stream.pieces[3:5], stream.pieces[2], *stream.pieces[5:]]
+    between = [*stream.pieces[:INDX], index, Piece(b"meta", pack_metadata()), tail]
+    twice, end = stream.before(index, place=TAIL), len(parent.frames)
+    note = "another HEAD, with the number that is due"
+    rows = (
+        ("head-not-first", "5.1-2", ids, stream.pieces[1:], 0, "the first chunk is `came`"),
+        ("head-missing", "5.1-2", ids, stream.pieces[2:], 0, "the first chunk is CANO"),
+        ("frame-before-canonical", "5.1-3", ids, early, 0, "FRAM stands before any CANO"),
+        ("chunk-after-index", "5.1-6", ids, between, end, "`meta` stands between INDX and TAIL"),
+        ("index-twice", "5.1-6", ids, twice, end, "INDX comes twice"),
+        *_of_criticals(parent),
+    )
     return [
-        *faults_at(
-            parent,
-            FRAM,
-            [
-                (
-                    "head-later",
-                    "5.1-2",
-                    "chunk-order",
-                    stream.before(later, place=FRAM),
-                    "another HEAD, with the number that is due",
-                )
-            ],
-        ),
-        at(
-            "head-not-first",
-            "5.1-2",
-            "chunk-order",
-            stream.pieces[1:],
-            0,
-            "the first chunk is `came`",
-        ),
-        at("head-missing", "5.1-2", "chunk-order", stream.pieces[2:], 0, "the first chunk is CANO"),
-        at(
-            "frame-before-canonical",
-            "5.1-3",
-            "chunk-order",
-            early,
-            0,
-            "FRAM stands before any CANO",
-        ),
-        at(
-            "chunk-after-index",
-            "5.1-6",
-            "chunk-order",
-            between,
-            at_end,
-            "`meta` stands between INDX and TAIL",
-        ),
-        at("index-twice", "5.1-6", "chunk-order", twice, at_end, "INDX comes twice"),
-        at(
-            "critical",
-            "5.2-9",
-            "unknown-critical",
-            stream.before(critical, place=FRAM),
-            4,
-            "a critical chunk of a type that is reserved",
-        ),
-        at(
-            "critical-private",
-            "5.2-9",
-            "unknown-critical",
-            stream.before(replace(critical, kind=b"FrAM"), place=FRAM),
-            4,
-            "a critical chunk of a private type",
-        ),
-        at(
-            "head-number",
-            "5.2-4",
-            "sequence chunk-order",
-            stream.replaced(HEAD, sequence=1),
-            0,
-            "HEAD has the number 1",
-        ),
+        *faults_at(parent, FRAM, [("head-later", "5.1-2", ids, later, note)]),
+        *(_met_after(parent, *row) for row in rows),
     ]
+
+
+def _of_criticals(parent: Valid) -> Iterable[tuple[str, str, str, list[Piece], int, str]]:
+    stream, ids = parent.stream, "unknown-critical"
+    reserved = stream.before(Piece(b"SNAP", bytes(8)), place=FRAM)
+    private = stream.before(Piece(b"FrAM", bytes(8)), place=FRAM)
+    number = stream.replaced(HEAD, sequence=1)
+    yield "critical", "5.2-9", ids, reserved, 4, "a critical chunk of a type that is reserved"
+    yield "critical-private", "5.2-9", ids, private, 4, "a critical chunk of a private type"
+    yield "head-number", "5.2-4", "sequence chunk-order", number, 0, "HEAD has the number 1"
+
+
+def _met_after(
+    parent: Valid, name: str, clauses: str, ids: str, pieces: list[Piece], frames: int, note: str
+) -> Vector:
+    """A fault that is met after so many frames, and is not recovered from here."""
+    said = Outcome(parent.frames[:frames], tuple(ids.split()))
+    return broken(parent, f"invalid/{name}", clauses, pieces, said, note)
 
 
 def _of_ancillaries(parent: Valid) -> list[Vector]:

@@ -1,5 +1,6 @@
 """invalid/: INDX, TAIL and what follows them (SPEC 5.8, 5.9)."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from making.fault_rows import INDX, TAIL
@@ -7,110 +8,89 @@ from making.payloads import pack_index, pack_tail
 from making.streams import Piece
 from making.vectors import Outcome, Valid, Vector, broken
 
+End = tuple[str, str, str, list[Piece] | bytes, str]
+"""Name, clauses, reject id, what is there, and what is wrong."""
+
 
 def make_ends(parent: Valid) -> list[Vector]:
-    """Return all of them."""
-    stream, layout, frames = parent.stream, parent.layout, parent.frames
-    points = _points(parent)
-    other = (points[1][0] + 1, *points[1][1:])
+    """Return all of them: every frame comes out before they are refused."""
+    vectors = []
+    for name, clauses, ids, there, note in [
+        *_of_payloads(parent),
+        *_of_places(parent),
+        *_of_indexes(parent),
+        *_of_tails(parent),
+    ]:
+        said = Outcome(parent.frames, (ids,))
+        vector = broken(parent, f"invalid/{name}", clauses, there, said, note)
+        vectors.append(replace(vector, seek=_through(name)))
+    return vectors
+
+
+def _of_payloads(parent: Valid) -> Iterable[End]:
+    index, tail = pack_index(_points(parent)), pack_tail(*_totals(parent))
+    endless, note = b"\xff" * 4 + index[4:], "INDX says to have 2^32 - 1 seek points"
+    cases = {
+        "tail-shorter": (TAIL, bytes(15), "5-1", "field", "TAIL of 15 bytes"),
+        "tail-longer": (TAIL, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
+        "index-count": (INDX, endless, "5-1", "field", note),
+        "index-longer": (INDX, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
+    }
+    for name, (place, payload, clauses, ids, note) in cases.items():
+        yield name, clauses, ids, parent.stream.replaced(place, payload=payload), note
+
+
+def _of_places(parent: Valid) -> Iterable[End]:
+    stream, data = parent.stream, parent.layout.data
+    more = stream.before(Piece(b"note", b""), place=TAIL + 1)
+    lone = [*stream.pieces[:INDX], Piece(b"TAIL", pack_tail(*_totals(parent)))]
+    behind = ("5.1-5", "trailing-data")
+    yield "after-tail", *behind, data + b"\0", "a byte after TAIL"
+    yield "after-tail-chunk", *behind, more, "a chunk after TAIL"
+    yield "after-tail-stream", *behind, data * 2, "the stream comes twice"
+    note = "TAIL tells where INDX is, and there is none"
+    yield "index-offset-of-none", "5.8-1", "tail-mismatch", lone, note
+    yield "no-tail", "5.1-4", "truncated", stream.pieces[:TAIL], "the stream ends after INDX"
+
+
+def _of_indexes(parent: Valid) -> Iterable[End]:
+    first, (offset, sequence, frame), last = points = _points(parent)
     indexes = {
-        "index-offset": (
-            [points[0], other, points[2]],
-            "an offset of a seek point is one byte late",
-        ),
-        "index-sequence": (
-            [points[0], (points[1][0], points[1][1] + 1, 3), points[2]],
-            "a sequence number of a seek point",
-        ),
-        "index-frame": ([points[0], (*points[1][:2], 4), points[2]], "an ordinal of a seek point"),
-        "index-order": ([points[1], points[0], points[2]], "two seek points change places"),
+        "index-offset": ([first, (offset + 1, sequence, frame), last], "an offset is a byte late"),
+        "index-sequence": ([first, (offset, sequence + 1, frame), last], "a sequence number"),
+        "index-frame": ([first, (offset, sequence, frame + 1), last], "an ordinal"),
+        "index-order": ([points[1], first, last], "two seek points change places"),
         "index-less": (points[:2], "a seek point is missing"),
-        "index-more": ([*points, points[2]], "a seek point comes twice"),
+        "index-more": ([*points, last], "a seek point comes twice"),
         "index-empty": ([], "INDX without seek points in a stream with frames"),
     }
-    count, canonicals, at = len(frames), len(points), layout.offsets[INDX]
+    for name, (listed, note) in indexes.items():
+        pieces = parent.stream.replaced(INDX, payload=pack_index(listed))
+        yield name, "5.9-1 5.9-2", "index-mismatch", pieces, note
+
+
+def _of_tails(parent: Valid) -> Iterable[End]:
+    frames, canonicals, offset = _totals(parent)
     tails = {
-        "tail-frames": (pack_tail(count + 1, canonicals, at), "frame_count"),
-        "tail-canonicals": (pack_tail(count, canonicals - 1, at), "canonical_count"),
-        "tail-index": (pack_tail(count, canonicals, at + 1), "index_offset"),
-        "tail-no-index": (pack_tail(count, canonicals, 0), "index_offset is 0 and INDX is there"),
+        "tail-frames": (pack_tail(frames + 1, canonicals, offset), "frame_count"),
+        "tail-canonicals": (pack_tail(frames, canonicals - 1, offset), "canonical_count"),
+        "tail-index": (pack_tail(frames, canonicals, offset + 1), "index_offset"),
+        "tail-no-index": (pack_tail(frames, canonicals, 0), "index_offset is 0 and INDX is there"),
     }
-    ends: list[tuple[str, str, str, list[Piece] | bytes, str]] = [
-        (
-            "tail-shorter",
-            "5-1",
-            "field",
-            stream.replaced(TAIL, payload=bytes(15)),
-            "TAIL of 15 bytes",
-        ),
-        (
-            "tail-longer",
-            "5-2",
-            "trailing-data",
-            stream.replaced(TAIL, payload=pack_tail(count, canonicals, at) + b"\0"),
-            "TAIL of 17 bytes",
-        ),
-        (
-            "index-count",
-            "5-1",
-            "field",
-            stream.replaced(INDX, payload=b"\xff" * 4 + pack_index(points)[4:]),
-            "INDX says to have 2^32 - 1 seek points",
-        ),
-        (
-            "index-longer",
-            "5-2",
-            "trailing-data",
-            stream.replaced(INDX, payload=pack_index(points) + b"\0"),
-            "a byte after the last seek point",
-        ),
-        ("after-tail", "5.1-5", "trailing-data", layout.data + b"\0", "a byte after TAIL"),
-        (
-            "after-tail-chunk",
-            "5.1-5",
-            "trailing-data",
-            stream.before(Piece(b"note", b""), place=TAIL + 1),
-            "a chunk after TAIL",
-        ),
-        ("after-tail-stream", "5.1-5", "trailing-data", layout.data * 2, "the stream comes twice"),
-        (
-            "index-offset-of-none",
-            "5.8-1",
-            "tail-mismatch",
-            [*stream.pieces[:INDX], Piece(b"TAIL", pack_tail(count, canonicals, at))],
-            "TAIL tells where INDX is, and there is none",
-        ),
-        ("no-tail", "5.1-4", "truncated", stream.pieces[:TAIL], "the stream ends after INDX"),
-    ]
-    ends += [
-        (
-            name,
-            "5.9-1 5.9-2",
-            "index-mismatch",
-            stream.replaced(INDX, payload=pack_index(listed)),
-            note,
-        )
-        for name, (listed, note) in indexes.items()
-    ]
-    ends += [
-        (name, "5.8-1 5.8-2", "tail-mismatch", stream.replaced(TAIL, payload=payload), note)
-        for name, (payload, note) in tails.items()
-    ]
-    vectors = []
-    for name, clauses, ids, changed, note in ends:
-        outcome = Outcome(frames, (ids,))
-        vector = broken(parent, f"invalid/{name}", clauses, changed, outcome, note)
-        if name in indexes:
-            vector = replace(vector, seek=_through(name))
-        vectors.append(vector)
-    return vectors
+    for name, (payload, note) in tails.items():
+        pieces = parent.stream.replaced(TAIL, payload=payload)
+        yield name, "5.8-1 5.8-2", "tail-mismatch", pieces, note
 
 
 def _through(name: str) -> tuple[tuple[int, Outcome], ...]:
     """What is to come of seeking by an INDX that says something else of the way to frame 4."""
-    if name in {"index-frame", "index-order"}:
-        return ()
-    return ((4, Outcome((), ("index-mismatch",))),)
+    misleading = {"index-offset", "index-sequence", "index-less", "index-more", "index-empty"}
+    return ((4, Outcome((), ("index-mismatch",))),) if name in misleading else ()
+
+
+def _totals(parent: Valid) -> tuple[int, int, int]:
+    """What TAIL is to say."""
+    return len(parent.frames), len(_points(parent)), parent.layout.offsets[INDX]
 
 
 def _points(parent: Valid) -> list[tuple[int, int, int]]:

@@ -1,94 +1,74 @@
 """invalid/: magic, version, features and fields of HEAD (SPEC 5.1, 5.3, 12)."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from making.fault_rows import HEAD
 from making.payloads import MAGIC
 from making.vectors import Outcome, Recovery, Valid, Vector, broken
 
+HeadCase = tuple[str, bytes, str, str, str]
+"""Name, payload, reject id, clauses and what is wrong."""
+
 
 def make_beginnings(parent: Valid) -> list[Vector]:
     """Return patches of the journey whose fault is in the magic or in HEAD."""
-    data, offsets = parent.layout.data, parent.layout.offsets
+    return [*_of_magic(parent), *_of_heads(parent)]
+
+
+def _of_magic(parent: Valid) -> Iterable[Vector]:
+    data, first = parent.layout.data, parent.layout.offsets[1]
+    as_text, twice = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:first]
+    cases = {
+        "magic": (b"\x88" + data[1:], "a bit of the first byte"),
+        "magic-line-ends": (as_text + data[8:], "line ends that a transfer as text has turned"),
+        "magic-seven-bits": (b"\x09" + data[1:], "the eighth bit is lost"),
+        "magic-missing": (data[8:], "the stream begins with HEAD"),
+    }
+    for name, (there, note) in cases.items():
+        yield broken(parent, f"invalid/{name}", "5.1-1", there, Outcome((), ("bad-magic",)), note)
+    said, note = Outcome((), ("sequence", "chunk-order")), "HEAD comes twice, with one number"
+    yield broken(parent, "invalid/head-again", "5.1-2 5.2-4", twice + data[8:], said, note)
+
+
+def _of_heads(parent: Valid) -> Iterable[Vector]:
     head = parent.stream.pieces[HEAD].payload or b""
-    others = {
-        "magic": (b"\x88" + data[1:], "bad-magic", "5.1-1", "a bit of the first byte"),
-        "magic-line-ends": (
-            MAGIC.replace(b"\r\n", b"\n") + data[8:],
-            "bad-magic",
-            "5.1-1",
-            "line ends that a transfer as text has turned",
-        ),
-        "magic-seven-bits": (b"\x09" + data[1:], "bad-magic", "5.1-1", "the eighth bit is lost"),
-        "magic-missing": (data[8:], "bad-magic", "5.1-1", "the stream begins with HEAD"),
-        "head-again": (
-            MAGIC + data[8 : offsets[1]] + data[8:],
-            "sequence chunk-order",
-            "5.1-2 5.2-4",
-            "HEAD comes twice, with one number",
-        ),
-    }
-    vectors = [
-        broken(parent, f"invalid/{name}", clauses, changed, Outcome((), tuple(ids.split())), note)
-        for name, (changed, ids, clauses, note) in others.items()
-    ]
-    version, feature = bytes([2, 0]) + head[2:], head[:2] + b"\x01" + head[3:]
-    heads = {
-        "version-0": (b"\x00" + head[1:], "unsupported-version", "12-1", "version 0.0"),
-        "version-2": (version, "unsupported-version", "12-1", "version 2.0"),
-        "version-255": (b"\xff" + head[1:], "unsupported-version", "12-1", "version 255.0"),
-        "version-2-longer": (
-            version + bytes(20),
-            "unsupported-version",
-            "12-1 5.3-1",
-            "version 2.0, with a longer HEAD",
-        ),
-        "version-2-other-fields": (
-            version[:10] + b"\xee" * 30,
-            "unsupported-version",
-            "12-1 5.3-1",
-            "version 2.0, with other fields",
-        ),
-        "feature": (feature, "unsupported-feature", "12-2", "bit 0 of incompatible_features"),
-        "feature-31": (
-            head[:5] + b"\x80" + head[6:],
-            "unsupported-feature",
-            "12-2",
-            "bit 31 of incompatible_features",
-        ),
-        "feature-longer": (
-            feature + b"\x01",
-            "unsupported-feature",
-            "12-2 5.3-1",
-            "an unknown feature, with a field more in HEAD",
-        ),
-        "feature-other-level": (
-            feature[:10] + b"\x63" + feature[11:],
-            "unsupported-feature",
-            "12-2 5.3-1",
-            "an unknown feature, of a level that is none of ours",
-        ),
-        "head-beyond-1024": (
-            head + bytes(1025 - len(head)),
-            "chunk-exceeds-level",
-            "5.2-7",
-            "HEAD of 1025 bytes",
-        ),
-        "head-longer": (
-            head + b"\0",
-            "trailing-data",
-            "5-2",
-            "a byte after the last field of HEAD",
-        ),
-        "head-shorter": (head[:-1], "field", "5-1", "the last field of HEAD is missing"),
-        "head-empty": (b"", "field", "5-1", "HEAD without fields"),
-    }
-    for name, (payload, ids, clauses, note) in heads.items():
-        pieces = parent.stream.replaced(HEAD, payload=payload)
-        said = Outcome((), (ids,))
+    for name, payload, ids, clauses, note in [
+        *_of_versions(head),
+        *_of_features(head),
+        *_of_sizes(head),
+    ]:
+        pieces, said = parent.stream.replaced(HEAD, payload=payload), Outcome((), (ids,))
         vector = broken(parent, f"invalid/{name}", clauses, pieces, said, note)
-        vectors.append(replace(vector, recover=Recovery((), refused=(ids,))))
-    return vectors
+        yield replace(vector, recover=Recovery((), refused=(ids,)))
+
+
+def _of_versions(head: bytes) -> Iterable[HeadCase]:
+    other, ids, parsed = b"\2\0" + head[2:], "unsupported-version", "12-1 5.3-1"
+    strange = other[:10] + b"\xee" * 30
+    yield "version-0", b"\0" + head[1:], ids, "12-1", "version 0.0"
+    yield "version-2", other, ids, "12-1", "version 2.0"
+    yield "version-255", b"\xff" + head[1:], ids, "12-1", "version 255.0"
+    yield "version-2-longer", other + bytes(20), ids, parsed, "version 2.0, with a longer HEAD"
+    yield "version-2-other-fields", strange, ids, parsed, "version 2.0, with other fields"
+
+
+def _of_features(head: bytes) -> Iterable[HeadCase]:
+    first, last = head[:2] + b"\1" + head[3:], head[:5] + b"\x80" + head[6:]
+    ids, parsed = "unsupported-feature", "12-2 5.3-1"
+    strange = first[:10] + b"\x63" + first[11:]
+    yield "feature", first, ids, "12-2", "bit 0 of incompatible_features"
+    yield "feature-31", last, ids, "12-2", "bit 31 of incompatible_features"
+    yield "feature-longer", first + b"\1", ids, parsed, "an unknown feature, and a field more"
+    yield "feature-other-level", strange, ids, parsed, "an unknown feature, and level 99"
+
+
+def _of_sizes(head: bytes) -> Iterable[HeadCase]:
+    long, ids = head + bytes(1025 - len(head)), "chunk-exceeds-level"
+    yield "head-beyond-1024", long, ids, "5.2-7", "HEAD of 1025 bytes"
+    yield "head-longer", head + b"\0", "trailing-data", "5-2", "a byte after the last field"
+    yield "head-shorter", head[:-1], "field", "5-1", "the last field of HEAD is missing"
+    yield "head-empty", b"", "field", "5-1", "HEAD without fields"
 
 
 def make_head_faults(parent: Valid) -> list[Vector]:
@@ -97,19 +77,9 @@ def make_head_faults(parent: Valid) -> list[Vector]:
     for name, value in HEAD_FAULTS:
         head = replace(parent.stream.head, **{name: value})
         pieces = parent.stream.replaced(HEAD, payload=head.pack())
-        label = f"{value}".replace(".", "-").replace("+", "").replace("--", "-")
-        outcome = Outcome((), ("field",))
-        note = f"{name} is {value}"
-        vectors.append(
-            broken(
-                parent,
-                f"invalid/head-{name.replace('_', '-')}-{label}",
-                "5-3",
-                pieces,
-                outcome,
-                note,
-            )
-        )
+        label = f"{name}-{value}".replace("_", "-").replace(".", "-")
+        said, note = Outcome((), ("field",)), f"{name} is {value}"
+        vectors.append(broken(parent, f"invalid/head-{label}", "5-3", pieces, said, note))
     return vectors
 
 

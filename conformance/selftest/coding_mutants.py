@@ -6,6 +6,7 @@ _CONTEXTS = "format/contexts.py"
 _MOTION = "format/motion_planes.py"
 _GAUSSIANS = "format/gaussian_planes.py"
 _WEIGHT = "((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)"
+_OPENED = "    reader = open_planes(section, counts, levels[0].parents.size)\n"
 _HALVED = "seen[0] + seen[1] > COUNT_LIMIT)"
 
 MUTANTS = (
@@ -28,10 +29,10 @@ MUTANTS = (
     mutant(
         "sections without words are not counted",
         _MOTION,
-        "    reader = PlaneReader(section, counts)\n",
+        _OPENED,
         "    if not section.words.size:\n"
         "        return [np.zeros(each.previous.shape, np.int64) for each in levels], counts\n"
-        "    reader = PlaneReader(section, counts)\n",
+        f"{_OPENED}",
     ),
     mutant(
         "parent context off by one",
@@ -86,6 +87,7 @@ MUTANTS = (
         "format/arithmetic.py",
         "root: Int64 = guess - (guess * guess > values)",
         "root: Int64 = guess",
+        alone="unit",
     ),
     mutant(
         "halves rounded to even",

@@ -24,12 +24,14 @@ MUTANTS = (
         _WIRE,
         "if version.incompatible_features & ~",
         "if (version.incompatible_features | version.compatible_features) & ~",
+        alone="streams",
     ),
     mutant(
         "any case of the third letter",
         _CONTAINER,
         "for letter in (kind[0], *kind[2:])",
         "for letter in (kind[0], *kind[3:])",
+        alone="invalid",
     ),
     mutant(
         "bytes after TAIL passed over", _READER, "if self.source.read(self.offset, 1):", "if False:"
@@ -53,6 +55,7 @@ MUTANTS = (
         "        container.check_length(header.length, self._stream, self.offset)\n",
         "        if self._stream is None:\n"
         "            container.check_length(header.length, self._stream, self.offset)\n",
+        alone="resource",
     ),
     mutant(
         "a step of 0 taken",
@@ -71,6 +74,7 @@ MUTANTS = (
         "format/resync.py",
         "return not source.read(chunk.offset + chunk.byte_count(), 1)",
         "return True",
+        alone="damaged",
     ),
     mutant(
         "recovery goes back in time",

@@ -2,11 +2,12 @@
 
     python conformance/selftest/run_mutants.py             every mutant: who caught it
     python conformance/selftest/run_mutants.py --only CRC  those whose names hold a word
-    python conformance/selftest/run_mutants.py --all       by every category that can
+    python conformance/selftest/run_mutants.py --all       and who else would have
 
-Fails if a mutant survives, if one no longer applies, or if there is a category
-of vectors without which all mutants would be caught all the same. A mutant that
-two categories have caught hangs on neither: the others are asked by --all alone.
+A mutant is asked until a category of vectors has caught it, or with --all by
+every category. Fails if one survives, if one no longer applies, or if one that
+a category is to catch alone is not caught by that one alone: so each category
+has a mutant that would survive without it.
 """
 
 import argparse
@@ -32,7 +33,6 @@ from runner.manifest import Suite  # noqa: E402
 
 PACKAGE = _HERE.parents[1] / "quarc_ref"
 CATEGORIES = ("unit", "invalid", "traps", "streams", "damaged", "levels", "resource")
-_ENOUGH = 2
 _SERIES = "damaged/cut-at-byte"
 _LAUNCHER = """import sys
 sys.path[0] = {folder!r}
@@ -76,6 +76,7 @@ def break_package(mutant: Mutant, package: Path, folder: Path) -> str:
 
 def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enough: int) -> Outcome:
     """Ask a broken decoder until enough categories have caught it, or there are no more cases."""
+    enough = len(CATEGORIES) if mutant.alone else enough
     with tempfile.TemporaryDirectory() as folder:
         command = break_package(mutant, package, Path(folder))
         known = ask_capabilities(command, limits)
@@ -110,16 +111,17 @@ def describe(outcome: Outcome) -> str:
 
 
 def conclude(outcomes: list[Outcome]) -> tuple[str, bool]:
-    """Return which categories are needed for which mutants, and whether all is as it must be."""
-    lone: dict[str, list[str]] = {category: [] for category in CATEGORIES}
+    """Return which mutant needs which category, and whether all is as it must be."""
+    lines, good = ["Without a category this would survive:"], True
     for outcome in outcomes:
-        if len(outcome.caught) == 1:
-            lone[next(iter(outcome.caught))].append(outcome.mutant.name)
-    lines = ["Without a category these would survive:"]
-    lines += [f"    {name:<9} {', '.join(who) or 'NONE'}" for name, who in lone.items()]
+        if outcome.mutant.alone:
+            needed = outcome.caught.keys() == {outcome.mutant.alone}
+            said = "" if needed else f" NO: caught by {', '.join(outcome.caught)}"
+            lines.append(f"    {outcome.mutant.alone:<9} {outcome.mutant.name}{said}")
+            good = good and needed
     caught = sum(bool(outcome.caught) for outcome in outcomes)
     lines.append(f"{caught} of {len(outcomes)} mutants caught")
-    return "\n".join(lines), caught == len(outcomes) and all(lone.values())
+    return "\n".join(lines), good and caught == len(outcomes)
 
 
 def main() -> int:
@@ -137,7 +139,7 @@ def main() -> int:
     suite = Suite.load(_HERE.parent)
     wanted = [mutant for mutant in MUTANTS if options.only in mutant.name]
     limits = Limits(options.timeout, 512)
-    enough = len(CATEGORIES) if options.all else _ENOUGH
+    enough = len(CATEGORIES) if options.all else 1
     attempt = partial(
         try_mutant, package=options.package, suite=suite, limits=limits, enough=enough
     )

@@ -8,6 +8,7 @@ _ROTATION = "decoder/rotation.py"
 _STREAM = "decoder/decode_stream.py"
 _TURNING = "turning = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
+_CANONICAL = "        self._state = decode_canonical(self.header, canonical, self._prove)\n"
 _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
@@ -22,6 +23,7 @@ MUTANTS = (
         _FRAMES,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
+        alone="levels",
     ),
     mutant(
         "positions wrap",
@@ -35,8 +37,8 @@ MUTANTS = (
     mutant(
         "state CRC unchecked",
         _FRAMES,
-        "all_fields=covers_all_fields(scene)) != state_crc:",
-        "all_fields=covers_all_fields(scene)) is None:",
+        "    if crc != state_crc:",
+        "    if crc is None:",
     ),
     mutant(
         "state CRC of all fields in every frame",
@@ -67,12 +69,11 @@ MUTANTS = (
             (
                 _FRAMES,
                 "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
-                "    kept = np.ones(moved.scene.count, np.bool_)\n"
-                "    kept[choose_deaths(state.scene, chunk.death_count)] = False\n"
-                "    left = replace(moved.anchors, binding=moved.anchors.binding[:, kept])\n"
-                "    motion = moved.motion[:, kept]\n"
-                "    scene = moved.scene.keep(kept)\n"
-                "    moved = replace(moved, scene=scene, motion=motion, anchors=left)\n"
+                "    gone = np.sort(choose_deaths(state.scene, chunk.death_count))\n"
+                "    binding = np.delete(moved.anchors.binding, gone, axis=1)\n"
+                "    motion = np.delete(moved.motion, gone, axis=1)\n"
+                "    moved = replace(moved, scene=moved.scene.without(gone), motion=motion)\n"
+                "    moved = replace(moved, anchors=replace(moved.anchors, binding=binding))\n"
                 "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
             ),
             (
@@ -100,9 +101,9 @@ MUTANTS = (
     mutant(
         "newborn follow their parents' anchors",
         _RECONSTRUCT,
-        "_bind_newborn(anchors, kept, scene.positions))",
-        "np.hstack([anchors.binding, anchors.binding[:, state.births.parents]"
-        " if state.births else anchors.binding[:, :0]])[:, kept])",
+        "_follow_on(anchors, gone, scene.positions))",
+        "np.delete(np.hstack([anchors.binding, anchors.binding[:, state.births.parents]"
+        " if state.births else anchors.binding[:, :0]]), gone, axis=1))",
     ),
     mutant(
         "ids of the dead given again",
@@ -120,21 +121,21 @@ MUTANTS = (
     mutant(
         "own motion of the dead remembered",
         _RECONSTRUCT,
-        "alive = (state.scene.ids[place] == level.owners) & previous",
-        "alive = np.full(place.shape, previous)",
+        "alive = state.scene.ids[place] == owners",
+        "alive = np.ones(place.shape, np.bool_)",
     ),
     mutant(
         "previous_contexts ignored",
         _RECONSTRUCT,
-        "(state.scene.ids[place] == level.owners) & previous",
-        "(state.scene.ids[place] == level.owners)",
+        "        if previous:\n",
+        "        if True:\n",
     ),
     mutant(
         "a canonical frame keeps the counts",
         _STREAM,
-        "        self._state = decode_canonical(self.header, canonical)\n",
+        _CANONICAL,
         "        before = self._state\n"
-        "        self._state = decode_canonical(self.header, canonical)\n"
+        f"{_CANONICAL}"
         "        if before is not None:\n"
         "            self._state = replace(self._state, counts=before.counts)\n",
         "from collections.abc import Iterator\n",
@@ -148,6 +149,7 @@ MUTANTS = (
         _RECONSTRUCT,
         _TURNING,
         "turning = np.flatnonzero(np.any(sums[-3:], axis=0))",
+        alone="traps",
     ),
     mutant(
         "residual on the left",
