@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 Numbers = NDArray[np.float64]
 
 _ORTHONORMAL_TOLERANCE = 1e-3  # poses are often written with four digits
+# Before a picture is read, its size is only said: by it, maps of pixels are allocated.
+_MOST_SIDE = (1 << 15) - 1  # of cv2.remap
+_MOST_PIXELS = 1 << 27
 _NEAR_QUANTILE = 0.01
 
 
@@ -34,7 +37,8 @@ class Lens:
         fisheye: Whether the model is the fisheye one.
 
     Raises:
-        ValueError: A number is not finite, or a size or focal length not positive.
+        ValueError: A number is not finite, a size or focal length not positive,
+            or the size too large.
     """
 
     width: int
@@ -53,6 +57,9 @@ class Lens:
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy) <= 0:
             message = "sizes and focal lengths must be positive"
+            raise ValueError(message)
+        if max(self.width, self.height) > _MOST_SIDE or self.width * self.height > _MOST_PIXELS:
+            message = f"pictures of {self.width}x{self.height} are too large"
             raise ValueError(message)
 
     @property
@@ -109,7 +116,9 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
     if not (np.isfinite(columns).all() and np.isfinite(origin).all()):
         message = "the pose has a number that is not finite"
         raise ValueError(message)
-    if np.abs(columns.T @ columns - np.eye(3)).max() > _ORTHONORMAL_TOLERANCE:
+    with np.errstate(over="ignore", invalid="ignore"):
+        skew = np.abs(columns.T @ columns - np.eye(3)).max()
+    if not skew <= _ORTHONORMAL_TOLERANCE:
         message = "the axes of the pose are not orthonormal"
         raise ValueError(message)
     if np.linalg.det(columns) < 0:
@@ -117,7 +126,12 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
         raise ValueError(message)
     left, _, right = np.linalg.svd(columns)
     rotation = (left @ right).T
-    return Pose(rotation, -rotation @ origin)
+    with np.errstate(over="ignore", invalid="ignore"):
+        translation = -rotation @ origin
+    if not np.isfinite(translation).all():
+        message = "the camera is too far away"
+        raise ValueError(message)
+    return Pose(rotation, translation)
 
 
 def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) -> Numbers:

@@ -138,7 +138,9 @@ def _make_camera(
 ) -> CalibratedCamera:
     camera_from_world = image.cam_from_world()
     axes = camera_from_world.rotation.matrix().T
-    pose = make_pose(axes, -axes @ camera_from_world.translation)
+    with np.errstate(over="ignore", invalid="ignore"):
+        center = -axes @ camera_from_world.translation
+    pose = make_pose(axes, center)
     seen = [point.point3D_id for point in image.points2D if point.has_point3D()]
     positions = np.array([model.points3D[index].xyz for index in seen]).reshape(-1, 3)
     depths = positions @ pose.rotation[2] + pose.translation[2]
@@ -171,7 +173,8 @@ def _make_points(model: pycolmap.Reconstruction) -> Points | None:
     points: Sequence[pycolmap.Point3D] = [model.points3D[i] for i in sorted(model.points3D)]
     if not points:
         return None
-    positions = np.array([point.xyz for point in points], dtype=np.float32)
+    with np.errstate(over="ignore"):
+        positions = np.array([point.xyz for point in points]).astype(np.float32)
     if not np.isfinite(positions).all():
         message = "a point of it is not finite"
         raise ValueError(message)

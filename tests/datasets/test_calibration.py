@@ -94,3 +94,15 @@ def test_a_near_bound_leaves_one_in_a_hundred_beneath():
 
     assert choose_near(depths) == pytest.approx(1.01)
     assert choose_near(np.array([3.0])) == 3.0
+
+
+@pytest.mark.parametrize("size", [(1 << 15, 4), (4, 10**30), (1 << 14, 1 << 14)])
+def test_a_size_by_which_no_maps_should_be_made_is_refused(size):
+    with pytest.raises(ValueError, match="too large"):
+        Lens(*size, 40.0, 40.0, 20.0, 17.0)
+
+
+@pytest.mark.parametrize(("axes", "center"), [(1e200, 0.0), (1.0, 1.7e308)])
+def test_numbers_beyond_what_can_be_multiplied_are_no_pose(axes, center):
+    with pytest.raises(ValueError, match=r"orthonormal|far away"):
+        make_pose(axes * scenes.look_at((1, -3, 2), (0, 0, 0)), (center, center, -center))
