@@ -77,7 +77,7 @@ class Mutator:
         self._seeds = seeds
         self._names = sorted(seeds)
         self._weights = [1 / len(seeds[name]) ** 2 for name in self._names]
-        self._chunks = {name: _take_apart(seeds[name]) for name in self._names}
+        self._chunks = {name: take_apart(seeds[name]) for name in self._names}
         self._series = series
 
     def make(self, number: int) -> Mutant:
@@ -86,11 +86,7 @@ class Mutator:
         name = rng.choices(self._names, self._weights)[0]
         if rng.random() < 0.5:
             other = self._seeds[rng.choice(self._names)]
-            data, done = self._seeds[name], []
-            for _ in range(rng.choice((1, 1, 1, 2, 4))):
-                damage = rng.choice(_DAMAGES)
-                done.append(damage.__name__.strip("_"))
-                data = damage(rng, data, other)
+            data, done = damage_bytes(rng, self._seeds[name], other)
             return Mutant(data[:_MOST_BYTES], (name, *done), heedless=False)
         chunks, done = list(self._chunks[name]), []
         other_chunks = self._chunks[rng.choice(self._names)]
@@ -98,14 +94,36 @@ class Mutator:
             forgery = rng.choice(_FORGERIES)
             done.append(forgery.__name__.strip("_"))
             chunks = forgery(rng, chunks, other_chunks)
-        return Mutant(_put_together(chunks), (name, *done), heedless=rng.random() < 0.3)
+        return Mutant(put_together(chunks), (name, *done), heedless=rng.random() < 0.3)
 
 
-def _take_apart(stream: bytes) -> Chunks:
+def damage_bytes(rng: random.Random, data: bytes, other: bytes) -> tuple[bytes, list[str]]:
+    """Return bytes after one to four mutations, and the names of these.
+
+    Args:
+        rng: Draws them.
+        data: What is mutated.
+        other: What parts are taken from.
+    """
+    done = []
+    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+        damage = rng.choice(_DAMAGES)
+        done.append(damage.__name__.strip("_"))
+        data = damage(rng, data, other)
+    return data, done
+
+
+def take_apart(stream: bytes) -> Chunks:
+    """Return the chunks of a stream.
+
+    Raises:
+        BitstreamError: It cannot be taken apart.
+    """
     return [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
 
 
-def _put_together(chunks: Chunks) -> bytes:
+def put_together(chunks: Chunks) -> bytes:
+    """Return a stream of chunks, whatever these are, with numbers, lengths and CRCs that hold."""
     pieces = [MAGIC]
     for number, (kind, payload) in enumerate(chunks):
         header = SYNC + kind + struct.pack("<II", number, len(payload))

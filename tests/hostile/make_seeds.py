@@ -7,6 +7,7 @@ what they exercise allows, so that mutations of them hit and decode quickly.
 """
 
 import io
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +22,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.gaussian_planes import write_births
 from quarc_ref.format.records import SH_DC, Births, StreamHeader
+from tests.datasets import scenes
 from tests.streams import CAMERA, make_births, make_gaussians, make_symbols, rebuild_stream
 
 FOLDER = Path(__file__).parent / "seeds"
@@ -111,11 +113,45 @@ def _head(header: StreamHeader) -> bytes:
     return next(iter(split_chunks(_make(header, 1, 1)))).payload
 
 
+def files() -> Iterator[tuple[str, bytes]]:
+    """Yield path, from the folder of seeds on, and bytes of every seed that is no COLMAP model."""
+    yield from ((f"streams/{name}.quarc", data) for name, data in streams())
+    for chunk in split_chunks(_make(_TINY, 2, 3, canonical_every=2)):
+        yield f"payloads/{chunk.kind.decode()}.bin", chunk.payload
+    shots = scenes.make_shots(2)
+    poses = io.BytesIO()
+    np.save(poses, np.array([scenes.poses_row(shot) for shot in shots]))
+    yield "poses/two.npy", poses.getvalue()
+    yield "ply/ascii.ply", _ASCII_PLY
+    yield "ply/binary.ply", _BINARY_PLY + bytes(range(15)) + bytes(15)
+    yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
+    pictures = scenes.picture_document(shots, frames=1)
+    yield "transforms/pictures.json", json.dumps(pictures).encode()
+
+
+_PROPERTIES = b"".join(
+    [*(b"property float %c\n" % axis for axis in b"xyz")]
+    + [b"property uchar " + color + b"\n" for color in (b"red", b"green", b"blue")]
+)
+_ASCII_PLY = (
+    b"ply\nformat ascii 1.0\ncomment seed\nelement vertex 2\n"
+    + _PROPERTIES
+    + b"end_header\n0 1 2 3 4 5\n-1e3 0.5 7 255 0 9\n"
+)
+_BINARY_PLY = (
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 2\n" + _PROPERTIES + b"end_header\n"
+)
+
+
 def write_all() -> None:
     """Write every seed where it is committed."""
-    (FOLDER / "streams").mkdir(parents=True, exist_ok=True)
-    for name, data in streams():
-        (FOLDER / "streams" / f"{name}.quarc").write_bytes(data)
+    for name, data in files():
+        (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
+        (FOLDER / name).write_bytes(data)
+    shots = scenes.make_shots(2)
+    for form in ("binary", "text"):
+        folder = FOLDER / "colmap" / form
+        scenes.write_model(folder, shots, scenes.plane_points(3), text=form == "text")
 
 
 if __name__ == "__main__":

@@ -11,8 +11,11 @@ def _outcome(data):
 
 
 def test_the_seeds_that_are_committed_are_those_that_are_made():
-    made = dict(make_seeds.streams())
-    committed = {path.stem: path.read_bytes() for path in make_seeds.FOLDER.glob("streams/*.quarc")}
+    made = dict(make_seeds.files())
+    paths = [path for path in make_seeds.FOLDER.rglob("*.*") if "colmap" not in path.parts]
+    committed = {
+        path.relative_to(make_seeds.FOLDER).as_posix(): path.read_bytes() for path in paths
+    }
 
     assert committed == made
 

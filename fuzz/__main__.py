@@ -1,0 +1,66 @@
+"""Fuzzing guided by coverage: `python -m fuzz TARGET [options of libFuzzer]`.
+
+    pip install -e '.[fuzz]'
+    python -m fuzz ply -max_total_time=60
+    python -m fuzz streams crash-0123abcd        # one input again
+
+Targets are those of `fuzz.targets`. What has been found of each is kept in
+out/fuzz/TARGET, and goes on from there.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+os.environ["QUARC_REF_KERNELS"] = "plain"  # numba compiles no code that is instrumented
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+import atheris
+
+with atheris.instrument_imports(include=["quarc_ref"]):
+    from fuzz.targets import TARGETS, list_seeds
+from hostile_mutations import put_together, take_apart
+from quarc_ref.format.errors import BitstreamError
+
+_FOUND = Path("out/fuzz")
+
+
+def main() -> None:
+    """Fuzz a target until it fails, or time is over."""
+    name = sys.argv[1] if len(sys.argv) > 1 else ""
+    if name not in TARGETS:
+        sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
+    command = [sys.argv[0], *sys.argv[2:]]
+    if not any(Path(word).is_file() for word in sys.argv[2:]):
+        command.append(str(_gather(name)))
+    mutators = {"custom_mutator": _mutate_stream} if name in ("container", "streams") else {}
+    atheris.Setup(command, TARGETS[name], **mutators)
+    atheris.Fuzz()
+
+
+def _gather(name: str) -> Path:
+    """Return the folder of what has been found of a target, the seeds among it."""
+    folder = _FOUND / name
+    folder.mkdir(parents=True, exist_ok=True)
+    for number, seed in enumerate(list_seeds(name)):
+        (folder / f"seed_{number}").write_bytes(seed)
+    return folder
+
+
+def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
+    """Change a payload, and make all CRCs good again; every fourth time, and of ruins, any byte."""
+    try:
+        chunks = take_apart(data) if seed % 4 else []
+    except BitstreamError:
+        chunks = []
+    if not chunks:
+        mutated: bytes = atheris.Mutate(data, max_size)
+        return mutated
+    place = seed // 4 % len(chunks)
+    kind, payload = chunks[place]
+    chunks[place] = (kind, atheris.Mutate(payload, max(1, len(payload) + 64)))
+    return put_together(chunks)[:max_size]
+
+
+if __name__ == "__main__":
+    main()

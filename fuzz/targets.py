@@ -1,0 +1,145 @@
+"""What takes bytes, each as a function that must end, or raise what it says it does.
+
+Anything else that comes out of one is a fault. atheris drives them from
+`fuzz.__main__`, hypothesis from `tests/hostile`; the seeds are the latter's.
+"""
+
+import io
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+from quarc_ref.datasets import colmap, n3dv, transforms_json
+from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.datasets.points_ply import read_points_ply
+from quarc_ref.datasets.transforms_entries import read_transforms
+from quarc_ref.datasets.video import VideoReader
+from quarc_ref.decoder import Source, decode, recover
+from quarc_ref.decoder.sources import PipeSource
+from quarc_ref.editing.cut import cut
+from quarc_ref.format import wire
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
+from quarc_ref.format.source import BytesSource
+
+SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds"
+_REFUSALS = (BitstreamError, LimitError, SourceError, EditError)
+_MODEL_FILES = ("cameras", "images", "points3D", "rigs", "frames")
+_PARSERS = {
+    "HEAD": wire.parse_stream_header,
+    "CANO": wire.parse_canonical,
+    "FRAM": wire.parse_frame,
+    "came": wire.parse_cameras,
+    "meta": wire.parse_metadata,
+    "INDX": wire.parse_index,
+    "TAIL": wire.parse_tail,
+}
+
+
+def container(data: bytes) -> None:
+    """Take a stream apart."""
+    with suppress(BitstreamError):
+        list(split_chunks(data))
+
+
+def payloads(data: bytes) -> None:
+    """Parse a payload as each type of chunk."""
+    for parse in _PARSERS.values():
+        with suppress(BitstreamError):
+            parse(data)
+
+
+def streams(data: bytes) -> None:
+    """Decode a stream: strictly, from its middle, past damage, from a pipe, and cut it."""
+    ways: tuple[Callable[[Source], object], ...] = (
+        lambda source: list(decode(source)),
+        lambda source: list(decode(source, 1)),
+        lambda source: list(recover(source)),
+        lambda source: cut(source, None, None, io.BytesIO()),
+    )
+    for way in ways:
+        with suppress(*_REFUSALS):
+            way(BytesSource(data))
+    with suppress(*_REFUSALS):
+        list(recover(PipeSource(io.BytesIO(data))))
+
+
+def poses(data: bytes) -> None:
+    """Read `poses_bounds.npy`, and make cameras of it."""
+    with _file("poses_bounds.npy", data) as path, suppress(CaptureError):
+        for row in n3dv._read_rows(path):
+            with suppress(CaptureError):
+                n3dv._make_camera(_VIDEO, row, path)
+
+
+@dataclass(frozen=True)
+class _Video:
+    """As much of a video as its camera's pose is held against."""
+
+    path: Path
+    width: int
+    height: int
+
+
+_VIDEO = cast("VideoReader", _Video(Path("cam00.mp4"), 48, 32))
+
+
+@contextmanager
+def _file(name: str, data: bytes) -> Iterator[Path]:
+    """Write a file, and give its path."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(data)
+        yield path
+
+
+def ply(data: bytes) -> None:
+    """Read points."""
+    with _file("points.ply", data) as path, suppress(CaptureError):
+        read_points_ply(path)
+
+
+def transforms(data: bytes) -> None:
+    """Read `transforms.json`, and make a rig of it."""
+    with _file("transforms.json", data) as path, suppress(CaptureError):
+        transforms_json._build_rig(read_transforms(path).entries, path)
+
+
+def colmap_model(data: bytes) -> None:
+    """Read a COLMAP model, one file of which is the data after the first byte, which says which."""
+    which = data[0] if data else 0
+    form, name = ("binary", "text")[which // len(_MODEL_FILES) % 2], _MODEL_FILES[which % 5]
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder)
+        shutil.copytree(SEEDS / "colmap" / form, model, dirs_exist_ok=True)
+        (model / f"{name}{'.bin' if form == 'binary' else '.txt'}").write_bytes(data[1:])
+        with suppress(CaptureError):
+            colmap._read_model(model)
+
+
+def list_seeds(target: str) -> list[bytes]:
+    """Return the seeds of a target."""
+    if target != "colmap":
+        folder = "streams" if target == "container" else target
+        return [path.read_bytes() for path in sorted((SEEDS / folder).iterdir())]
+    return [
+        bytes([len(_MODEL_FILES) * text + number])
+        + (SEEDS / "colmap" / form / f"{name}{ending}").read_bytes()
+        for text, (form, ending) in enumerate((("binary", ".bin"), ("text", ".txt")))
+        for number, name in enumerate(_MODEL_FILES)
+    ]
+
+
+TARGETS: dict[str, Callable[[bytes], None]] = {
+    "container": container,
+    "payloads": payloads,
+    "streams": streams,
+    "poses": poses,
+    "ply": ply,
+    "transforms": transforms,
+    "colmap": colmap_model,
+}

@@ -1,0 +1,111 @@
+"""Mutated streams before all that reads streams: sources, recovery, verbs."""
+
+import io
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from hostile_mutations import Mutator
+from quarc_ref.decoder import Gap, PipeSource, compute_digest, decode, recover
+from quarc_ref.decoder.http_source import HttpSource
+from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
+from quarc_ref.format.errors import BitstreamError, LimitError
+from tests.cli.commands import run
+from tests.decoder.test_http_source import _serve
+
+_SEEDS = {
+    path.stem: path.read_bytes()
+    for path in (Path(__file__).parent / "seeds" / "streams").glob("*.quarc")
+}
+_MUTATOR = Mutator(_SEEDS, series=11)
+_MUTANTS = st.integers(0, 1 << 40).map(lambda number: _MUTATOR.make(number).data)
+
+
+def _told(stream):
+    """The digest of every frame of a stream, and the id of what ends it."""
+    told = []
+    try:
+        for scene in decode(stream):
+            told.append(compute_digest(scene))  # noqa: PERF401, those before a refusal count
+    except BitstreamError as error:
+        told.append((error.reject_id, error.offset))
+    except LimitError:
+        told.append("declined")
+    return told
+
+
+@settings(deadline=None)
+@given(_MUTANTS)
+def test_a_mutant_is_the_same_in_memory_and_from_a_pipe(data):
+    assert _told(PipeSource(io.BytesIO(data))) == _told(data)
+
+
+def test_mutants_are_the_same_from_a_server():
+    for number in range(40):
+        data = _MUTATOR.make(number).data
+        with _serve(data or b"x") as server:
+            assert _told(HttpSource(server.url)) == _told(data or b"x")
+
+
+@settings(deadline=None)
+@given(_MUTANTS)
+def test_compiled_kernels_make_the_same_of_a_mutant_as_plain_ones(data):
+    with computing_with(PLAIN):
+        plain = _told(data)
+    with computing_with(COMPILED):
+        assert _told(data) == plain
+
+
+@settings(deadline=None)
+@given(_MUTANTS)
+def test_recovery_gives_out_all_that_decoding_does_and_says_what_is_missing(data):
+    told = _told(data)
+    assume("declined" not in told)
+    frames = [each for each in told if isinstance(each, str)]
+    try:
+        events = list(recover(data))
+    except BitstreamError:
+        events = []
+        assume(len(told) == len(frames))  # of what is refused, recovery may have nothing
+    recovered = [compute_digest(event) for event in events if not isinstance(event, Gap)]
+    assert recovered[: len(frames)] == frames
+    assert any(isinstance(event, Gap) for event in events) == (len(told) > len(frames))
+
+
+_VERBS = {
+    ("verify",): {0, 1, 3},
+    ("verify", "--deep"): {0, 1, 3},
+    ("info",): {0, 1, 3},
+    ("inspect",): {0, 1, 3},
+    ("decode", "-o", "{out}"): {0, 1, 2, 3},
+    ("decode", "-o", "{out}", "--recover"): {0, 1, 2, 3},
+    ("cut", "-o", "{out}", "--frames", ":"): {0, 1, 2, 3},
+}
+
+
+@pytest.mark.parametrize("verb", _VERBS, ids=" ".join)
+def test_a_verb_tells_what_is_wrong_with_a_mutant(verb, tmp_path):
+    for number in range(12):
+        data, out = _MUTATOR.make(number).data, tmp_path / f"{number}"
+        (tmp_path / "mutant.quarc").write_bytes(data)
+        words = [word.format(out=out) for word in verb[1:]]
+        result = run(verb[0], tmp_path / "mutant.quarc", *words)
+
+        assert result.exit_code in _VERBS[verb], result.stderr
+        if result.exit_code:
+            assert "quarc-ref: " in result.stderr
+        elif verb[0] in ("verify", "info", "inspect"):
+            assert all(isinstance(each, str) for each in _told(data))
+
+
+def test_mutants_are_joined_or_refused(tmp_path):
+    (tmp_path / "whole.quarc").write_bytes(_SEEDS["moved"])
+    for number in range(12):
+        (tmp_path / "mutant.quarc").write_bytes(_MUTATOR.make(number).data)
+        streams = [tmp_path / "whole.quarc", tmp_path / "mutant.quarc"]
+        result = run("join", *streams, "-o", tmp_path / f"{number}")
+
+        assert result.exit_code in {0, 1, 2}, result.stderr
+        assert (tmp_path / f"{number}").exists() == (result.exit_code == 0)
