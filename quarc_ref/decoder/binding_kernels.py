@@ -93,15 +93,17 @@ def bind_runs(gaussians, tree, span, binding):
 @plain
 def _bind_few(points, listed, count, number_bits, first, best):
     """Hold 16 Gaussians against anchors; a distance and a number fit 63 bits together."""
+    # Slices, as a subscript that may be negative would keep the inner loop from vectors.
+    xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
     for j in range(RUN):
         best[j] = UNBOUND
     for i in range(count):
         ax, ay, az = listed[4, i, 0], listed[4, i, 1], listed[4, i, 2]
         number = np.int64(listed[4, i, 3])
         for j in range(RUN):
-            x = np.int64(np.int32(points[0, first + j] - ax))
-            y = np.int64(np.int32(points[1, first + j] - ay))
-            z = np.int64(np.int32(points[2, first + j] - az))
+            x = np.int64(np.int32(xs[j] - ax))
+            y = np.int64(np.int32(ys[j] - ay))
+            z = np.int64(np.int32(zs[j] - az))
             best[j] = min(best[j], ((x * x + y * y + z * z) << number_bits) | number)
 
 

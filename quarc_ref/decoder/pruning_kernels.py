@@ -104,15 +104,16 @@ def bound_by(box, anchors, first, last):
 @plain
 def bound_few(points, anchors, first, last, ranks, best):
     """Return the least squared distance within which each of a few has one of some anchors."""
+    xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
     for j in range(RUN):
         best[j] = UNBOUND
     low, high = max(ranks[first] - 2, 0), min(ranks[last] + 2, anchors.shape[0])
     for a in range(low, high, 1 + (high - low) // _SAMPLES):
         ax, ay, az = anchors[a, 0], anchors[a, 1], anchors[a, 2]
         for j in range(RUN):
-            x = np.int64(np.int32(points[0, first + j] - ax))
-            y = np.int64(np.int32(points[1, first + j] - ay))
-            z = np.int64(np.int32(points[2, first + j] - az))
+            x = np.int64(np.int32(xs[j] - ax))
+            y = np.int64(np.int32(ys[j] - ay))
+            z = np.int64(np.int32(zs[j] - az))
             best[j] = min(best[j], x * x + y * y + z * z)
     bound = np.int64(0)
     for j in range(min(last - first, RUN)):

@@ -6,10 +6,11 @@ contexts that have seen nothing; the newborn of a frame are few, so that they
 share one section, whose contexts remember the newborn of the frames before.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from quarc_ref.format.acceleration import map_parts
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import (
@@ -139,15 +140,18 @@ def read_births(
 def _walk_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
-    """Walk the sections in their order."""
-    keys_planes, dc_planes, opacity_planes, scale_planes, rotation_planes, rest_planes = planes
+    """Walk the sections, each of which is by itself (SPEC 8.5)."""
     codes = gaussians.codes
-    keys = code_ascending(keys_planes, "keys", keys)
-    dc = _code_colors(dc_planes, "SH DC", codes[SH_DC])
-    opacity = _code_rows(opacity_planes, "opacity", codes[OPACITY])
-    scales = _code_rows(scale_planes, "log-scales", codes[LOG_SCALES])
-    rotations = _code_rotations(rotation_planes, "rotations", gaussians.rotations)
-    rest = _code_rest(rest_planes, "SH rest", codes[SH_REST])
+    walks: list[Callable[[Planes], Int64]] = [
+        lambda section: code_ascending(section, "keys", keys),
+        lambda section: _code_colors(section, "SH DC", codes[SH_DC]),
+        lambda section: _code_rows(section, "opacity", codes[OPACITY]),
+        lambda section: _code_rows(section, "log-scales", codes[LOG_SCALES]),
+        lambda section: _code_rotations(section, "rotations", gaussians.rotations),
+        lambda section: _code_rest(section, "SH rest", codes[SH_REST]),
+    ]
+    coded = map_parts(lambda part: walks[part](planes[part]), range(len(walks)))
+    keys, dc, opacity, scales, rotations, rest = coded
     codes = np.concatenate([scales, opacity, dc, rest])
     return keys, Gaussians(gaussians.positions, rotations, codes)
 
