@@ -19,7 +19,7 @@ from pathlib import Path
 from moving_stream import Job, write_moving_stream
 
 SIZES = (20_000, 100_000, 244_000, 1_000_000)
-_FRAMES = {1_000_000: 41}
+_FRAMES = {1_000_000: 21}
 _COMMAND = "from quarc_ref.cli.app import main; main()"
 
 
