@@ -61,6 +61,7 @@ VERBS = {
     "join": Verb("{stream} {stream} -o {out}", "file", _WRITE),
     "view": Verb("{stream} --no-open", None, _PUSH, ended=0, needs="viser"),
     "render": Verb("{stream} --to png -o {out}", "folder", "quarc_ref.cli.render_verb.put_file"),
+    "bench": Verb("{stream}", None, _PUSH),
     "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),
     "synth": Verb(
         "{out} --width 16 --height 16 --frames 1",
