@@ -1,6 +1,7 @@
 """What a stream says of how it was made: the metadata that `--resume` goes by."""
 
 from importlib.metadata import version
+from typing import Any
 
 from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
@@ -11,6 +12,9 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dict[str, str]:
     """Return the metadata of a stream: what it is made from, how, and by what.
+
+    Of the settings it has those that are not as `EncoderConfig` has them: all of
+    them would be more bytes than a frame.
 
     Args:
         capture: What it is made from.
@@ -23,5 +27,10 @@ def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dic
         "capture": capture.name,
         "fingerprint": capture.fingerprint,
         "encoder": f"quarc-ref {__version__}, {libraries}",
-        "settings": " ".join(f"{name}={value}" for name, value in list_settings(config)),
+        "settings": " ".join(f"{name}={value}" for name, value in _list_changed(config)),
     }
+
+
+def _list_changed(config: EncoderConfig) -> list[tuple[str, Any]]:
+    defaults = dict(list_settings(EncoderConfig()))
+    return [(name, value) for name, value in list_settings(config) if value != defaults[name]]

@@ -153,10 +153,6 @@ def _compare_metadata(before: dict[str, str], now: dict[str, str]) -> list[str]:
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
     if "settings" in names:
         names.remove("settings")
-        text = f" {before.get('settings', '')} "
-        names += [
-            item.partition("=")[0]
-            for item in now["settings"].split()
-            if "=" in item and f" {item} " not in text
-        ] or ["settings"]
+        said = {*before.get("settings", "").split()} ^ {*now["settings"].split()}
+        names += sorted({item.partition("=")[0] for item in said if "=" in item}) or ["settings"]
     return names
