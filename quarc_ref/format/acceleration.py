@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from types import ModuleType
 from typing import Final, TypeVar
 
@@ -38,7 +37,7 @@ def load_kernels(module: str, elements: int) -> ModuleType | None:
     wanted = chosen == COMPILED
     if chosen is None:
         wanted = elements >= _WORTH_LOADING or module in sys.modules
-    return import_module(module) if wanted and _has_numba() else None
+    return _import(module) if wanted else None
 
 
 @contextmanager
@@ -80,8 +79,11 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 @cache
-def _has_numba() -> bool:
-    return find_spec("numba") is not None
+def _import(module: str) -> ModuleType | None:
+    try:
+        return import_module(module)
+    except ImportError:  # numba is not installed, or not for this NumPy
+        return None
 
 
 _kernels: ContextVar[str | None] = ContextVar("kernels", default=None)

@@ -1,0 +1,85 @@
+import os
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format.acceleration import (
+    COMPILED,
+    PLAIN,
+    computing_with,
+    count_threads,
+    load_kernels,
+    map_parts,
+    threading_by,
+)
+from tests.streams import make_stream
+
+_MODULE = "quarc_ref.format.plane_kernels"
+_DECODE = """
+import sys
+from quarc_ref.decoder import compute_digest, decode
+assert sys.modules.get("numba") is None
+for scene in decode(sys.stdin.buffer.read()):
+    print(compute_digest(scene))
+assert bool(sys.modules.get("numba")) == EXPECTED
+"""
+
+
+def _decode_elsewhere(data, *, numba, kernels, before=""):
+    """The digests that a process of its own gives, which must import numba or must not."""
+    environment = {**os.environ, "QUARC_REF_KERNELS": kernels}
+    done = subprocess.run(
+        [sys.executable, "-c", before + _DECODE.replace("EXPECTED", str(numba))],
+        input=data,
+        env={name: value for name, value in environment.items() if value},
+        capture_output=True,
+        check=True,
+    )
+    return done.stdout.decode().split()
+
+
+def test_a_small_stream_is_decoded_without_numba_and_any_stream_where_there_is_none():
+    data, states = make_stream()
+    digests = [compute_digest(state.scene) for state in states]
+    blocked = "import sys\nsys.modules['numba'] = None\n"
+
+    assert _decode_elsewhere(data, numba=False, kernels="") == digests
+    assert _decode_elsewhere(data, numba=False, kernels=COMPILED, before=blocked) == digests
+
+
+def test_compiled_kernels_give_the_same_in_a_process_of_their_own():
+    pytest.importorskip("numba")
+    data, states = make_stream()
+
+    digests = _decode_elsewhere(data, numba=True, kernels=COMPILED)
+
+    assert digests == [compute_digest(state.scene) for state in states]
+
+
+def test_kernels_are_chosen_by_whoever_asks_for_them():
+    pytest.importorskip("numba")
+
+    with computing_with(PLAIN):
+        assert load_kernels(_MODULE, 1 << 20) is None
+    with computing_with(COMPILED):
+        assert load_kernels(_MODULE, 1) is not None
+    assert load_kernels(_MODULE, 1) is not None  # what is loaded is used
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_parts_come_back_in_order_from_as_many_threads_as_there_may_be(threads):
+    seen = set()
+
+    def act(part):
+        seen.add(threading.get_ident())
+        return 2 * part
+
+    with threading_by(threads):
+        assert count_threads() == threads
+        assert map_parts(act, range(20)) == list(range(0, 40, 2))
+
+    assert len(seen) <= threads
+    assert (seen == {threading.get_ident()}) == (threads == 1)
