@@ -44,6 +44,9 @@ def _of_index(parent: Valid) -> Iterable[Vector]:
         "chunk-order",
         "a chunk is between INDX and TAIL",
     )
+    early = [*pieces[:TAIL], Piece(b"note", pack_metadata()), replace(pieces[TAIL], sequence=TAIL)]
+    note = "INDX has the number before TAIL's, and does not end where TAIL begins"
+    yield _misled(parent, "seek-index-early", "11.2-2", early, "chunk-order", note)
     fewer = parent.stream.replaced(TAIL, payload=pack_tail(count, 2, layout.offsets[INDX]))
     note = "canonical_count is less than INDX has seek points"
     yield _misled(parent, "seek-count", "11.2-3", fewer, "tail-mismatch", note)

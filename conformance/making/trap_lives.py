@@ -1,198 +1,94 @@
-"""traps/: births, deaths, rotations and contexts."""
+"""traps/: births and deaths (SPEC 6.5, 7.4, 7.6)."""
 
 from making.frames import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud, moving, newborn
 from making.streams import Stream
-from making.trap_making import telling, trap
+from making.trap_making import set_traps, tell, telling
 from making.vectors import Valid
 
+_ALIKE = [Coded((i, 3 * i % 7, 0), codes=(-40, -40, -40, 5, i, 0, 0)) for i in range(10)]
+_FAINT = Coded((2, 0, 0), codes=(-40, -40, -40, -99, 1, 2, 3), parent=1)
+_BRIGHT = Coded((1, 1, 0), codes=(-40, -40, -40, 99, 1, 2, 3), parent=1)
 
-def make_lives() -> list[Valid]:
-    """Return traps of births and deaths."""
-    alike = [Coded((i, 3 * i % 7, 0), codes=(-40, -40, -40, 5, i, 0, 0)) for i in range(10)]
-    equal = Stream(Head(sh_degree=0)).canonical(0, alike).frame(Change(deaths=3))
-    equal.frame(
-        Change(births=tuple(Coded((0, 1, k), codes=alike[0].codes, parent=2) for k in (0, 1)))
+
+def make_life_traps() -> list[Valid]:
+    """Return all of them."""
+    return set_traps(
+        (
+            (equal_opacities, "7.4-3"),
+            (signed_opacities, "7.4-3"),
+            (deaths_of_newborn, "7.4 6.5 7.4-3"),
+            (newborn_bound_where_born, "6.5"),
+            (parents_after_deaths_and_motion, "7.6-1"),
+            (twins, "7.6-1"),
+            (anchors_without_gaussian, "6.5 8.7"),
+            (ids_are_not_given_again, "7.6-5"),
+        )
     )
-    equal.frame(Change(deaths=7))
-    signed = (-1, 1, -300, 32767, -32767, 0, 255, -256)
-    signs = [Coded((i, 0, 0), codes=(-40, -40, -40, v, i, 0, 0)) for i, v in enumerate(signed)]
-    below = Stream(Head(sh_degree=0)).canonical(0, signs)
+
+
+def equal_opacities() -> Stream:
+    """Of equal opacity codes the lowest ids die, old Gaussians before newborn."""
+    stream = Stream(Head(sh_degree=0)).canonical(0, _ALIKE).frame(Change(deaths=3))
+    born = tuple(Coded((0, 1, k), codes=_ALIKE[0].codes, parent=2) for k in (0, 1))
+    return stream.frame(Change(births=born)).frame(Change(deaths=7))
+
+
+def signed_opacities() -> Stream:
+    """Opacity codes are compared as signed integers."""
+    opacities = enumerate((-1, 1, -300, 32767, -32767, 0, 255, -256))
+    signs = [Coded((i, 0, 0), codes=(-40, -40, -40, v, i, 0, 0)) for i, v in opacities]
+    stream = Stream(Head(sh_degree=0)).canonical(0, signs)
     for deaths in (1, 2, 1, 2):
-        below.frame(Change(deaths=deaths))
-    faint = Coded((2, 0, 0), codes=(-40, -40, -40, -99, 1, 2, 3), parent=1)
-    bright = Coded((1, 1, 0), codes=(-40, -40, -40, 99, 1, 2, 3), parent=1)
-    unborn = Stream(Head(sh_degree=0, resample_interval=3)).canonical(0, alike)
-    unborn.frame(Change(telling(6), (faint, bright)))
-    unborn.frame(Change(telling(6), (faint, faint), deaths=1)).frame(Change(moving(6, 2), deaths=2))
-    unborn.frame(Change(moving(6, 3), (faint,))).frame(Change(telling(6), deaths=1))
-    unborn.frame(Change(telling(6), (bright,), deaths=1))
-    bound = Stream(Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)).canonical(
-        0, alike
-    )
-    away = [40, 0, 0, 0, 0, 0]
-    bound.frame(Change(lambda level, _: away if level == 3 else None, newborn([0, 4, 9], 2, 0)))
-    bound.frame(Change(lambda level, _: away if level == 3 else None)).frame(Change(telling(6)))
-    carried = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1)).canonical(0, alike)
-    carried.frame(Change(telling(6), newborn([0, 3, 5], 3, 0), deaths=4))
-    carried.frame(Change(telling(6), newborn([1, 1, 6], 4, 0), deaths=2))
-    twins = (
-        Stream(Head(sh_degree=0)).canonical(0, alike).frame(Change(births=(faint, faint, faint)))
-    )
-    twins.frame(Change(telling(6))).frame(Change(telling(6), deaths=2))
-    orphans = Stream(Head(sh_degree=0, resample_interval=9)).canonical(0, cloud(12, 8, 0))
-    orphans.frame(Change(telling(6))).frame(Change(telling(6), deaths=6))
-    orphans.frame(Change(telling(6))).frame(Change(telling(6), deaths=3)).frame(Change(telling(6)))
-    fresh = Stream(Head(sh_degree=0)).canonical(0, alike).frame(Change(births=(faint, faint)))
-    fresh.frame(Change(deaths=2)).frame(Change(births=(bright,))).frame(Change(telling(6)))
-    return [
-        trap(
-            "equal-opacities",
-            "7.4-3",
-            equal,
-            "of equal opacity codes the lowest ids die, old Gaussians before newborn",
-        ),
-        trap("signed-opacities", "7.4-3", below, "opacity codes are compared as signed integers"),
-        trap(
-            "deaths-of-newborn",
-            "7.4 6.5 7.4-3",
-            unborn,
-            "newborn die in the frame after, unbound, with and without a sampling",
-        ),
-        trap(
-            "newborn-bound-where-born",
-            "6.5",
-            bound,
-            "newborn follow anchors where these were sampled, by positions before the motion",
-        ),
-        trap(
-            "parents-after-deaths-and-motion",
-            "7.6-1",
-            carried,
-            "parents are counted after the deaths, and stand where this frame has moved them",
-        ),
-        trap("twins", "7.6-1", twins, "equal newborn of one parent"),
-        trap(
-            "anchors-without-gaussian",
-            "6.5 8.7",
-            orphans,
-            "anchors whose Gaussians have died still move others, and have no own motion",
-        ),
-        trap(
-            "ids-are-not-given-again",
-            "7.6-5",
-            fresh,
-            "the last born die, and the next newborn gets a later id",
-        ),
-    ]
+        stream.frame(Change(deaths=deaths))
+    return stream
 
 
-def make_rotations() -> list[Valid]:
-    """Return traps of rotations."""
-    cloudy = cloud(16, 9, 0)
-    one = {"sh_degree": 0, "level_count": 1, "rotation_unity": 1, "gaussians_per_anchor": 1}
-    flip = Stream(Head(rotation_components=4, **one)).canonical(0, cloudy)  # type: ignore[arg-type]
-    for w in (-3, -2, -1, 2):
-        flip.frame(Change(lambda _level, anchor, w=w: [0, 0, 0, w, 0, anchor % 3, 1]))
-    cancel = Stream(Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535))
-    cancel.canonical(0, cloudy)
-    turn = [0, 0, 0, 5, -4, 3]
-    back = [-v for v in turn]
-    for _ in range(3):
-        cancel.frame(
-            Change(lambda level, anchor: turn if level == 2 else back if anchor % 2 else None)
-        )
-    alone = Stream(Head(rotation_components=4, sh_degree=0, rotation_unity=3)).canonical(0, cloudy)
-    for w in (1, -2, 3, -4):
-        alone.frame(Change(lambda _level, anchor, w=w: [0, 0, 0, w * (anchor % 2), 0, 0, 0]))
-    halves = Stream(Head(**one, rotation_bits=14)).canonical(0, _odd())  # type: ignore[arg-type]
-    for signs in ((1, 1, 1), (-1, 1, 1), (1, -1, -1), (-1, -1, -1)):
-        halves.frame(Change(lambda _level, _anchor, s=signs: [0, 0, 0, *s]))
-    return [
-        trap(
-            "signs-of-quaternions",
-            "7.5 7.3-1",
-            flip,
-            "sums with a negative w: signs of rotations are kept as they come",
-        ),
-        trap(
-            "sums-of-zero",
-            "7.5",
-            cancel,
-            "symbols of two levels that cancel: the rotation stays as it is",
-        ),
-        trap("w-alone", "7.5", alone, "a residual of w alone goes through the formula too"),
-        trap(
-            "halves", "4.2 7.5", halves, "components of q x d that are halves: rounded away from 0"
-        ),
-    ]
+def deaths_of_newborn() -> Stream:
+    """Newborn die in the frame after, unbound, with and without a sampling."""
+    told = telling()
+    stream = Stream(Head(sh_degree=0, resample_interval=3)).canonical(0, _ALIKE)
+    stream.frame(Change(told, (_FAINT, _BRIGHT))).frame(Change(told, (_FAINT, _FAINT), deaths=1))
+    stream.frame(Change(moving(6, 2), deaths=2)).frame(Change(moving(6, 3), (_FAINT,)))
+    return stream.frame(Change(told, deaths=1)).frame(Change(told, (_BRIGHT,), deaths=1))
 
 
-def _odd() -> list[Coded]:
-    """Rotations whose first component is odd about as often as even."""
-    drawn = cloud(24, 10, 0)
-    return [
-        Coded(g.position, (i % 4, *(64 * c + i for c in g.rotation[1:])), g.codes)
-        for i, g in enumerate(drawn)
-    ]
+def newborn_bound_where_born() -> Stream:
+    """Newborn follow anchors where these were sampled, by positions before the motion."""
+    head = Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)
+    stream = Stream(head).canonical(0, _ALIKE)
+
+    def away(level: int, _anchor: int) -> list[int] | None:
+        return [40, 0, 0, 0, 0, 0] if level == head.level_count else None
+
+    stream.frame(Change(away, newborn([0, 4, 9], 2, 0)))
+    return stream.frame(Change(away)).frame(tell())
 
 
-def make_contexts() -> list[Valid]:
-    """Return traps of contexts and counts."""
-    head = Head(level_count=2)
-    many = Stream(Head(level_count=1)).canonical(0, cloud(4, 11))
-    for frame in range(2):
-        many.frame(Change(moving(6, frame), newborn([k % 4 for k in range(470)], frame)))
-    idle = Stream(head).canonical(0, cloud(20, 12))
-    zeros = [0] * 6
-    idle.frame(Change(lambda _level, anchor: zeros if anchor % 3 else None))
-    idle.frame(Change(lambda _level, anchor: zeros if anchor % 2 else [1, *zeros[1:]]))
-    still = Stream(head).canonical(0, cloud(30, 13, reach=300))
-    for _ in range(5):
-        still.frame()
-    still.frame(Change(moving(6, 1))).frame().frame(Change(moving(6, 2)))
-    again = Stream(head).canonical(0, cloud(14, 14))
-    again.frame(Change(moving(6, 3), newborn([1, 2], 1), previous=1)).frame(Change(moving(6, 3)))
-    again.canonical(3, cloud(14, 15)).frame(Change(moving(6, 3), newborn([1, 2], 2), previous=1))
-    again.frame(Change(moving(6, 3)))
-    code = (-40, -40, -40, 16384, 0, 0, 0)
-    gaps = [Coded((i, 0, 0), codes=(*code[:3], 16384 + (i == 8), *code[4:])) for i in range(9)]
-    opposed = Stream(Head(level_count=3, gaussians_per_anchor=1)).canonical(0, cloud(12, 16))
-    for frame in range(1, 6):
-        opposed.frame(
-            Change(lambda level, anchor, f=frame: [(-1) ** f * (2 * level - 5) * (anchor % 4)] * 6)
-        )
-    return [
-        trap("counts-are-halved", "8.2", many, "a context that meets more than 4096 bits"),
-        trap(
-            "moving-without-symbols",
-            "8.7",
-            idle,
-            "anchors that are said to move and have symbols of 0 alone",
-        ),
-        trap(
-            "stillness-is-counted",
-            "8.2 8.7",
-            still,
-            "sections without words, whose planes are counted all the same",
-        ),
-        trap(
-            "canonical-forgets",
-            "7.2 8.2",
-            again,
-            "a canonical frame forgets counts, motion and anchors",
-        ),
-        trap(
-            "words-of-zero",
-            "8.3-1",
-            Stream(Head(sh_degree=0)).canonical(0, gaps),
-            "a section whose first words are 0",
-        ),
-        trap(
-            "against-expectation",
-            "8.7",
-            opposed,
-            "motion that turns around in every frame and differs between the levels",
-        ),
-    ]
+def parents_after_deaths_and_motion() -> Stream:
+    """Parents are counted after the deaths, and stand where this frame has moved them."""
+    stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
+    stream.canonical(0, _ALIKE).frame(Change(telling(), newborn([0, 3, 5], 3, 0), deaths=4))
+    return stream.frame(Change(telling(), newborn([1, 1, 6], 4, 0), deaths=2))
+
+
+def twins() -> Stream:
+    """Equal newborn of one parent."""
+    stream = Stream(Head(sh_degree=0)).canonical(0, _ALIKE)
+    stream.frame(Change(births=(_FAINT, _FAINT, _FAINT))).frame(tell())
+    return stream.frame(Change(telling(), deaths=2))
+
+
+def anchors_without_gaussian() -> Stream:
+    """Anchors whose Gaussians have died still move others, and have no own motion."""
+    stream = Stream(Head(sh_degree=0, resample_interval=9)).canonical(0, cloud(12, 8, 0))
+    for deaths in (0, 6, 0, 3, 0):
+        stream.frame(Change(telling(), deaths=deaths))
+    return stream
+
+
+def ids_are_not_given_again() -> Stream:
+    """The last born die, and the next newborn gets a later id."""
+    stream = Stream(Head(sh_degree=0)).canonical(0, _ALIKE).frame(Change(births=(_FAINT, _FAINT)))
+    return stream.frame(Change(deaths=2)).frame(Change(births=(_BRIGHT,))).frame(tell())

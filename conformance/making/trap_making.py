@@ -1,19 +1,34 @@
 """What traps are made of."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
+from making.frames import Change
 from making.scenes import between
 from making.streams import Stream
 from making.vectors import Valid, valid
 
-
-def trap(name: str, clauses: str, stream: Stream, note: str) -> Valid:
-    """Return a trap of a stream that lacks TAIL alone."""
-    return valid(f"traps/{name}", note, f"1-2 {clauses}", stream.end())
+Trap = tuple[Callable[[], Stream], str]
+"""What makes the stream but for TAIL, and the clauses; its name and docstring are the trap's."""
 
 
-def telling(channels: int) -> Callable[[int, int], list[int]]:
-    """Symbols that tell every anchor from every other."""
+def set_traps(traps: Iterable[Trap]) -> list[Valid]:
+    """Return the streams of traps."""
+    return [_set(make, clauses) for make, clauses in traps]
+
+
+def _set(make: Callable[[], Stream], clauses: str) -> Valid:
+    note = (make.__doc__ or "").removesuffix(".")
+    name = make.__name__.replace("_", "-")
+    return valid(f"traps/{name}", note[:1].lower() + note[1:], f"1-2 {clauses}", make().end())
+
+
+def tell(channels: int = 6) -> Change:
+    """Return motion by symbols that tell every anchor from every other."""
+    return Change(telling(channels))
+
+
+def telling(channels: int = 6) -> Callable[[int, int], list[int]]:
+    """Return symbols that tell every anchor from every other."""
 
     def symbols(level: int, anchor: int) -> list[int]:
         turn = [between(-2, 2, level, anchor, c) for c in range(channels - 3)]

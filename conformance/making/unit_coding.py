@@ -1,6 +1,7 @@
 """unit/: known answers of coding and of states (SPEC 8, 9)."""
 
 import zlib
+from collections.abc import Iterable
 from hashlib import sha256
 from typing import Any
 
@@ -12,106 +13,66 @@ from making.writing import Planes, WritingSection, ascending, encode, fixed, sig
 from tests.spec import plain_planes
 from tests.spec.plain_coder import add_to_counts, weight_by_counts, weight_of
 
+_SEEN = (
+    *((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (6, 1), (3, 4), (100, 3)),
+    *((4095, 0), (4096, 0), (0, 4096), (2048, 2048)),
+)
+_COUNTED = (
+    *(((0, 0), (3, 2)), ((4000, 95), (1, 0)), ((4000, 95), (1, 1)), ((4000, 95), (0, 7))),
+    *(((1, 4095), (0, 1)), ((0, 1), (8191, 0)), ((0, 0), (8191, 8193)), ((7, 0), (0, 65536))),
+)
+_TURNS = {width: [k % width for k in range(60)] for width in (2, 3)}
+"""Outer contexts that take turns."""
+_FIXED = (
+    ([0, 3, 1, 2], [0, 0, 1, 0], 2),
+    ([3] * 30 + [2], [0] * 31, 2),
+    (list(range(16)), _TURNS[3][:16], 4),
+)
+_UNSIGNED = (
+    ([0, 1, 5, 6, 200], [0, 0, 0, 0, 2], 4),
+    ([(1 << 63) - 1, 1 << 62, 0], [0] * 3, 6),
+    ([pick(k) >> (k % 30) for k in range(40)], _TURNS[2][:40], 6),
+)
+_SIGNED = (
+    ([0, -1, -6, 3], [0, 0, 0, 1], 4),
+    ([32767, -32767, 0, -1], [0] * 4, 4),
+    ([between(-900, 900, k) >> (k % 9) for k in range(60)], _TURNS[3], 4),
+)
+
 
 def make_coding() -> list[Unit]:
     """Return the answers of the coder and of integers as planes."""
-    codes = [({"code": c}, weight_of(c)) for c in range(240)] + [
-        ({"code": c}, Refusal("bad-probability")) for c in (240, 255)
+    return [*_of_weights(), *_of_bits()]
+
+
+def _of_weights() -> list[Unit]:
+    codes: list[tuple[Input, Any]] = [({"code": c}, weight_of(c)) for c in range(240)]
+    codes += [({"code": c}, Refusal("bad-probability")) for c in (240, 255)]
+    weights = [({"zeros": z, "ones": o}, weight_by_counts(z, o)) for z, o in _SEEN]
+    counts = [
+        ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
+        for b, (z, o) in _COUNTED
     ]
-    pairs = [
-        (0, 0),
-        (1, 0),
-        (0, 1),
-        (2, 0),
-        (1, 1),
-        (6, 1),
-        (3, 4),
-        (100, 3),
-        (4095, 0),
-        (4096, 0),
-        (0, 4096),
-        (2048, 2048),
-    ]
-    planes = [
-        ((0, 0), (3, 2)),
-        ((4000, 95), (1, 0)),
-        ((4000, 95), (1, 1)),
-        ((4000, 95), (0, 7)),
-        ((1, 4095), (0, 1)),
-        ((0, 1), (8191, 0)),
-        ((0, 0), (8191, 8193)),
-        ((7, 0), (0, 65536)),
-    ]
+    by_counts = "the weight of a 1 by the zeros and ones of a context"
     return [
         Unit("weight_of_code", "the weight of a 1 by a stated code", "8.2-1", codes),
+        Unit("weight_by_counts", by_counts, "8.2", weights),
+        Unit("counts", "the zeros and ones of a context after a plane", "8.2", counts),
+    ]
+
+
+def _of_bits() -> list[Unit]:
+    bits = "the bits of words, all of which must be used"
+    first = "numbers by Fixed(width) in outer contexts, from counts of 0"
+    last = "numbers by Ascending(6), from counts of 0"
+    return [
+        Unit("decode_bits", bits, "8.3-1 8.3-2 8.3-3", _coded()),
+        Unit("fixed", first, "8.4", _forms("fixed", _FIXED)),
         Unit(
-            "weight_by_counts",
-            "the weight of a 1 by the zeros and ones of a context",
-            "8.2",
-            [({"zeros": z, "ones": o}, weight_by_counts(z, o)) for z, o in pairs],
+            "unsigned", "numbers by Unsigned(width), likewise", "8.4", _forms("unsigned", _UNSIGNED)
         ),
-        Unit(
-            "counts",
-            "the zeros and ones of a context after a plane",
-            "8.2",
-            [
-                (
-                    {"before": list(b), "plane": list(p)},
-                    add_to_counts(list(b), [0] * p[0] + [1] * p[1]),
-                )
-                for b, p in planes
-            ],
-        ),
-        Unit(
-            "decode_bits",
-            "the bits of words, all of which must be used",
-            "8.3-1 8.3-2 8.3-3",
-            _coded(),
-        ),
-        Unit(
-            "fixed",
-            "numbers by Fixed(width) in outer contexts, from counts of 0",
-            "8.4",
-            _forms(
-                "fixed",
-                [
-                    ([0, 3, 1, 2], [0, 0, 1, 0], 2),
-                    ([3] * 30 + [2], [0] * 31, 2),
-                    (list(range(16)), [k % 3 for k in range(16)], 4),
-                ],
-            ),
-        ),
-        Unit(
-            "unsigned",
-            "numbers by Unsigned(width), likewise",
-            "8.4",
-            _forms(
-                "unsigned",
-                [
-                    ([0, 1, 5, 6, 200], [0, 0, 0, 0, 2], 4),
-                    ([(1 << 63) - 1, 1 << 62, 0], [0] * 3, 6),
-                    ([pick(k) >> (k % 30) for k in range(40)], [k % 2 for k in range(40)], 6),
-                ],
-            ),
-        ),
-        Unit(
-            "signed",
-            "numbers by Signed(width), likewise",
-            "8.4",
-            _forms(
-                "signed",
-                [
-                    ([0, -1, -6, 3], [0, 0, 0, 1], 4),
-                    ([32767, -32767, 0, -1], [0] * 4, 4),
-                    (
-                        [between(-900, 900, k) >> (k % 9) for k in range(60)],
-                        [k % 3 for k in range(60)],
-                        4,
-                    ),
-                ],
-            ),
-        ),
-        Unit("ascending", "numbers by Ascending(6), from counts of 0", "8.4-1", _ascended()),
+        Unit("signed", "numbers by Signed(width), likewise", "8.4", _forms("signed", _SIGNED)),
+        Unit("ascending", last, "8.4-1", _ascended()),
     ]
 
 
@@ -142,7 +103,7 @@ def _coded() -> list[tuple[Input, Any]]:
 _MAKERS = {"fixed": fixed, "unsigned": unsigned, "signed": signed}
 
 
-def _forms(form: str, given: list[tuple[list[int], list[int], int]]) -> list[tuple[Input, Any]]:
+def _forms(form: str, given: Iterable[tuple[list[int], list[int], int]]) -> list[tuple[Input, Any]]:
     made: list[tuple[Input, Any]] = []
     for values, contexts, width in given:
         section = WritingSection("n", Planes(_MAKERS[form](values, width)), {})

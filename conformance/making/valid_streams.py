@@ -48,89 +48,81 @@ def _still(**fields: object) -> Stream:
 
 
 def _containers() -> list[Valid]:
-    meta = pack_metadata(("title", "Große Straße \u0000 \ufeff 日本"), ("title", "again"), ("", ""))
-    many = Stream(Head()).add(b"meta", pack_metadata()).add(b"came", pack_cameras(_CAMERA, _CAMERA))
-    many.canonical(0, cloud(3)).add(b"meta", meta).add(b"came", pack_cameras())
-    many.frame().add(b"came", pack_cameras(_CAMERA)).add(b"meta", meta).end()
-    passed = Stream(Head()).add(b"nOte", b"").add(b"zZzz", b"\xff" * 9).canonical(0, cloud(2))
-    passed.add(b"note", pack_metadata()[:1]).frame().end(index=True)
-    late = Stream(Head()).canonical(4294967294, cloud(2)).frame().end(index=True)
-    late_seek = ((4294967295, Outcome([late.decoded()[1]])), (1, Outcome(late.decoded())))
-    twice = Stream(Head()).canonical(7, cloud(4)).canonical(8, cloud(5, 2)).frame().end(index=True)
-    sync = bytes.fromhex("9E5143F3")
-    inside = Stream(Head()).add(b"note", sync + b"CANO" + sync * 3).canonical(0, cloud(2)).end()
+    return [*_without_frames(), _metadata(), _ancillaries(), *_headers(), *_ordinals(), *_fields()]
+
+
+def _without_frames() -> list[Valid]:
+    bare, indexed = Stream(Head()).end(), Stream(Head()).end(index=True)
     return [
-        valid(
-            "streams/no-frames", "a stream may be without any frame", "5.1-4", Stream(Head()).end()
-        ),
-        valid(
-            "streams/no-frames-index",
-            "INDX without seek points",
-            "5.9-1",
-            Stream(Head()).end(index=True),
-        ),
+        valid("streams/no-frames", "a stream may be without any frame", "5.1-4", bare),
+        valid("streams/no-frames-index", "INDX without seek points", "5.9-1", indexed),
         valid("streams/still", "one canonical frame", "7.2-1 7.2-2 9.2-1", _still().end()),
-        valid(
-            "streams/cameras-and-metadata",
-            "`came` and `meta` anywhere and more than once, U+0000, an empty key",
-            "5-4",
-            many,
-        ),
-        valid(
-            "streams/unknown-ancillary",
-            "ancillary chunks of types that no decoder knows, also private",
-            "5.2-8 5.2-10",
-            passed,
-            grow=True,
-        ),
-        valid(
-            "streams/compatible-feature",
-            "bits of compatible_features that nobody knows",
-            "12-3",
-            _still(compatible_features=0x80000001).end(),
-        ),
-        valid(
-            "streams/minor-version", "a later minor version", "12-1", _still(version_minor=7).end()
-        ),
-        valid("streams/last-ordinals", "ordinals up to 2^32 - 1", "7.4-2", late, seek=late_seek),
-        valid(
-            "streams/canonical-after-canonical",
-            "two canonical frames in a row, from ordinal 7 on",
-            "7.2-1 11.2-4",
-            twice,
-            seek=((8, Outcome(twice.decoded()[1:])),),
-        ),
+    ]
+
+
+def _metadata() -> Valid:
+    meta = pack_metadata(("title", "Große Straße \u0000 \ufeff 日本"), ("title", "again"), ("", ""))
+    stream = Stream(Head()).add(b"meta", pack_metadata())
+    stream.add(b"came", pack_cameras(_CAMERA, _CAMERA)).canonical(0, cloud(3))
+    stream.add(b"meta", meta).add(b"came", pack_cameras()).frame()
+    stream.add(b"came", pack_cameras(_CAMERA)).add(b"meta", meta).end()
+    note = "`came` and `meta` anywhere and more than once, U+0000, an empty key"
+    return valid("streams/cameras-and-metadata", note, "5-4", stream)
+
+
+def _ancillaries() -> Valid:
+    stream = Stream(Head()).add(b"nOte", b"").add(b"zZzz", b"\xff" * 9).canonical(0, cloud(2))
+    stream.add(b"note", pack_metadata()[:1]).frame().end(index=True)
+    note = "ancillary chunks of types that no decoder knows, also private"
+    return valid("streams/unknown-ancillary", note, "5.2-8 5.2-10", stream, grow=True)
+
+
+def _headers() -> list[Valid]:
+    feature, minor = _still(compatible_features=0x80000001), _still(version_minor=7)
+    note = "bits of compatible_features that nobody knows"
+    return [
+        valid("streams/compatible-feature", note, "12-3", feature.end()),
+        valid("streams/minor-version", "a later minor version", "12-1", minor.end()),
+    ]
+
+
+def _ordinals() -> list[Valid]:
+    late = Stream(Head()).canonical(4294967294, cloud(2)).frame().end(index=True)
+    last = ((4294967295, Outcome([late.decoded()[1]])), (1, Outcome(late.decoded())))
+    twice = Stream(Head()).canonical(7, cloud(4)).canonical(8, cloud(5, 2)).frame().end(index=True)
+    second, sync = ((8, Outcome(twice.decoded()[1:])),), bytes.fromhex("9E5143F3")
+    inside = Stream(Head()).add(b"note", sync + b"CANO" + sync * 3).canonical(0, cloud(2)).end()
+    name, note = (
+        "streams/canonical-after-canonical",
+        "two canonical frames in a row, from ordinal 7 on",
+    )
+    return [
+        valid("streams/last-ordinals", "ordinals up to 2^32 - 1", "7.4-2", late, seek=last),
+        valid(name, note, "7.2-1 11.2-4", twice, seek=second),
         valid("streams/sync-in-a-payload", "sync words within a payload", "5.2-1", inside),
-        valid(
-            "streams/largest-fields",
-            "fields of HEAD at their greatest",
-            "5-3",
-            _still(
-                timescale=4294967295,
-                frame_ticks=4294967295,
-                lattice_exponent=24,
-                position_step=65535,
-                translation_step=65535,
-                rotation_unity=256,
-                rotation_bits=14,
-                log_scale_step=1024.0,
-                gaussians_per_anchor=65535,
-                anchor_ratio=65535,
-                resample_interval=65535,
-                full_crc_interval=65535,
-                seed=(1 << 64) - 1,
-                up_axis=6,
-                meters_per_unit=1e6,
-            )
-            .frame()
-            .end(),
-        ),
-        valid(
-            "streams/least-fields",
-            "fields of HEAD at their least; a subnormal step; meters_per_unit -0",
-            "5-3",
-            _least(),
-        ),
+    ]
+
+
+_GREATEST = {
+    **dict.fromkeys(("timescale", "frame_ticks"), 4294967295),
+    **dict.fromkeys(("position_step", "translation_step", "gaussians_per_anchor"), 65535),
+    **dict.fromkeys(("anchor_ratio", "resample_interval", "full_crc_interval"), 65535),
+    "lattice_exponent": 24,
+    "rotation_unity": 256,
+    "rotation_bits": 14,
+    "up_axis": 6,
+    "log_scale_step": 1024.0,
+    "seed": (1 << 64) - 1,
+    "meters_per_unit": 1e6,
+}
+
+
+def _fields() -> list[Valid]:
+    greatest, least = _still(**_GREATEST).frame().end(), _least()
+    note = "fields of HEAD at their least; a subnormal step; meters_per_unit -0"
+    return [
+        valid("streams/largest-fields", "fields of HEAD at their greatest", "5-3", greatest),
+        valid("streams/least-fields", note, "5-3", least),
     ]
 
 
@@ -139,8 +131,7 @@ def _least() -> Stream:
     least |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
     least |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
     steps = {"log_scale_step": 1e-45, "opacity_step": 1e-45, "meters_per_unit": -0.0}
-    small = [Coded((0, 0, 0), (0, 1, 0, 0)), Coded((1, 0, 0), (2, 1, 1, -1))]
-    small = [small[0], Coded((1, 0, 0), (1, 0, -1, 0))]
+    small = [Coded((0, 0, 0), (0, 1, 0, 0)), Coded((1, 0, 0), (1, 0, -1, 0))]
     stream = Stream(Head(**least, **steps, right_handed=0)).canonical(0, small)  # type: ignore[arg-type]
     return stream.frame(Change(only((1, 1, [1, 0, 0, 0, 0, -1])))).end()
 

@@ -55,7 +55,6 @@ MUTANTS = (
         "        container.check_length(header.length, self._stream, self.offset)\n",
         "        if self._stream is None:\n"
         "            container.check_length(header.length, self._stream, self.offset)\n",
-        alone="resource",
     ),
     mutant(
         "a step of 0 taken",

@@ -26,6 +26,13 @@ MUTANTS = (
         alone="levels",
     ),
     mutant(
+        "Gaussians of the unlimited level made room for, however many",
+        _FRAMES,
+        '    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
+        "",
+        alone="resource",
+    ),
+    mutant(
         "positions wrap",
         _RECONSTRUCT,
         "    if np.any(np.abs(positions) > POSITION_LIMIT):",

@@ -1,0 +1,73 @@
+"""traps/: contexts, counts and words (SPEC 8)."""
+
+from making.frames import Change, Coded
+from making.payloads import Head
+from making.scenes import cloud, moving, newborn
+from making.streams import Stream
+from making.trap_making import set_traps
+from making.vectors import Valid
+
+_ZEROS = [0] * 6
+
+
+def make_context_traps() -> list[Valid]:
+    """Return all of them."""
+    return set_traps(
+        (
+            (counts_are_halved, "8.2"),
+            (moving_without_symbols, "8.7"),
+            (stillness_is_counted, "8.2 8.7"),
+            (canonical_forgets, "7.2 8.2"),
+            (words_of_zero, "8.3-1"),
+            (against_expectation, "8.7"),
+        )
+    )
+
+
+def counts_are_halved() -> Stream:
+    """A context that meets more than 4096 bits."""
+    stream = Stream(Head(level_count=1)).canonical(0, cloud(4, 11))
+    for frame in range(2):
+        stream.frame(Change(moving(6, frame), newborn([k % 4 for k in range(470)], frame)))
+    return stream
+
+
+def moving_without_symbols() -> Stream:
+    """Anchors that are said to move and have symbols of 0 alone."""
+    stream = Stream(Head(level_count=2)).canonical(0, cloud(20, 12))
+    stream.frame(Change(lambda _level, anchor: _ZEROS if anchor % 3 else None))
+    return stream.frame(Change(lambda _level, anchor: _ZEROS if anchor % 2 else [1, *_ZEROS[1:]]))
+
+
+def stillness_is_counted() -> Stream:
+    """Sections without words, whose planes are counted all the same."""
+    stream = Stream(Head(level_count=2)).canonical(0, cloud(30, 13, reach=300))
+    for _ in range(5):
+        stream.frame()
+    return stream.frame(Change(moving(6, 1))).frame().frame(Change(moving(6, 2)))
+
+
+def canonical_forgets() -> Stream:
+    """A canonical frame forgets counts, motion and anchors."""
+    moved = moving(6, 3)
+    stream = Stream(Head(level_count=2)).canonical(0, cloud(14, 14))
+    stream.frame(Change(moved, newborn([1, 2], 1))).frame(Change(moved))
+    stream.canonical(3, cloud(14, 15)).frame(Change(moved, newborn([1, 2], 2)))
+    return stream.frame(Change(moved))
+
+
+def words_of_zero() -> Stream:
+    """A section whose first words are 0."""
+    opacities = [16384] * 8 + [16385]
+    scene = [Coded((i, 0, 0), codes=(-40, -40, -40, v, 0, 0, 0)) for i, v in enumerate(opacities)]
+    return Stream(Head(sh_degree=0)).canonical(0, scene)
+
+
+def against_expectation() -> Stream:
+    """Motion that turns around in every frame and differs between the levels."""
+    stream = Stream(Head(level_count=3, gaussians_per_anchor=1)).canonical(0, cloud(12, 16))
+    for frame in range(1, 6):
+        sign = (-1) ** frame
+        change = Change(lambda level, anchor, s=sign: [s * (2 * level - 5) * (anchor % 4)] * 6)
+        stream.frame(change)
+    return stream

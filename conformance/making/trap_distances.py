@@ -1,0 +1,71 @@
+"""traps/: the edges of the lattice, and distances that are hard to tell apart (SPEC 6.4, 7.2)."""
+
+from collections.abc import Sequence
+from itertools import product
+
+from making.frames import Change, Coded, morton
+from making.payloads import Head
+from making.scenes import only
+from making.streams import Stream
+from making.trap_making import set_traps
+from making.vectors import Valid
+from tests import oracle
+
+Place = tuple[int, int, int]
+_STEP, _EDGE = 47, 178481  # their product is POSITION_LIMIT
+
+
+def make_distance_traps() -> list[Valid]:
+    """Return all of them."""
+    return set_traps(
+        (
+            (lattice_extremes, "6.3 6.4 7.2-3"),
+            (lattice_edge_newborn, "7.6-2"),
+            (nearly_equal_distances, "4.1-1 6.4"),
+        )
+    )
+
+
+def _corners() -> list[Coded]:
+    return [Coded(place) for place in product((-_EDGE, _EDGE), repeat=3)]
+
+
+def lattice_extremes() -> Stream:
+    """Gaussians at the corners of the lattice, of the greatest distances."""
+    stream = Stream(Head(sh_degree=0, position_step=_STEP, gaussians_per_anchor=4))
+    stream.canonical(0, [*_corners(), Coded((0, 0, 0)), Coded((_EDGE, 0, -_EDGE))])
+    return stream.frame(Change(only((1, 0, [0, 0, 0, 1, 2, 3]), (2, 0, [0, 0, 0, 3, 2, 1]))))
+
+
+def lattice_edge_newborn() -> Stream:
+    """A newborn beside a Gaussian at the edge."""
+    head = Head(sh_degree=0, position_step=_STEP, translation_step=_STEP, level_count=1)
+    return (
+        Stream(head).canonical(0, _corners()).frame(Change(births=(Coded((-3, 0, 0), parent=4),)))
+    )
+
+
+def nearly_equal_distances() -> Stream:
+    """Squared distances beyond 2^46 that differ by a few thousand: a tie in binary32."""
+    cluster = [(-1, -y, -z) for y, z in ((9, 1), (7, 3), (8, 1), (5, 1), (4, 2), (6, 2), (9, 4))]
+    around = [place for place in product((-_EDGE, -1), repeat=3) if place[1:] != (-1, -1)]
+    places = [(-_EDGE, -1, -1), *cluster, *around]
+    few = {"gaussians_per_anchor": 2, "level_count": 1}
+    head = Head(sh_degree=0, position_step=_STEP, seed=_find_seed(places), **few)
+    turns = Change(lambda _level, anchor: [0, 0, 0, anchor - 3, 1, anchor % 3])
+    return Stream(head).canonical(0, map(Coded, places)).frame(turns).frame(turns)
+
+
+def _find_seed(places: Sequence[Place]) -> int:
+    """The least seed by which the far Gaussian is no anchor, and a later anchor is the nearest."""
+    origin = [min(place[axis] for place in places) for axis in range(3)]
+    ordered = sorted(places, key=lambda place: morton(place, origin))
+    lattice = [tuple(_STEP * v for v in place) for place in ordered]
+    far = ordered.index(places[0])
+    for seed in range(1 << 20):
+        chosen = oracle.sample(list(range(len(lattice))), lattice, 1, seed, 1, len(lattice) // 2)
+        near = oracle.bind([lattice[far]], [lattice[i] for i in chosen])[0]
+        clustered = [i for i in chosen if ordered[i][0] == -1 > ordered[i][1] > -10]
+        if far not in chosen and len(clustered) > 2 and chosen[near] == clustered[-1]:
+            return seed
+    raise AssertionError

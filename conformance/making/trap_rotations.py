@@ -1,0 +1,69 @@
+"""traps/: rotations (SPEC 7.3, 7.5)."""
+
+from making.frames import Change, Coded
+from making.payloads import Head
+from making.scenes import cloud
+from making.streams import Stream
+from making.trap_making import set_traps
+from making.vectors import Valid
+
+
+def make_rotation_traps() -> list[Valid]:
+    """Return all of them."""
+    return set_traps(
+        (
+            (signs_of_quaternions, "7.5 7.3-1"),
+            (sums_of_zero, "7.5"),
+            (w_alone, "7.5"),
+            (halves, "4.2 7.5"),
+        )
+    )
+
+
+def signs_of_quaternions() -> Stream:
+    """Sums with a negative w: signs of rotations are kept as they come."""
+    fields = {"rotation_components": 4, "rotation_unity": 1, "gaussians_per_anchor": 1}
+    head = Head(sh_degree=0, level_count=1, **fields)
+    stream = Stream(head).canonical(0, cloud(16, 9, 0))
+    for w in (-3, -2, -1, 2):
+        stream.frame(Change(lambda _level, anchor, w=w: [0, 0, 0, w, 0, anchor % 3, 1]))
+    return stream
+
+
+def sums_of_zero() -> Stream:
+    """Symbols of two levels that cancel: the rotation stays as it is."""
+    head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
+    stream = Stream(head).canonical(0, cloud(16, 9, 0))
+
+    def cancel(level: int, anchor: int) -> list[int] | None:
+        if level == head.level_count:
+            return [0, 0, 0, 5, -4, 3]
+        return [0, 0, 0, -5, 4, -3] if anchor % 2 else None
+
+    return stream.frame(Change(cancel)).frame(Change(cancel)).frame(Change(cancel))
+
+
+def w_alone() -> Stream:
+    """A residual of w alone goes through the formula too."""
+    stream = Stream(Head(rotation_components=4, sh_degree=0, rotation_unity=3))
+    stream.canonical(0, cloud(16, 9, 0))
+    for w in (1, -2, 3, -4):
+        stream.frame(Change(lambda _level, anchor, w=w: [0, 0, 0, w * (anchor % 2), 0, 0, 0]))
+    return stream
+
+
+def halves() -> Stream:
+    """Components of q x d that are halves: rounded away from 0."""
+    fields = {"rotation_bits": 14, "rotation_unity": 1, "gaussians_per_anchor": 1}
+    head = Head(sh_degree=0, level_count=1, **fields)
+    stream = Stream(head).canonical(0, _odd())
+    for signs in ((1, 1, 1), (-1, 1, 1), (1, -1, -1), (-1, -1, -1)):
+        stream.frame(Change(lambda _level, _anchor, s=signs: [0, 0, 0, *s]))
+    return stream
+
+
+def _odd() -> list[Coded]:
+    """Rotations whose first component is odd about as often as even."""
+    drawn = enumerate(cloud(24, 10, 0))
+    turned = ((g, (i % 4, *(64 * c + i for c in g.rotation[1:]))) for i, g in drawn)
+    return [Coded(g.position, rotation, g.codes) for g, rotation in turned]
