@@ -92,11 +92,16 @@ def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
 
     Args:
         job: What is asked for.
-        metadata: Of the stream, which says how it was made.
+        metadata: Of the stream, which says how it was made, where that is not the default.
     """
-    made = dict(_SETTING.findall(metadata.get("settings", "")))
+    if "settings" not in metadata:
+        return []
+    said = dict(_SETTING.findall(metadata["settings"]))
+    defaults = dict(list_settings(EncoderConfig()))
     asked = {name: str(value) for name, value in list_settings(job.config())}
-    return sorted(name for name, value in asked.items() if made.get(name, value) != value)
+    return sorted(
+        name for name, value in asked.items() if said.get(name, str(defaults[name])) != value
+    )
 
 
 def note(text: str) -> None:

@@ -3,8 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.description import describe_encode
 from rate_jobs import Job, list_differences, provide_stream
+from tests.encoder.toys import make_capture
 
 JOB = Job(Path("captures/plane"), "main")
 
@@ -33,8 +34,7 @@ def test_changes_are_made_to_the_settings():
 
 
 def _metadata(job):
-    settings = dict(list_settings(job.config()))
-    return {"settings": " ".join(f"{name}={value}" for name, value in settings.items())}
+    return describe_encode(make_capture(), job.config(), "cpu")
 
 
 @pytest.mark.parametrize("preset", ["main", "paper"])
