@@ -1,0 +1,32 @@
+"""The reference decoder answers the vectors as it must; `make conformance` asks it all of them."""
+
+from pathlib import Path
+
+import pytest
+
+from quarc_ref.decoder.conformance_jobs import CAPABILITIES, answer_job
+from runner.cases import list_cases
+from runner.judge import PASS, judge
+from runner.manifest import Suite
+
+SUITE = Suite.load(Path(__file__).resolve().parents[2] / "conformance")
+ASKED = ("decode", "unit")
+CASES = [case for case in list_cases(SUITE, CAPABILITIES) if case.mode in ASKED]
+
+
+@pytest.mark.parametrize("category", ["unit", "streams", "traps", "invalid"])
+def test_every_case_of_a_category_passes(category):
+    failed = {}
+    for case in (case for case in CASES if case.category == category):
+        stream = b"" if case.mode == "unit" else SUITE.stream(case.vector)
+        verdict = judge(case, list(answer_job(case.job, stream)))
+        if verdict.name != PASS:
+            failed[case.name] = verdict
+
+    assert failed == {}
+
+
+def test_all_that_the_suite_asks_for_is_claimed():
+    functions = {unit["function"] for unit in SUITE.units}
+
+    assert functions == set(CAPABILITIES["units"])
