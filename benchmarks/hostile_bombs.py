@@ -1,0 +1,140 @@
+"""Small streams that ask for as much as their level allows, and what that costs.
+
+    python benchmarks/hostile_bombs.py [--kernels plain] [--json]
+
+A level bounds Gaussians and newborn; the bytes do not, since a bit may cost
+next to nothing. Each stream is decoded in a process of its own; times are the
+processor's, code is loaded and compiled before.
+"""
+
+import argparse
+import io
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from itertools import pairwise, product
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.decoder import decode
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.records import Births, Gaussians, StreamHeader
+
+_FRAMES = 4
+_REACH = 1 << 20
+_LEVELS = (10, 20, 30)
+_MOST_BYTES = 1 << 20
+_WARM = Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams" / "full.quarc"
+
+
+def _at_one_place(count: int) -> Int64:
+    return np.zeros((3, count), dtype=np.int64)
+
+
+def _on_a_sphere(count: int) -> Int64:
+    points = np.random.default_rng(0).normal(size=(3, count))
+    points *= 0.4 * _REACH / np.linalg.norm(points, axis=0)
+    return points.astype(np.int64)
+
+
+def _half_in_a_corner(count: int) -> Int64:
+    """Positions far apart, which make the cells of a search large, and as many in one cell."""
+    rng = np.random.default_rng(0)
+    points = rng.integers(0, _REACH, (3, count))
+    points[:, count // 2 :] = rng.integers(0, 64, (3, count - count // 2))
+    return points
+
+
+_PLACES: dict[str, Callable[[int], Int64]] = {
+    "all at one place": _at_one_place,
+    "on a sphere": _on_a_sphere,
+    "half in a corner": _half_in_a_corner,
+}
+
+
+def build(level: int, place: str, *, newborn: bool) -> bytes:
+    """Return a stream of as many Gaussians as a level allows, an anchor to each.
+
+    Args:
+        level: Which.
+        place: Where they are, one of `_PLACES`.
+        newborn: Whether each frame has as many newborn as the level allows.
+    """
+    births = LEVELS[level].births if newborn else 0
+    header = StreamHeader(level=level, gaussians_per_anchor=1, anchor_ratio=2)
+    sink = io.BytesIO()
+    loop = ClosedLoop(sink, header, (), {})
+    count = LEVELS[level].gaussians - (_FRAMES - 1) * births
+    loop.commit_canonical(_plain(header, _PLACES[place](count)), 0)
+    for _ in range(1, _FRAMES):
+        begun = loop.begin_frame(0)
+        levels = begun.known_anchors.levels
+        loop.commit_motion([np.zeros((6, each.owners.size), dtype=np.int64) for each in levels])
+        zeros = np.zeros((3, births), dtype=np.int64)
+        loop.commit_births(Births(zeros[0], _plain(header, zeros)) if births else None)
+    loop.finish()
+    return sink.getvalue()
+
+
+def _plain(header: StreamHeader, positions: Int64) -> Gaussians:
+    zeros = np.zeros((4 + header.code_planes, positions.shape[1]), dtype=np.int64)
+    return Gaussians(positions, zeros[:4], zeros[4:])
+
+
+def measure(path: Path, kernels: str) -> dict[str, float]:
+    """Decode a stream in this process; return its slowest frame's seconds, and peak memory."""
+    with computing_with(kernels):
+        list(decode(_WARM.read_bytes()))
+        times = [time.process_time()]
+        for _ in decode(path.read_bytes()):
+            times.append(time.process_time())  # noqa: PERF401, each as it comes
+    slowest = max(after - before for before, after in pairwise(times))
+    return {"slowest_frame_s": round(slowest, 2), "peak_rss_mib": _peak_mebibytes()}
+
+
+def _peak_mebibytes() -> int:
+    """Return the most memory of this process; getrusage would count what its parent had."""
+    lines = Path("/proc/self/status").read_text("ascii").splitlines()
+    return round(next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024)
+
+
+def main() -> None:
+    """Build every stream of at most a MiB, and measure it."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--kernels", choices=(COMPILED, PLAIN), default=COMPILED)
+    parser.add_argument("--out", type=Path, default=Path("out/bombs"), metavar="DIR")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--measure", type=Path, metavar="FILE", help="measure one stream alone")
+    arguments = parser.parse_args()
+    if arguments.measure:
+        print(json.dumps(measure(arguments.measure, arguments.kernels)))
+        return
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    rows = list(_list_rows(arguments.out, arguments.kernels))
+    if arguments.json:
+        print(json.dumps(rows, indent=2))
+    else:
+        for row in rows:
+            print("| " + " | ".join(map(str, row.values())) + " |")
+
+
+def _list_rows(folder: Path, kernels: str) -> Iterator[dict[str, object]]:
+    for level, place, newborn in product(_LEVELS, _PLACES, (False, True)):
+        path = folder / f"{level} {place}{' and newborn' * newborn}.quarc"
+        if not path.exists():
+            path.write_bytes(build(level, place, newborn=newborn))
+        size = path.stat().st_size
+        if size <= _MOST_BYTES:
+            command = [sys.executable, __file__, "--kernels", kernels, "--measure", str(path)]
+            done = subprocess.run(command, capture_output=True, check=True)
+            yield {"stream": path.stem, "bytes": size, **json.loads(done.stdout)}
+
+
+if __name__ == "__main__":
+    main()

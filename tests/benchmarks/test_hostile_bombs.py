@@ -1,0 +1,35 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+import hostile_bombs
+from quarc_ref.decoder import decode
+from quarc_ref.format.constants import LEVELS, Level
+
+
+@pytest.fixture
+def _small_level(monkeypatch):
+    monkeypatch.setitem(LEVELS, 10, Level(gaussians=400, births=20, chunk_bytes=1 << 20))
+
+
+@pytest.mark.usefixtures("_small_level")
+@pytest.mark.parametrize("newborn", [False, True])
+@pytest.mark.parametrize("place", hostile_bombs._PLACES)
+def test_a_bomb_asks_for_what_its_level_allows_and_is_small(place, newborn):
+    data = hostile_bombs.build(10, place, newborn=newborn)
+    counts = [scene.count for scene in decode(data)]
+
+    assert len(counts) == 4
+    assert counts[-1] == 400
+    assert counts[0] == (340 if newborn else 400)
+    assert len(data) < 12 * 400
+
+
+def test_a_stream_is_measured_in_a_process_of_its_own():
+    command = [sys.executable, hostile_bombs.__file__, "--measure", str(hostile_bombs._WARM)]
+    measured = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+    assert measured.keys() == {"slowest_frame_s", "peak_rss_mib"}
+    assert 10 < measured["peak_rss_mib"] < 2000
