@@ -43,6 +43,8 @@ def decode(
     Raises:
         BitstreamError: What is wrong with the bytes; every frame before the
             fault has been given out.
+        LimitError: A stream of the unlimited level asks for more than this
+            decoder gives.
         SourceError: What holds the stream does not give its bytes.
     """
     for state in decode_states(stream, start, stop, follow):

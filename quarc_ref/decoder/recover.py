@@ -56,6 +56,8 @@ def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Sc
     Raises:
         BitstreamError: Nothing of the stream can be decoded: its HEAD is
             damaged, or it has a critical chunk of an unknown type.
+        LimitError: A stream of the unlimited level asks for more than this
+            decoder gives.
         SourceError: What holds the stream does not give its bytes.
     """
     recovery = _Recovery(as_source(stream), follow)
