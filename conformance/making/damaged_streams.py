@@ -13,7 +13,7 @@ from making.fault_rows import (
     resumed,
 )
 from making.lost_chunks import make_losses, make_orders
-from making.payloads import pack_chunk, pack_chunk_header
+from making.payloads import MAGIC, pack_chunk, pack_chunk_header
 from making.scenes import pick
 from making.streams import Piece, assemble
 from making.vectors import Gap, Outcome, Recovery, Valid, Vector
@@ -38,7 +38,7 @@ def make_cut(parent: Valid, size: int, name: str, note: str) -> Vector:
     offsets, pieces = parent.layout.offsets, parent.stream.pieces
     data = parent.layout.data[:size]
     if size < offsets[1]:
-        ids = ("truncated",) if size else ("truncated", "bad-magic")
+        ids = ("truncated",) if size >= len(MAGIC) else ("truncated", "bad-magic")
         said, recovery = Outcome((), ids), Recovery((), refused=ids)
         return damaged_by(parent, name, "5.1-4", data, said, recovery, note)
     place = max(n for n, offset in enumerate(offsets) if offset <= size)

@@ -10,19 +10,20 @@ from making.vectors import Outcome, Valid, Vector, broken
 
 _MISLEADING = ("-offset", "-sequence", "-frame", "-less", "-more", "-empty")
 End = tuple[str, str, str, list[Piece] | bytes, str]
-"""Name, clauses, reject id, what is there, and what is wrong."""
+"""Name, clauses, reject ids, what is there, and what is wrong."""
 
 
 def make_ends(parent: Valid) -> list[Vector]:
     """Return all of them: every frame comes out before they are refused."""
     vectors = []
+    # A payload that is too short may be judged by the fields that it has.
     for name, clauses, ids, there, note in [
         *_of_payloads(parent),
         *_of_places(parent),
         *_of_indexes(parent),
         *_of_tails(parent),
     ]:
-        said = Outcome(parent.frames, (ids,))
+        said = Outcome(parent.frames, tuple(ids.split()))
         vector = broken(parent, f"invalid/{name}", clauses, there, said, note)
         vectors.append(replace(vector, seek=_through(name)))
     return vectors
@@ -32,9 +33,9 @@ def _of_payloads(parent: Valid) -> Iterable[End]:
     index, tail = pack_index(_points(parent)), pack_tail(*_totals(parent))
     endless, note = b"\xff" * 4 + index[4:], "INDX says to have 2^32 - 1 seek points"
     cases = {
-        "tail-shorter": (TAIL, bytes(15), "5-1", "field", "TAIL of 15 bytes"),
+        "tail-shorter": (TAIL, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
         "tail-longer": (TAIL, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
-        "index-count": (INDX, endless, "5-1", "field", note),
+        "index-count": (INDX, endless, "5-1", "field index-mismatch", note),
         "index-longer": (INDX, index + b"\0", "5-2", "trailing-data", "a byte after INDX"),
     }
     for name, (place, payload, clauses, ids, note) in cases.items():
