@@ -37,6 +37,8 @@ TYPESCRIPT := decoders/typescript
 conformance: $(READY) ## Test vectors: reference decoder and encoder, and decoders/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
+	$(BIN)/python conformance/run.py --decoder "env QUARC_REF_KERNELS=compiled $(REFERENCE)" \
+	  --timeout 300 --memory 1024
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --memory 2048 \
 	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
 	@if command -v npm >/dev/null; then \
