@@ -235,6 +235,7 @@ def test_nothing_is_skipped_where_nothing_was_sought():
 @pytest.mark.parametrize(("data", "code"), [(_DATA, 0), (_DATA[:-1], 1)])
 def test_the_conformance_command_ends_with_a_code(data, code, monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(data)))
+    monkeypatch.setattr(sys, "argv", ["quarc_ref.decoder"])
 
     with pytest.raises(SystemExit) as end:
         runpy.run_module("quarc_ref.decoder", run_name="__main__")
