@@ -25,14 +25,14 @@ _HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(_HERE), str(_HERE.parent)]
 
 from mutants import MUTANTS, Mutant  # noqa: E402, the path is set above
-from runner.asking import Asker, ask_capabilities  # noqa: E402
-from runner.cases import Case, list_cases  # noqa: E402
+from runner.asking import Asker  # noqa: E402
+from runner.cases import MODES, Case, list_cases  # noqa: E402
 from runner.judge import PASS  # noqa: E402
 from runner.limits import Limits  # noqa: E402
 from runner.manifest import Suite  # noqa: E402
 
 PACKAGE = _HERE.parents[1] / "quarc_ref"
-CATEGORIES = ("unit", "invalid", "traps", "streams", "damaged", "levels", "resource")
+CATEGORIES = ("traps", "invalid", "streams", "unit", "damaged", "levels", "resource")
 _SERIES = "damaged/cut-at-byte"
 _LAUNCHER = """import sys
 sys.path[0] = {folder!r}
@@ -78,15 +78,19 @@ def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enou
     """Ask a broken decoder until enough categories have caught it, or there are no more cases."""
     enough = len(CATEGORIES) if mutant.alone else enough
     with tempfile.TemporaryDirectory() as folder:
-        command = break_package(mutant, package, Path(folder))
-        known = ask_capabilities(command, limits)
-        asker = Asker(command, suite, limits, jobs="jobs" in known.get("capabilities", []))
+        asker = Asker(break_package(mutant, package, Path(folder)), suite, limits, jobs=True)
         try:
-            cases = sorted(list_cases(suite, known), key=lambda c: CATEGORIES.index(c.category))
-            caught = _find_first(cases, asker, enough)
+            caught = _find_first(list_all(suite), asker, enough)
         finally:
             asker.close()
     return Outcome(mutant, caught)
+
+
+def list_all(suite: Suite) -> list[Case]:
+    """Return all cases, those first that see the most in the least time."""
+    functions = [unit["function"] for unit in suite.units]
+    cases = list_cases(suite, {"capabilities": [*MODES, "metadata"], "units": functions})
+    return sorted(cases, key=lambda case: CATEGORIES.index(case.category))
 
 
 def _find_first(cases: Iterable[Case], asker: Asker, enough: int) -> dict[str, str]:
