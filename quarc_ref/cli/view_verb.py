@@ -60,14 +60,15 @@ def _open_page(
     source: "Source", title: str, address: tuple[str, int], *, playing: bool
 ) -> "Iterator[tuple[Page, Callable[[int, Event], None]]]":
     """Open a page for a stream; yield it, and what plays the stream there."""
-    from quarc_ref.decoder import decode
+    from quarc_ref.decoder import decode, dequantize
     from quarc_ref.viewing.outline import outline_stream
     from quarc_ref.viewing.show import Show, open_page
 
-    first = next(decode(source), None)
-    if first is None:
+    scene = next(decode(source), None)
+    if scene is None:
         message = "the stream has no frame"
         raise UsageError(message)
+    first = dequantize(scene)
     outline = outline_stream(source)
     with open_page(outline, first, title, address) as page:
         yield page, partial(Show(source, outline, page, playing=playing).run, first)

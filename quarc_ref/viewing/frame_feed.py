@@ -7,12 +7,9 @@ begins at the canonical frame before it, and frames on the way are kept as well.
 """
 
 import threading
-import time
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from typing import Generic, Protocol, TypeVar
-
-from quarc_ref.decoder import Scene
 
 _LEAST_KEPT = 2
 
@@ -31,42 +28,43 @@ class Keepable(Protocol):
         ...
 
 
-Frame = TypeVar("Frame", bound=Keepable)
+Decoded = TypeVar("Decoded")
+Kept = TypeVar("Kept", bound=Keepable)
 
 
-class FrameFeed(Generic[Frame]):
+class FrameFeed(Generic[Decoded, Kept]):
     """Gives out frames by their ordinals. Use as a context.
 
     Args:
-        play: Decodes from the canonical frame of an ordinal on.
+        play: Decodes from a canonical frame on; whatever it played before has ended.
         canonical: Ordinals of the canonical frames, ascending.
         stop: Ordinal after the last frame.
-        prepare: Makes of a scene, and of the seconds it took, what is given out.
+        prepare: Makes of what is decoded what is given out, before the next is decoded.
         most_bytes: Of all frames that are kept; of two, at the least.
     """
 
     def __init__(
         self,
-        play: Callable[[int], Iterator[Scene]],
+        play: Callable[[int], Iterator[Decoded]],
         canonical: Sequence[int],
         stop: int,
-        prepare: Callable[[Scene, float], Frame],
+        prepare: Callable[[Decoded], Kept],
         most_bytes: int,
     ) -> None:
         self._play, self._prepare = play, prepare
         self._canonical, self._stop = canonical, stop
         self._most_bytes = most_bytes
-        self._kept: dict[int, Frame] = {}
+        self._kept: dict[int, Kept] = {}
         self._largest = 1
         self._cursor = canonical[0]
         self._fault: Exception | None = None
         self._closed = False
         self._changed = threading.Condition()
-        self._scenes: Iterator[Scene] = iter(())
+        self._run: Iterator[Decoded] = iter(())
         self._next = -1
-        self._thread = threading.Thread(target=self._run, name="decode", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="decode", daemon=True)
 
-    def __enter__(self) -> "FrameFeed[Frame]":
+    def __enter__(self) -> "FrameFeed[Decoded, Kept]":
         self._thread.start()
         return self
 
@@ -76,7 +74,7 @@ class FrameFeed(Generic[Frame]):
             self._changed.notify_all()
         self._thread.join()
 
-    def get(self, frame: int, patience: float) -> Frame | None:
+    def get(self, frame: int, patience: float) -> Kept | None:
         """Return a frame, and have what follows it decoded.
 
         Args:
@@ -105,7 +103,7 @@ class FrameFeed(Generic[Frame]):
     def _is_lost(self, frame: int) -> bool:
         return frame >= self._stop
 
-    def _run(self) -> None:
+    def _work(self) -> None:
         while (frame := self._await_work()) is not None:
             try:
                 ready = self._decode_towards(frame)
@@ -142,15 +140,13 @@ class FrameFeed(Generic[Frame]):
     def _capacity(self) -> int:
         return max(_LEAST_KEPT, self._most_bytes // self._largest)
 
-    def _decode_towards(self, frame: int) -> Frame:
+    def _decode_towards(self, frame: int) -> Kept:
         start = self._canonical[bisect_right(self._canonical, frame) - 1]
         if not start <= self._next <= frame:
-            self._scenes, self._next = self._play(start), start
-        begun = time.perf_counter()
-        scene = next(self._scenes)
-        return self._prepare(scene, time.perf_counter() - begun)
+            self._run, self._next = self._play(start), start
+        return self._prepare(next(self._run))
 
-    def _keep(self, ready: Frame) -> None:
+    def _keep(self, ready: Kept) -> None:
         with self._changed:
             self._next = ready.frame + 1
             self._kept[ready.frame] = ready

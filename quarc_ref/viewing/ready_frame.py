@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from quarc_ref.decoder import Scene
+from quarc_ref.decoder import Frame
 from quarc_ref.evaluation.inspect_stream import count_coded_bytes
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
 from quarc_ref.format import container
@@ -42,7 +42,7 @@ class Preparer:
     """Makes frames of a stream ready.
 
     Args:
-        source: The stream; read by the thread alone that decodes it.
+        source: The stream.
         outline: Of the stream.
         unit: From `choose_unit`.
     """
@@ -50,17 +50,22 @@ class Preparer:
     def __init__(self, source: Source, outline: Outline, unit: float) -> None:
         self._source, self._outline, self._unit = source, outline, unit
 
-    def __call__(self, scene: Scene, seconds: float) -> ReadyFrame:
-        """Return the frame of a scene that took some seconds to decode.
+    def __call__(self, decoded: Frame) -> ReadyFrame:
+        """Return a frame of which nothing is the decoder's any more.
 
         Raises:
             BitstreamError: What is wrong with its chunk.
             SourceError: What holds the stream does not give its bytes.
         """
-        header = self._outline.chunks[scene.frame - self._outline.first_frame]
-        sizes = _measure_chunk(self._source, header)
-        canonical = header.kind == container.CANO
-        return ReadyFrame(scene.frame, canonical, seconds, sizes, make_splats(scene, self._unit))
+        frame = decoded.scene.frame
+        header = self._outline.chunks[frame - self._outline.first_frame]
+        return ReadyFrame(
+            frame,
+            header.kind == container.CANO,
+            decoded.nanoseconds / 1e9,
+            _measure_chunk(self._source, header),
+            make_splats(decoded.splats, self._unit),
+        )
 
 
 def describe_frame(ready: ReadyFrame, rate: float | None, pace: float) -> str:

@@ -2,12 +2,11 @@
 
 import time
 from collections import deque
-from functools import partial
 from threading import Event
 
 import numpy as np
 
-from quarc_ref.decoder import Scene, Source, decode, dequantize
+from quarc_ref.decoder import Frame, Player, Source, Splats
 from quarc_ref.evaluation.stream_summary import KILOBYTE
 from quarc_ref.format import container
 from quarc_ref.format.errors import QuarcError
@@ -16,6 +15,7 @@ from quarc_ref.viewing.outline import Outline
 from quarc_ref.viewing.page import Page, Program
 from quarc_ref.viewing.playback import Playback
 from quarc_ref.viewing.ready_frame import Preparer, ReadyFrame, describe_frame
+from quarc_ref.viewing.shared_source import SharedSource
 from quarc_ref.viewing.splat_frame import choose_unit
 from quarc_ref.viewing.vantage import Vector, find_up, stand_at
 
@@ -24,7 +24,7 @@ _SECONDS_BETWEEN_FIGURES = 0.25
 _SHOWS_COUNTED = 30
 
 
-def open_page(outline: Outline, first: Scene, title: str, address: tuple[str, int]) -> Page:
+def open_page(outline: Outline, first: Splats, title: str, address: tuple[str, int]) -> Page:
     """Open a page for a stream.
 
     Args:
@@ -36,9 +36,8 @@ def open_page(outline: Outline, first: Scene, title: str, address: tuple[str, in
     Raises:
         OSError: The address cannot be listened at.
     """
-    positions = dequantize(first).positions
     up = find_up(outline.cameras, outline.header.up_axis)
-    vantages = {camera.name: stand_at(camera, up, positions) for camera in outline.cameras}
+    vantages = {camera.name: stand_at(camera, up, first.positions) for camera in outline.cameras}
     frames = range(outline.first_frame, outline.stop)
     return Page(Program(title, frames, _chart(outline), vantages, up), address)
 
@@ -72,7 +71,7 @@ class Show:
         page.steer(self._playback)
         self._play(on=playing)
 
-    def run(self, first: Scene, most_bytes: int, ended: Event) -> None:
+    def run(self, first: Splats, most_bytes: int, ended: Event) -> None:
         """Play until it is ended.
 
         Args:
@@ -83,17 +82,19 @@ class Show:
         kinds = enumerate(chunk.kind for chunk in self._outline.chunks)
         begin = self._outline.first_frame
         canonical = [begin + index for index, kind in kinds if kind == container.CANO]
-        prepare = Preparer(self._source, self._outline, choose_unit(first))
-        with FrameFeed(
-            partial(decode, self._source), canonical, self._outline.stop, prepare, most_bytes
-        ) as feed:
+        source, stop = SharedSource(self._source), self._outline.stop
+        prepare = Preparer(source, self._outline, choose_unit(first))
+        with (
+            Player(source) as player,
+            FrameFeed(player.frames, canonical, stop, prepare, most_bytes) as feed,
+        ):
             while not ended.is_set():
                 if self._page.has_viewers or not self._times:
                     self._go_on(feed)
                 else:
                     ended.wait(_PATIENCE)
 
-    def _go_on(self, feed: FrameFeed[ReadyFrame]) -> None:
+    def _go_on(self, feed: FrameFeed[Frame, ReadyFrame]) -> None:
         """Show the next frame when it is due, or wait a little for that."""
         frame = self._playback.await_frame(_PATIENCE)
         if frame is None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.decoder import Scene, Splats, dequantize
+from quarc_ref.decoder import Splats
 
 Float16 = NDArray[np.float16]
 Float32 = NDArray[np.float32]
@@ -65,20 +65,19 @@ class SplatFrame:
         return np.ascontiguousarray(rounded.astype(np.uint8).T)
 
 
-def choose_unit(scene: Scene) -> float:
+def choose_unit(splats: Splats) -> float:
     """Return the unit, in world units, that a stream with this frame is shown in."""
-    median = float(np.median(dequantize(scene).log_scales))
+    median = float(np.median(splats.log_scales))
     return 2.0 ** round(median / math.log(2))
 
 
-def make_splats(scene: Scene, unit: float) -> SplatFrame:
-    """Return what is drawn of a scene.
+def make_splats(splats: Splats, unit: float) -> SplatFrame:
+    """Return what is drawn of a scene, in arrays of its own.
 
     Args:
-        scene: As decoded.
+        splats: The scene in floats.
         unit: From `choose_unit`.
     """
-    splats = dequantize(scene)
     opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), _OPACITY_MOST)
     return SplatFrame(
         unit,

@@ -42,8 +42,7 @@ class Stream:
         return FrameFeed(self.play, CANONICAL, STOP, self.prepare, most)
 
     @staticmethod
-    def prepare(scene, seconds):
-        assert seconds >= 0
+    def prepare(scene):
         return Frame(scene.frame, SIZE - scene.frame % 3)
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from quarc_ref.decoder import dequantize
 from quarc_ref.viewing.vantage import find_up, stand_at
 from tests.streams import CAMERA, make_stream
 
@@ -18,7 +19,7 @@ _CAMERAS = (CAMERA, replace(CAMERA, name="cam01", translation=(0.5, 0.0, 2.0)))
 
 @pytest.fixture(scope="module")
 def shown():
-    return [make_splats(state.scene, 0.5) for state in make_stream(frame_count=2)[1]]
+    return [make_splats(dequantize(state.scene), 0.5) for state in make_stream(frame_count=2)[1]]
 
 
 @pytest.fixture

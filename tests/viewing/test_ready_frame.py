@@ -1,6 +1,6 @@
 import pytest
 
-from quarc_ref.decoder import BytesSource
+from quarc_ref.decoder import BytesSource, Frame, dequantize
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.viewing.outline import outline_stream
 from quarc_ref.viewing.ready_frame import Preparer, describe_frame
@@ -17,7 +17,8 @@ def ready(stream):
     data, states = stream
     source = BytesSource(data)
     prepare = Preparer(source, outline_stream(source), 1.0)
-    return [prepare(state.scene, 0.012) for state in states]
+    scenes = [state.scene for state in states]
+    return [prepare(Frame(scene, dequantize(scene), 0, 12_000_000)) for scene in scenes]
 
 
 def test_sizes_are_those_of_inspection(stream, ready):

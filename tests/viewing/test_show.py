@@ -2,7 +2,7 @@ import threading
 
 import pytest
 
-from quarc_ref.decoder import BytesSource, decode
+from quarc_ref.decoder import BytesSource, decode, dequantize
 from quarc_ref.format import container
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.viewing.outline import outline_stream
@@ -52,7 +52,7 @@ def made():
 def _play(data, page, **options):
     source = BytesSource(data)
     show = Show(source, outline_stream(source), page, **options)
-    show.run(next(decode(source)), MOST_BYTES, page.ended)
+    show.run(dequantize(next(decode(source))), MOST_BYTES, page.ended)
 
 
 def test_frames_are_shown_in_their_order_and_again(made):

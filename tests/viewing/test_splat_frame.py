@@ -28,8 +28,9 @@ def _matrix(quaternion):
 
 def test_covariances_are_those_of_the_scales_and_rotations():
     scene = _scene()
-    splats, unit = dequantize(scene), choose_unit(scene)
-    shown = make_splats(scene, unit)
+    splats = dequantize(scene)
+    unit = choose_unit(splats)
+    shown = make_splats(splats, unit)
 
     for i in range(scene.count):
         axes = _matrix(splats.rotations[i].astype(float)) * np.exp(splats.log_scales[i]) / unit
@@ -43,7 +44,7 @@ def test_covariances_are_those_of_the_scales_and_rotations():
 def test_centers_and_opacities_are_those_of_the_scene():
     scene = _scene()
     splats = dequantize(scene)
-    shown = make_splats(scene, 0.25)
+    shown = make_splats(splats, 0.25)
 
     assert shown.centers * 0.25 == pytest.approx(splats.positions, abs=1e-6)
     opacities = np.minimum(1 / (1 + np.exp(-splats.opacities.astype(float))), 0.99)
@@ -59,7 +60,8 @@ def test_whatever_the_scale_of_a_scene_covariances_fit_half_precision(exponent):
     codes = scene.codes.copy()
     codes[:3] = codes[:3] // 16 + 64 * exponent
     scene = type(scene)(scene.header, 0, 0, scene.ids, scene.positions, scene.rotations, codes)
-    covariances = make_splats(scene, choose_unit(scene)).covariances
+    splats = dequantize(scene)
+    covariances = make_splats(splats, choose_unit(splats)).covariances
 
     diagonal = np.diagonal(covariances, axis1=1, axis2=2).astype(float)
     assert np.isfinite(covariances).all()
@@ -78,7 +80,7 @@ def test_colors_are_those_of_the_rasterizer(degree):
     projection = project(CAMERA, drawn)
     seen = projection.reaches > 0
     center = -np.array(CAMERA.rotation).reshape(3, 3).T @ np.array(CAMERA.translation)
-    colors = make_splats(scene, 0.5).shade(center.astype(np.float32))
+    colors = make_splats(splats, 0.5).shade(center.astype(np.float32))
 
     assert seen.sum() > 10
     expected = np.clip(projection.colors[seen], 0, 1)
@@ -86,13 +88,13 @@ def test_colors_are_those_of_the_rasterizer(degree):
 
 
 def test_colors_of_degree_1_depend_on_where_the_eye_is():
-    shown = make_splats(_scene(), 1.0)
+    shown = make_splats(dequantize(_scene()), 1.0)
     near, far = np.array([0, 0, -3.0]), np.array([0, 0, 3.0])
 
     assert not np.array_equal(shown.shade(near), shown.shade(far))
 
 
 def test_memory_is_that_of_all_arrays():
-    shown = make_splats(_scene(), 1.0)
+    shown = make_splats(dequantize(_scene()), 1.0)
 
     assert shown.nbytes == shown.count * (12 + 18 + 1 + 24)
