@@ -149,14 +149,17 @@ MUTANTS = (
         "from collections.abc import Iterator\nfrom dataclasses import replace\n",
     ),
     mutant(
-        "a sum of 0 is normalized again", _RECONSTRUCT, _TURNING, "turning = np.arange(scene.count)"
+        "a sum of 0 is normalized again",
+        _RECONSTRUCT,
+        _TURNING,
+        "turning = np.arange(scene.count)",
+        alone="traps",
     ),
     mutant(
         "w alone turns nothing",
         _RECONSTRUCT,
         _TURNING,
         "turning = np.flatnonzero(np.any(sums[-3:], axis=0))",
-        alone="traps",
     ),
     mutant(
         "residual on the left",
