@@ -2,13 +2,13 @@
 
 import hashlib
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 
 import numpy as np
 
+from kept_files import keep_file
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.evaluate import evaluate_stream, open_same_capture
@@ -66,13 +66,6 @@ def measure_first_frame(splats: Splats, measured: Measured) -> float:
     return fmean(numbers)
 
 
-def write_beside(path: Path, data: bytes) -> None:
-    """Write a file beside its place, and put it there when it is whole."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(data)
-    os.replace(part, path)
-
-
 def _recall_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
     """Return the quality of these very bytes, measured unless a file tells it."""
     digest = hashlib.sha256(data).hexdigest()
@@ -80,5 +73,5 @@ def _recall_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
         return tuple(known["psnr"])
     with TerminalProgress(quiet=False) as progress:
         psnr = evaluate_stream(data, job.capture, progress.advance).quality.psnr
-    write_beside(path, json.dumps({"sha256": digest, "psnr": psnr}, indent=2).encode())
+    keep_file(path, json.dumps({"sha256": digest, "psnr": psnr}, indent=2).encode())
     return psnr

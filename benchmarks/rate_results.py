@@ -7,11 +7,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import rate_splats
+from kept_files import keep_file
 from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
 from rate_claims import Claim, list_moved
 from rate_hull import Point, upper_hull
-from rate_measure import Measured, write_beside
+from rate_measure import Measured
 from rate_rows import FLOATS, FOURDGS, Row
 from rate_tables import (
     format_claims,
@@ -64,12 +65,12 @@ def write_files(results: Results, folder: Path) -> None:
     }
     for name, records in tables.items():
         if records:
-            write_beside(folder / name, write_csv(records))
-    write_beside(folder / "rate.md", results.markdown().encode())
+            keep_file(folder / name, write_csv(records))
+    keep_file(folder / "rate.md", results.markdown().encode())
     for capture in results.claims:
-        write_beside(folder / f"{capture}.coders.png", plot_coders(_panels(results, capture)))
+        keep_file(folder / f"{capture}.coders.png", plot_coders(_panels(results, capture)))
     for capture, points in results.points.items():
-        write_beside(folder / f"{capture}.sweep.png", _plot_points(points))
+        keep_file(folder / f"{capture}.sweep.png", _plot_points(points))
 
 
 def describe_machine(folder: Path) -> dict[str, object]:

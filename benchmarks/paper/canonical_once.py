@@ -16,7 +16,7 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
-from paper.kept_files import keep_file
+from kept_files import keep_file
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.canonical import train_canonical

@@ -1,15 +1,14 @@
 """The experiments on one page, which carries its pictures within itself."""
 
-import base64
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from string import Template
 
 from paper.experiments import Experiment
 from paper.rows import Row
 from paper.tables import format_html, format_stages
+from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
 from rate_claims import Claim
 
 _TEMPLATE = Path(__file__).with_name("page.html")
@@ -40,16 +39,15 @@ def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim
         claims: Of the paper.
     """
     rows = list({row["name"]: row for section in sections for row in section.rows}.values())
-    protocol = rows[0]["protocol"]
-    text = Template(_TEMPLATE.read_text("utf-8")).substitute(
-        title=html.escape(title),
-        subtitle=html.escape(_describe(rows[0])),
-        claims=_compose_claims(claims),
-        sections="".join(_compose_section(section) for section in sections if section.rows),
-        stages=format_stages(rows),
-        protocol=_compose_protocol(protocol),
-    )
-    return text.encode()
+    parts = {
+        "title": html.escape(title),
+        "subtitle": html.escape(_describe(rows[0])),
+        "claims": _compose_claims(claims),
+        "sections": "".join(_compose_section(section) for section in sections if section.rows),
+        "stages": format_stages(rows),
+        "protocol": list_lines(rows[0]["protocol"]),
+    }
+    return fill_page(_TEMPLATE.read_text("utf-8"), parts)
 
 
 def _describe(row: Row) -> str:
@@ -66,13 +64,14 @@ def _describe(row: Row) -> str:
 
 
 def _compose_section(section: Section) -> str:
+    title = html.escape(section.experiment.title)
     figures = "".join(
-        f'<figure><img alt="{html.escape(section.experiment.title)}" src="{_embed(png)}"></figure>'
+        f'<figure><img alt="{title}" src="{embed_png(png)}"></figure>'
         for png in section.plots.values()
     )
     remark = section.experiment.remark
     return (
-        f"<h2>{html.escape(section.experiment.title)}</h2>"
+        f"<h2>{title}</h2>"
         + (f'<p class="soft">{html.escape(remark)}</p>' if remark else "")
         + f'<div class="wide">{format_html(section.rows)}</div>{figures}'
     )
@@ -86,12 +85,3 @@ def _compose_claims(claims: Sequence[Claim]) -> str:
         cells = (html.escape(claim.name), number, told["asked"], _HOLDS[claim.holds])
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return f"<table>{''.join(lines)}</table>"
-
-
-def _compose_protocol(protocol: Mapping[str, object]) -> str:
-    lines = [f"{name}: {value}" for name, value in protocol.items()]
-    return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
-
-
-def _embed(png: bytes) -> str:
-    return "data:image/png;base64," + base64.b64encode(png).decode()

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from kept_files import keep_file
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
-from paper.kept_files import keep_file
 from paper.page import Section, compose_page
 from paper.rows import Row
 from paper.tables import format_markdown, write_csv

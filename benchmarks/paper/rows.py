@@ -15,9 +15,9 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from kept_files import keep_file
 from paper.canonical_once import CanonicalOnce
 from paper.float_bytes import summarize_floats
-from paper.kept_files import keep_file
 from paper.perceptual import Lpips
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial

@@ -4,17 +4,16 @@ The page carries its pictures within itself; beside it they are also written as
 files of their own.
 """
 
-import base64
 import html
 import re
 from importlib import resources
 from pathlib import Path
-from string import Template
 
 import numpy as np
 
 from quarc_ref.evaluation.evaluate import Evaluation, View
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
+from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
 from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
 from quarc_ref.evaluation.stream_summary import KINDS, StreamSummary
 
@@ -39,7 +38,7 @@ def write_report(evaluation: Evaluation, folder: Path) -> Path:
     for name, data in pictures.items():
         _replace(folder / name, data)
     page = folder / "index.html"
-    _replace(page, _compose(evaluation, pictures).encode())
+    _replace(page, _compose(evaluation, pictures))
     return page
 
 
@@ -54,25 +53,26 @@ def _strip(view: View) -> dict[str, Picture]:
     return {"truth": view.truth, "decoded": view.decoded, "difference": difference}
 
 
-def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
-    template = Template(resources.files(__package__).joinpath("report.html").read_text("utf-8"))
+def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
+    template = resources.files(__package__).joinpath("report.html").read_text("utf-8")
     summary = evaluation.summary
     name = summary.metadata.get("capture", "stream")
     held_out = ", ".join(dict.fromkeys(view.camera for view in evaluation.shown))
-    return template.substitute(
-        title=html.escape(f"{name}: {len(summary.frames)} frames"),
-        subtitle=html.escape(
+    parts = {
+        "title": html.escape(f"{name}: {len(summary.frames)} frames"),
+        "subtitle": html.escape(
             f"Measured on {held_out}, which training never saw, drawn from the decoded file. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
         ),
-        figures=_compose_figures(evaluation),
-        views="".join(_compose_view(view, pictures) for view in evaluation.shown),
-        frames_plot=_embed(pictures["frames.png"]),
-        kinds_plot=_embed(pictures["bytes.png"]),
-        bytes_table=_compose_bytes(summary),
-        protocol=_compose_lines(evaluation.protocol.as_lines()),
-        settings=_compose_lines(summary.metadata),
-    )
+        "figures": _compose_figures(evaluation),
+        "views": "".join(_compose_view(view, pictures) for view in evaluation.shown),
+        "frames_plot": embed_png(pictures["frames.png"]),
+        "kinds_plot": embed_png(pictures["bytes.png"]),
+        "bytes_table": _compose_bytes(summary),
+        "protocol": list_lines(evaluation.protocol.as_lines()),
+        "settings": list_lines(summary.metadata),
+    }
+    return fill_page(template, parts)
 
 
 def _compose_figures(evaluation: Evaluation) -> str:
@@ -93,7 +93,8 @@ def _compose_figures(evaluation: Evaluation) -> str:
 
 def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
     images = "".join(
-        f'<img alt="{name} of frame {view.frame}" src="{_embed(pictures[_name_file(view, name)])}">'
+        f'<img alt="{name} of frame {view.frame}" '
+        f'src="{embed_png(pictures[_name_file(view, name)])}">'
         for name in ("truth", "decoded", "difference")
     )
     caption = (
@@ -116,15 +117,6 @@ def _compose_bytes(summary: StreamSummary) -> str:
         "<tr><th>kind</th><th>bytes</th><th>zero-order estimate</th><th>bytes / estimate</th></tr>"
     )
     return f"<table>{head}{''.join(rows)}</table>"
-
-
-def _compose_lines(named: dict[str, str]) -> str:
-    lines = [f"{key}: {value}" for key, value in named.items()]
-    return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
-
-
-def _embed(png: bytes) -> str:
-    return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
 def _replace(path: Path, data: bytes) -> None:

@@ -1,0 +1,29 @@
+"""What the pages of this project have in common: their skin, and what they are filled with."""
+
+import base64
+import html
+from collections.abc import Mapping
+from importlib import resources
+from string import Template
+
+
+def fill_page(template: str, parts: Mapping[str, str]) -> bytes:
+    """Return a page.
+
+    Args:
+        template: HTML with a `$name` for every part, and `$skin` within its style.
+        parts: HTML by name.
+    """
+    skin = resources.files(__package__).joinpath("skin.css").read_text("utf-8")
+    return Template(template).substitute(parts, skin=skin).encode()
+
+
+def list_lines(named: Mapping[str, object]) -> str:
+    """Return names and values, a line to each."""
+    lines = [f"{name}: {value}" for name, value in named.items()]
+    return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
+
+
+def embed_png(png: bytes) -> str:
+    """Return the address of a picture that is within the page itself."""
+    return "data:image/png;base64," + base64.b64encode(png).decode()
