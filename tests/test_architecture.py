@@ -24,9 +24,9 @@ ALLOWED_FLOATS = {
     "decoder/conformance_units.py": {"float", "<f4"},
     # One rounding from the finished state, which feeds nothing back (SPEC 10.1).
     "decoder/dequantize.py": {"literal", "float", "float32", "Float32"},
-    # A guess of the root, which two comparisons of integers correct (SPEC 4.3).
+    # A guess of a root or a quotient, which comparisons of integers correct (SPEC 4.2, 4.3).
     "format/arithmetic.py": {"sqrt", "float64"},
-    "decoder/motion_kernels.py": {"sqrt"},
+    "decoder/turning_kernels.py": {"sqrt", "float64", "division"},
     "decoder/float_kernels.py": {"float32"},
     # NEAR_FRACTION, for pictures alone (SPEC 10.3).
     "format/constants.py": {"literal"},

@@ -63,7 +63,7 @@ def move_through(
 def _pack(kernels: ModuleType, symbols: list[Int64]) -> tuple[object, ...]:
     """Return the symbols of all levels, a row to an anchor, which move, and where levels begin."""
     sizes = [level.shape[1] for level in symbols]
-    rows = np.empty((sum(sizes), symbols[0].shape[0]), dtype=np.int16)
+    rows = np.zeros((sum(sizes), kernels.SYMBOLS), dtype=np.int16)
     moving = np.empty(sum(sizes), dtype=np.bool_)
     starts = np.cumsum([0, *sizes[:-1]])
     for start, level in zip(starts.tolist(), symbols, strict=True):

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from quarc_ref.decoder.turning_kernels import BLOCK, ONE, turn_block
 from quarc_ref.format.compiled import entrance, plain
 
 _CODE_LIMIT = (1 << 15) - 1
-_ONE = 1 << 22
-_SUM_GUARD = 20
-_PRODUCT_GUARD = 8
+# Symbols of a row: those of 7 channels at most, and a last one that is 0, for the sake of vectors.
+SYMBOLS = 8
 
 
 @entrance
@@ -88,7 +88,7 @@ def move(before, binding, anchors, steps, span, after):
     Args:
         before: int32 positions `[3, N]` and rotations `[4, N]`.
         binding: int64 `[L, N]`.
-        anchors: Rows of symbols int16 `[A, c]` of all levels, which of them
+        anchors: Rows of symbols int16 `[A, SYMBOLS]` of all levels, which of them
             move bool `[A]`, and int64 `[L]` where each level begins.
         steps: Translation step, sum of the levels' unities, and the limit of a position.
         span: The first Gaussian, and the one after the last.
@@ -101,83 +101,84 @@ def move(before, binding, anchors, steps, span, after):
     rows, moving, starts = anchors
     step, unity, limit = steps
     new_positions, new_rotations, motion = after
-    channels, levels = rows.shape[1], binding.shape[0]
-    for plane in range(3):
-        new_positions[plane, span[0] : span[1]] = positions[plane, span[0] : span[1]]
-    for plane in range(4):
-        new_rotations[plane, span[0] : span[1]] = rotations[plane, span[0] : span[1]]
+    new_positions[:, span[0] : span[1]] = positions[:, span[0] : span[1]]
+    new_rotations[:, span[0] : span[1]] = rotations[:, span[0] : span[1]]
     motion[:, span[0] : span[1]] = 0
-    sums = np.zeros(8, dtype=np.int64)
-    leaves = degenerate = False
+    moved = _list_moved(binding, moving, starts, span)
+    _add_up(moved, binding, rows, starts, motion)
+    leaves = False
+    for axis in range(3):
+        plane, sums = new_positions[axis], motion[axis]
+        for i in moved:
+            at = plane[i] + step * sums[i]
+            leaves |= abs(at) > limit
+            plane[i] = at
+    return leaves, _turn(moved, motion[3:], unity, new_rotations)
+
+
+@plain
+def _list_moved(binding, moving, starts, span):
+    """Return uint32 `[n]` which Gaussians of a span have an anchor that moves."""
+    moved = np.empty(span[1] - span[0], dtype=np.uint32)
+    found = 0
     for i in range(span[0], span[1]):
         moves = False
-        for level in range(levels):
+        for level in range(binding.shape[0]):
             moves |= moving[starts[level] + binding[level, i]]
-        if not moves:
-            continue
+        moved[found] = i
+        found += moves
+    return moved[:found]
+
+
+@plain
+def _add_up(moved, binding, rows, starts, motion):
+    """Write the sums over the levels of the symbols of those that are listed."""
+    sums = np.empty(SYMBOLS, dtype=np.int16)
+    for i in moved:
         sums[:] = 0
-        for level in range(levels):
-            row = starts[level] + binding[level, i]
-            for channel in range(channels):
-                sums[channel] += rows[row, channel]
-        for channel in range(channels):
+        for level in range(binding.shape[0]):
+            row = rows[starts[level] + binding[level, i]]
+            for channel in range(SYMBOLS):
+                sums[channel] += row[channel]
+        for channel in range(motion.shape[0]):
             motion[channel, i] = sums[channel]
-        for axis in range(3):
-            moved = positions[axis, i] + step * sums[axis]
-            leaves |= abs(moved) > limit
-            new_positions[axis, i] = moved
-        w = sums[3] if channels == 7 else 0
-        x, y, z = sums[channels - 3], sums[channels - 2], sums[channels - 1]
-        if w or x or y or z:
-            q = (rotations[0, i], rotations[1, i], rotations[2, i], rotations[3, i])
-            q, failed = _turn(q, (unity + w, x, y, z))
-            degenerate |= failed
-            new_rotations[0, i], new_rotations[1, i] = q[0], q[1]
-            new_rotations[2, i], new_rotations[3, i] = q[2], q[3]
-    return leaves, degenerate
 
 
 @plain
-def _turn(q, sums):
-    """Return a rotation turned by a sum of residuals, and whether one of them has norm zero."""
-    d, failed = _normalize(sums, _SUM_GUARD)
-    aw, ax, ay, az = np.int64(q[0]), np.int64(q[1]), np.int64(q[2]), np.int64(q[3])
-    bw, bx, by, bz = np.int64(d[0]), np.int64(d[1]), np.int64(d[2]), np.int64(d[3])
-    product = (
-        _divide_round(aw * bw - ax * bx - ay * by - az * bz, _ONE),
-        _divide_round(aw * bx + ax * bw + ay * bz - az * by, _ONE),
-        _divide_round(aw * by - ax * bz + ay * bw + az * bx, _ONE),
-        _divide_round(aw * bz + ax * by - ay * bx + az * bw, _ONE),
-    )
-    turned, failed_too = _normalize(product, _PRODUCT_GUARD)
-    return turned, failed or failed_too
+def _turn(moved, sums, unity, rotations):
+    """Turn those of rotations `[4, N]` that are listed and have a sum; tell whether one cannot."""
+    turning = _list_turning(moved, sums)
+    quaternions = np.empty((4, BLOCK), dtype=np.int64)
+    residuals = np.empty((4, BLOCK), dtype=np.int64)
+    spare = np.empty(BLOCK, dtype=np.int64)
+    without = 4 - sums.shape[0]
+    degenerate = False
+    for first in range(0, turning.size, BLOCK):
+        block = turning[first : first + BLOCK]
+        residuals[0, : block.size] = 0
+        for j in range(block.size):
+            for row in range(4):
+                quaternions[row, j] = rotations[row, block[j]]
+            for row in range(sums.shape[0]):
+                residuals[without + row, j] = sums[row, block[j]]
+        residuals[0, : block.size] += unity
+        quaternions[:, block.size :], residuals[:, block.size :] = ONE, 1  # as good as any
+        degenerate |= turn_block(quaternions, residuals, spare)
+        for j in range(block.size):
+            for row in range(4):
+                rotations[row, block[j]] = quaternions[row, j]
+    return degenerate
 
 
 @plain
-def _normalize(v, guard):
-    """Return the unit quaternion along a vector, Q22, and whether it has none."""
-    squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]
-    if squared == 0:
-        return (np.int32(0), np.int32(0), np.int32(0), np.int32(0)), True
-    norm, scale = _isqrt(squared << (2 * guard)), 1 << (22 + guard)
-    return (
-        np.int32(_divide_round(v[0] * scale, norm)),
-        np.int32(_divide_round(v[1] * scale, norm)),
-        np.int32(_divide_round(v[2] * scale, norm)),
-        np.int32(_divide_round(v[3] * scale, norm)),
-    ), False
-
-
-@plain
-def _divide_round(numerator, denominator):
-    quotient = (2 * abs(numerator) + denominator) // (2 * denominator)
-    return quotient if numerator >= 0 else -quotient
-
-
-@plain
-def _isqrt(value):
-    """Return the integer root; the floating-point one is a guess that integers correct."""
-    root = np.int64(np.sqrt(value))
-    root -= root * root > value
-    root += (root + 1) * (root + 1) <= value
-    return root
+def _list_turning(moved, sums):
+    """Return uint32 `[n]` those that are listed and whose rotation has a sum that is not 0."""
+    turning = np.empty(moved.size, dtype=np.uint32)
+    found = 0
+    for i in moved:
+        turns = False
+        for row in range(sums.shape[0]):
+            turns |= sums[row, i] != 0
+        turning[found] = i
+        found += turns
+    return turning[:found]

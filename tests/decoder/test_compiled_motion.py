@@ -16,6 +16,7 @@ from quarc_ref.decoder.reconstruct import (
     motion_contexts,
     move,
 )
+from quarc_ref.decoder.rotation import normalize_sums, turn
 from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with, threading_by
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import DegenerateRotationError, PositionRangeError
@@ -62,6 +63,24 @@ def test_the_dead_are_the_same(opacities, data):
         expected = np.sort(choose_deaths(scene, count))
     with computing_with(COMPILED):
         assert np.sort(choose_deaths(scene, count)).tolist() == expected.tolist()
+
+
+_SUM = st.one_of(st.integers(-1 << 10, 1 << 10), st.sampled_from([-1 << 10, 0, 1, 1 << 10]))
+_TURNS = st.lists(st.tuples(*[_SUM] * 8), min_size=1, max_size=8)
+
+
+@given(_TURNS.filter(lambda turns: all(any(turn[:4]) and any(turn[4:]) for turn in turns)))
+def test_rotations_turned_in_blocks_are_those_of_numpy(turns):
+    from quarc_ref.decoder.turning_kernels import BLOCK, turn_block
+
+    numbers = np.array(turns)[np.arange(BLOCK) % len(turns)].T
+    rotations, residuals = normalize_sums(numbers[:4]), numbers[4:].copy()
+    expected = turn(rotations.astype(np.int32), normalize_sums(residuals))
+
+    degenerate = turn_block(rotations, residuals, np.empty(BLOCK, dtype=np.int64))
+
+    assert rotations.tolist() == expected.tolist()
+    assert not degenerate
 
 
 def _begun(components=4):
