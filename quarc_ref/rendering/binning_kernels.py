@@ -18,8 +18,10 @@ TILE = 16
 _RADIX_BITS = 11
 _RADIX = 1 << _RADIX_BITS
 _0 = np.float32(0)
+_1 = np.float32(1)
 _2 = np.float32(2)
 _HALF = np.float32(0.5)
+_LAST = np.float32(TILE - 1)
 
 
 @entrance
@@ -44,57 +46,84 @@ def sort_by_depth(depths, reaches):
 
 
 @plain
-def interval(a, b, c, reach, low, high):
-    """Return how far the ellipse goes in x where y is from low to high, relative to its center.
+def _outline(i, means2d, conics, reaches):
+    """Return center x, y; b; 1/a, 1/c; 2 reach a, 2 reach c; det; half width and half height.
 
-    The ellipse is (a x^2 + 2 b x y + c y^2) / 2 <= reach. The first number is
-    larger than the second where it does not go at all.
+    The ellipse is (a x^2 + 2 b x y + c y^2) / 2 <= reach, det being a c - b^2.
     """
+    a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
     det = a * c - b * b
-    top = math.sqrt(_2 * reach * a / det)
-    if low > top or high < -top:
-        return np.float32(1), np.float32(-1)
-    most = math.sqrt(_2 * reach * c / det)
-    turn = -b / c * most
-    right = (
-        most if low <= turn <= high else _edge(a, b, det, reach, _clamp(turn, low, high, top), 1)
+    most_a, most_c = _2 * reaches[i] * a, _2 * reaches[i] * c
+    inverse = _1 / det
+    width, height = math.sqrt(most_c * inverse), math.sqrt(most_a * inverse)
+    return (means2d[i, 0], means2d[i, 1], b, _1 / a, _1 / c, most_a, most_c, det, width, height)
+
+
+@plain
+def _interval(b, inverse, most, det, half, other, turn, low, high):
+    """Return how far an ellipse goes along one axis where the other is from low to high.
+
+    The first number is larger than the second where it does not go at all.
+
+    Args:
+        b: Of the conic.
+        inverse: Of the axis' own coefficient of the conic.
+        most: Twice the reach times that coefficient.
+        det: Of the conic.
+        half: Half of its extent along the axis.
+        other: Half of its extent along the other.
+        turn: Where on the other axis it is farthest along this one.
+        low: From the center.
+        high: From the center.
+    """
+    if low > other or high < -other:
+        return _1, -_1
+    end, begin = half, -half
+    if not low <= turn <= high:
+        at = min(max(low if turn < low else high, -other), other)
+        end = (math.sqrt(max(_0, most - det * at * at)) - b * at) * inverse
+    if not low <= -turn <= high:
+        at = min(max(low if -turn < low else high, -other), other)
+        begin = (-math.sqrt(max(_0, most - det * at * at)) - b * at) * inverse
+    return begin, end
+
+
+@plain
+def _columns_of(row, outline, tiles_x):
+    """Return the first tile of a row that an ellipse meets, and the one after its last."""
+    x, y, b, inverse_a, inverse_c, most_a, _, det, width, height = outline
+    low = np.float32(row * TILE) + _HALF - y
+    begin, end = _interval(
+        b, inverse_a, most_a, det, width, height, -b * inverse_c * width, low, low + _LAST
     )
-    left = -most if low <= -turn <= high else _edge(
-        a, b, det, reach, _clamp(-turn, low, high, top), -1
-    )  # fmt: skip
-    return left, right
-
-
-@plain
-def _clamp(y, low, high, top):
-    y = low if y < low else high
-    return min(max(y, -top), top)
-
-
-@plain
-def _edge(a, b, det, reach, y, side):
-    return (-b * y + side * math.sqrt(max(_0, _2 * reach * a - det * y * y))) / a
-
-
-@plain
-def _tiles_of_row(row, i, means2d, conics, reaches, tiles_x):
-    """Return the first tile of a row that a Gaussian meets, and the one after its last."""
-    low = np.float32(row * TILE) + _HALF - means2d[i, 1]
-    high = low + np.float32(TILE - 1)
-    left, right = interval(conics[i, 0], conics[i, 1], conics[i, 2], reaches[i], low, high)
-    if left > right:
+    if begin > end:
         return 0, 0
-    first = int(math.floor((means2d[i, 0] + left - _HALF) / TILE))
-    last = int(math.floor((means2d[i, 0] + right - _HALF) / TILE))
+    first = int(math.floor((x + begin - _HALF) / TILE))
+    last = int(math.floor((x + end - _HALF) / TILE))
     return max(first, 0), min(last + 1, tiles_x)
 
 
 @plain
-def _rows_of(i, means2d, conics, reaches, tiles_y):
-    a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
-    extent = math.sqrt(_2 * reaches[i] * a / (a * c - b * b))
-    first = int(math.floor((means2d[i, 1] - extent - _HALF) / TILE))
-    last = int(math.floor((means2d[i, 1] + extent - _HALF) / TILE))
+def _rows_in(row, column, outline):
+    """Return the first pixel row of a tile that an ellipse meets, and the one after its last."""
+    x, y, b, inverse_a, inverse_c, _, most_c, det, width, height = outline
+    low = np.float32(column * TILE) + _HALF - x
+    begin, end = _interval(
+        b, inverse_c, most_c, det, height, width, -b * inverse_a * height, low, low + _LAST
+    )
+    if begin > end:
+        return 0, 0
+    top = y - _HALF - np.float32(row * TILE)
+    first, last = int(math.ceil(top + begin)), int(math.floor(top + end))
+    return min(max(first, 0), TILE), max(min(last + 1, TILE), 0)
+
+
+@plain
+def _tile_rows_of(outline, tiles_y):
+    """Return the first row of tiles that an ellipse meets, and the one after its last."""
+    y, height = outline[1], outline[9]
+    first = int(math.floor((y - height - _HALF) / TILE))
+    last = int(math.floor((y + height - _HALF) / TILE))
     return max(first, 0), min(last + 1, tiles_y)
 
 
@@ -105,9 +134,10 @@ def count_tiles(means2d, conics, reaches, tiles_x, tiles_y):
     for i in numba.prange(reaches.size):
         if reaches[i] <= _0:
             continue
-        first_row, last_row = _rows_of(i, means2d, conics, reaches, tiles_y)
+        outline = _outline(i, means2d, conics, reaches)
+        first_row, last_row = _tile_rows_of(outline, tiles_y)
         for row in range(first_row, last_row):
-            first, last = _tiles_of_row(row, i, means2d, conics, reaches, tiles_x)
+            first, last = _columns_of(row, outline, tiles_x)
             counts[i] += max(last - first, 0)
     return counts
 
@@ -118,28 +148,35 @@ def list_tiles(means2d, conics, reaches, starts, tiles_x, tiles_y):
 
     Args:
         starts: `[N + 1]` where each Gaussian's tiles begin: the sums of `count_tiles`.
+
+    Returns:
+        `[P]` the tiles, and `[P, 2]` the first pixel row of each that the
+        Gaussian meets, and the one after its last.
     """
     tiles = np.empty(starts[-1], dtype=np.int32)
+    rows = np.empty((starts[-1], 2), dtype=np.uint8)
     for i in numba.prange(reaches.size):
         if reaches[i] <= _0:
             continue
         place = starts[i]
-        first_row, last_row = _rows_of(i, means2d, conics, reaches, tiles_y)
+        outline = _outline(i, means2d, conics, reaches)
+        first_row, last_row = _tile_rows_of(outline, tiles_y)
         for row in range(first_row, last_row):
-            first, last = _tiles_of_row(row, i, means2d, conics, reaches, tiles_x)
+            first, last = _columns_of(row, outline, tiles_x)
             for column in range(first, last):
                 tiles[place] = row * tiles_x + column
+                rows[place, 0], rows[place, 1] = _rows_in(row, column, outline)
                 place += 1
-    return tiles
+    return tiles, rows
 
 
 @entrance
-def fill_tiles(order, starts, tiles, tile_count):
+def fill_tiles(order, starts, tiles, rows, tile_count):
     """Return the tiles' lists of Gaussians, and where in them each pair stands.
 
     Returns:
-        `[T + 1]` where each tile's list begins, `[P]` the lists, and `[P]` the
-        place in the lists of each pair of `tiles`.
+        `[T + 1]` where each tile's list begins, `[P]` the lists, `[P, 2]` their
+        rows, and `[P]` the place in the lists of each pair of `tiles`.
     """
     borders = np.zeros(tile_count + 1, dtype=np.int64)
     for tile in tiles:
@@ -147,11 +184,13 @@ def fill_tiles(order, starts, tiles, tile_count):
     borders = np.cumsum(borders)
     ends = borders[:-1].copy()
     lists = np.empty(tiles.size, dtype=np.int32)
+    listed_rows = np.empty_like(rows)
     places = np.empty(tiles.size, dtype=np.int32)
     for i in order:
         for pair in range(starts[i], starts[i + 1]):
             place = ends[tiles[pair]]
             ends[tiles[pair]] = place + 1
             lists[place] = i
+            listed_rows[place, 0], listed_rows[place, 1] = rows[pair, 0], rows[pair, 1]
             places[pair] = place
-    return borders, lists, places
+    return borders, lists, listed_rows, places

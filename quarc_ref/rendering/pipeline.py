@@ -71,12 +71,15 @@ class Tiles:
     Attributes:
         borders: `[T + 1]` where each tile's list begins in `lists`.
         lists: `[P]` Gaussians, nearest first within a tile.
+        rows: `[P, 2]` the first row of its tile that each of them meets, and the
+            one after its last.
         starts: `[N + 1]` where each Gaussian's pairs begin in `places`.
         places: `[P]` where each pair stands in `lists`.
     """
 
     borders: Int64
     lists: Int32
+    rows: NDArray[np.uint8]
     starts: Int64
     places: Int32
 
@@ -119,10 +122,12 @@ def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
     with KERNEL_LOCK:
         counts = binning_kernels.count_tiles(means2d, conics, reaches, tiles_x, tiles_y)
         starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])
-        tiles = binning_kernels.list_tiles(means2d, conics, reaches, starts, tiles_x, tiles_y)
+        tiles, rows = binning_kernels.list_tiles(means2d, conics, reaches, starts, tiles_x, tiles_y)
         order = binning_kernels.sort_by_depth(projection.depths, reaches)
-        borders, lists, places = binning_kernels.fill_tiles(order, starts, tiles, tiles_x * tiles_y)
-    return Tiles(borders, lists, starts, places)
+        borders, lists, rows, places = binning_kernels.fill_tiles(
+            order, starts, tiles, rows, tiles_x * tiles_y
+        )
+    return Tiles(borders, lists, rows, starts, places)
 
 
 def composite(
@@ -134,6 +139,6 @@ def composite(
     with KERNEL_LOCK:
         raster_kernels.raster_forward(
             projection.means2d, projection.conics, projection.colors, opacities,
-            projection.reaches, tiles.borders, tiles.lists, background, image, transmittance,
+            tiles.borders, tiles.lists, tiles.rows, background, image, transmittance,
         )  # fmt: skip
     return image, transmittance

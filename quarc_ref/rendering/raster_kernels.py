@@ -9,12 +9,10 @@ own row of gradients, summed afterwards in a fixed order: the result does not
 depend on the number of threads.
 """
 
-import math
-
 import numba
 import numpy as np
 
-from quarc_ref.rendering.binning_kernels import TILE, interval
+from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.compiled import fused, inlined, parallel_entrance, plain
 
 ALPHA_MOST = np.float32(0.99)
@@ -27,44 +25,36 @@ _HALF = np.float32(0.5)
 _CHECK_EVERY = 16
 # exp(-s) = p(s / 8)^8 on [0, 5.7], to 2e-6; beyond, alpha is below 1/255.
 _MOST = np.float32(5.7)
-_EIGHTH = np.float32(0.125)
-_P5 = np.float32(-0.005805022083222866)
-_P4 = np.float32(0.03970295563340187)
-_P3 = np.float32(-0.16593335568904877)
-_P2 = np.float32(0.4998728930950165)
-_P1 = np.float32(-0.9999917149543762)
+_P5 = np.float32(-0.005805022083222866 / 8**5)
+_P4 = np.float32(0.03970295563340187 / 8**4)
+_P3 = np.float32(-0.16593335568904877 / 8**3)
+_P2 = np.float32(0.4998728930950165 / 8**2)
+_P1 = np.float32(-0.9999917149543762 / 8)
 _P0 = np.float32(0.9999998807907104)
 
 
 @inlined
 def _falloff(s):
-    s = s * _EIGHTH
-    p = ((((_P5 * s + _P4) * s + _P3) * s + _P2) * s + _P1) * s + _P0
+    square = s * s
+    p = ((_P5 * s + _P4) * square + (_P3 * s + _P2)) * square + (_P1 * s + _P0)
     p = p * p
     p = p * p
     return p * p
 
 
 @inlined
-def _alpha(s, opacity, t):
-    """Return the alpha of a Gaussian at a pixel; 0 where it is skipped."""
+def _weigh(s, opacity, t):
+    """Return alpha of a Gaussian at a pixel, whether it counts, its weight, and t after it.
+
+    A pixel that stops, or has stopped, keeps its t, made negative.
+    """
     alpha = min(ALPHA_MOST, opacity * _falloff(s))
-    alpha = alpha if alpha >= ALPHA_LEAST else _0
-    alpha = alpha if (s >= _0) & (s <= _MOST) else _0
-    return alpha if t > _0 else _0
-
-
-@plain
-def _rows_in_tile(x0, y0, i, means2d, conics, reaches):
-    """Return the first row of a tile that a Gaussian meets, and the one after its last."""
-    low = x0 + _HALF - means2d[i, 0]
-    high = low + np.float32(TILE - 1)
-    top, bottom = interval(conics[i, 2], conics[i, 1], conics[i, 0], reaches[i], low, high)
-    if top > bottom:
-        return 0, 0
-    first = int(math.ceil(means2d[i, 1] + top - _HALF - y0))
-    last = int(math.floor(means2d[i, 1] + bottom - _HALF - y0))
-    return max(first, 0), min(last + 1, TILE)
+    drawn = (alpha >= ALPHA_LEAST) & (s >= _0) & (s <= _MOST)
+    w = alpha * t
+    after = t - w
+    counts = drawn & (after > TRANSMITTANCE_LEAST)
+    held = -abs(t) if drawn else t
+    return alpha, counts, w if counts else _0, after if counts else held
 
 
 @plain
@@ -77,17 +67,18 @@ def _all_stopped(rows):
 
 
 @fused
-def _composite(x0, y0, list_, means2d, conics, colors, opacities, reaches, rows):
+def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
     """Add the Gaussians of a tile's list to its rows.
 
     Args:
+        met: `[n, 2]` the rows that each Gaussian of the list meets.
         rows: `[TILE, 4 TILE]` of each row transmittance, red, green, blue.
     """
     for k in range(list_.size):
         if k % _CHECK_EVERY == 0 and _all_stopped(rows):
             break
         i = list_[k]
-        first, last = _rows_in_tile(x0, y0, i, means2d, conics, reaches)
+        first, last = met[k, 0], met[k, 1]
         a, b, c = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         opacity, r, g, b_ = opacities[i], colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
@@ -97,13 +88,8 @@ def _composite(x0, y0, list_, means2d, conics, colors, opacities, reaches, rows)
             linear, constant = b * e, c * e * e
             for x in range(TILE):
                 d = dx + np.float32(x)
-                t = row[x]
-                alpha = _alpha((a * d + linear) * d + constant, opacity, t)
-                w = alpha * t
-                after = t - w
-                stops = (after <= TRANSMITTANCE_LEAST) & (alpha > _0)
-                w = _0 if stops else w
-                row[x] = -t if stops else after
+                s = (a * d + linear) * d + constant
+                _, _, w, row[x] = _weigh(s, opacity, row[x])
                 row[TILE + x] += w * r
                 row[2 * TILE + x] += w * g
                 row[3 * TILE + x] += w * b_
@@ -111,7 +97,7 @@ def _composite(x0, y0, list_, means2d, conics, colors, opacities, reaches, rows)
 
 @parallel_entrance
 def raster_forward(
-    means2d, conics, colors, opacities, reaches, borders, lists, background, image, transmittance
+    means2d, conics, colors, opacities, borders, lists, met_rows, background, image, transmittance
 ):
     """Fill image [H,W,3] and transmittance [H,W], negative where a pixel stopped early."""
     height, width = transmittance.shape
@@ -120,9 +106,10 @@ def raster_forward(
         row, column = tile // tiles_x * TILE, tile % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
-        list_ = lists[borders[tile] : borders[tile + 1]]
+        begin, end = borders[tile], borders[tile + 1]
+        list_, met = lists[begin:end], met_rows[begin:end]
         x0, y0 = np.float32(column), np.float32(row)
-        _composite(x0, y0, list_, means2d, conics, colors, opacities, reaches, rows)
+        _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows)
         for y in range(min(TILE, height - row)):
             for x in range(min(TILE, width - column)):
                 t = rows[y, x]
@@ -133,10 +120,11 @@ def raster_forward(
 
 
 @fused
-def _composite_backward(x0, y0, list_, means2d, conics, colors, opacities, reaches, rows, pairs):
+def _composite_backward(x0, y0, list_, met, means2d, conics, colors, opacities, rows, pairs):
     """Fill the pairs' rows of gradients.
 
     Args:
+        met: `[n, 2]` the rows that each Gaussian of the list meets.
         rows: `[TILE, 6 TILE]` of each row transmittance, 1; what is still to
             come, weighted by the gradient; gradients of red, green, blue, alpha.
         pairs: `[n, 9]` of the list: mean 2, conic 3, color 3, opacity.
@@ -148,7 +136,7 @@ def _composite_backward(x0, y0, list_, means2d, conics, colors, opacities, reach
             pairs[k:] = _0
             break
         i = list_[k]
-        first, last = _rows_in_tile(x0, y0, i, means2d, conics, reaches)
+        first, last = met[k, 0], met[k, 1]
         a, b, c = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         opacity, r, g, b_ = opacities[i], colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
@@ -159,13 +147,8 @@ def _composite_backward(x0, y0, list_, means2d, conics, colors, opacities, reach
             linear, constant = b * e, c * e * e
             for x in range(TILE):
                 d = dx + np.float32(x)
-                t = row[x]
-                alpha = _alpha((a * d + linear) * d + constant, opacity, t)
-                w = alpha * t
-                after = t - w
-                stops = (after <= TRANSMITTANCE_LEAST) & (alpha > _0)
-                w = _0 if stops else w
-                row[x] = -t if stops else after
+                s = (a * d + linear) * d + constant
+                alpha, counts, w, row[x] = _weigh(s, opacity, row[x])
                 g_red, g_green = row[2 * TILE + x], row[3 * TILE + x]
                 g_blue, g_alpha = row[4 * TILE + x], row[5 * TILE + x]
                 value = r * g_red + g * g_green + b_ * g_blue + g_alpha
@@ -173,25 +156,29 @@ def _composite_backward(x0, y0, list_, means2d, conics, colors, opacities, reach
                 row[TILE + x] = rest
                 # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).
                 q = alpha * rest / (_1 - alpha) - w * value
-                q = _0 if stops | (alpha >= ALPHA_MOST) else q
+                q = q if counts & (alpha < ALPHA_MOST) else _0
+                qe = q * e
                 lanes[x] += q
-                lanes[TILE + x] += q * d
-                lanes[2 * TILE + x] += q * d * d
-                lanes[3 * TILE + x] += q * e
-                lanes[4 * TILE + x] += q * d * e
-                lanes[5 * TILE + x] += q * e * e
-                lanes[6 * TILE + x] += w * g_red
-                lanes[7 * TILE + x] += w * g_green
-                lanes[8 * TILE + x] += w * g_blue
-        s, sx, sy = _sum_lanes(lanes, 0), _sum_lanes(lanes, 1), _sum_lanes(lanes, 3)
+                lanes[TILE + x] += qe
+                lanes[2 * TILE + x] += qe * e
+                lanes[3 * TILE + x] += w * g_red
+                lanes[4 * TILE + x] += w * g_green
+                lanes[5 * TILE + x] += w * g_blue
+        # What depends on the column alone is left for here.
+        for x in range(TILE):
+            d = dx + np.float32(x)
+            lanes[6 * TILE + x] = lanes[x] * d
+            lanes[7 * TILE + x] = lanes[x] * d * d
+            lanes[8 * TILE + x] = lanes[TILE + x] * d
+        s, sx, sy = _sum_lanes(lanes, 0), _sum_lanes(lanes, 6), _sum_lanes(lanes, 1)
         pairs[k, 0] = -_2 * a * sx - b * sy
         pairs[k, 1] = -_2 * c * sy - b * sx
-        pairs[k, 2] = _HALF * _sum_lanes(lanes, 2)
-        pairs[k, 3] = _sum_lanes(lanes, 4)
-        pairs[k, 4] = _HALF * _sum_lanes(lanes, 5)
-        pairs[k, 5] = _sum_lanes(lanes, 6)
-        pairs[k, 6] = _sum_lanes(lanes, 7)
-        pairs[k, 7] = _sum_lanes(lanes, 8)
+        pairs[k, 2] = _HALF * _sum_lanes(lanes, 7)
+        pairs[k, 3] = _sum_lanes(lanes, 8)
+        pairs[k, 4] = _HALF * _sum_lanes(lanes, 2)
+        pairs[k, 5] = _sum_lanes(lanes, 3)
+        pairs[k, 6] = _sum_lanes(lanes, 4)
+        pairs[k, 7] = _sum_lanes(lanes, 5)
         pairs[k, 8] = -s / opacity
 
 
@@ -208,7 +195,7 @@ def _sum_lanes(lanes, k):
 
 @parallel_entrance
 def raster_backward(
-    means2d, conics, colors, opacities, reaches, borders, lists,
+    means2d, conics, colors, opacities, borders, lists, met_rows,
     image, transmittance, g_image, g_alpha,
 ):  # fmt: skip
     """Return `[P, 9]` the gradients of every pair: mean 2, conic 3, color 3, opacity."""
@@ -228,11 +215,10 @@ def raster_backward(
                     g = g_image[row + y, column + x, k]
                     rows[y, (2 + k) * TILE + x] = g
                     rows[y, TILE + x] += g * image[row + y, column + x, k]
-        list_ = lists[borders[tile] : borders[tile + 1]]
+        begin, end = borders[tile], borders[tile + 1]
         _composite_backward(
-            np.float32(column), np.float32(row), list_,
-            means2d, conics, colors, opacities, reaches, rows,
-            pairs[borders[tile] : borders[tile + 1]],
+            np.float32(column), np.float32(row), lists[begin:end], met_rows[begin:end],
+            means2d, conics, colors, opacities, rows, pairs[begin:end],
         )  # fmt: skip
     return pairs
 

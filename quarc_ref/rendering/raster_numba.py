@@ -116,7 +116,7 @@ class _Composite(Function):
         outputs = [np.empty_like(array) for array in planes]
         with KERNEL_LOCK:
             pairs = raster_kernels.raster_backward(
-                *planes, projection.reaches, tiles.borders, tiles.lists,
+                *planes, tiles.borders, tiles.lists, tiles.rows,
                 image, transmittance, _array(g_image), _array(g_alpha),
             )  # fmt: skip
             raster_kernels.gather_pairs(pairs, tiles.starts, tiles.places, *outputs)
