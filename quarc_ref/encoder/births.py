@@ -13,6 +13,7 @@ from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder.canonical import canonical_rates
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.density import ScreenStatistics, split
+from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.placement import place_clones, place_on_errors
 from quarc_ref.encoder.quantize import quantize_births
 from quarc_ref.encoder.studio import Studio
@@ -35,9 +36,9 @@ def fit_births(
     settings, frame = config.births, moved.scene.frame
     if settings.iterations == 0:
         return None
-    scene = from_splats(dequantize(moved.scene), studio.device)
+    scene = FixedScene(studio, from_splats(dequantize(moved.scene), studio.device))
     if settings.placement == "gate":
-        newborn, parents = place_clones(studio, scene, frame, statistics, settings)
+        newborn, parents = place_clones(studio, scene.attributes, frame, statistics, settings)
     else:
         newborn, parents = place_on_errors(studio, scene, frame, settings)
     if parents.numel() == 0:
@@ -70,7 +71,7 @@ def _train(stage: Stage, newborn: Attributes, parents: Tensor) -> tuple[Attribut
         left = fall_along_cosine(step, settings.iterations, settings.rate_end)
         trainer.set_rates(settings.rate_factor * left * rate for rate in rates)
         view = next(views)
-        rendering, loss = stage.compare(stage.draw(trainer.attributes).activated(), view)
+        rendering, loss = stage.compare(stage.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_last(gradient, rendering, studio.camera(view))
         studio.progress.advance("births", step + 1, settings.iterations)

@@ -15,6 +15,7 @@ from torch import Tensor
 from quarc_ref.encoder.change_gate import measure_change
 from quarc_ref.encoder.config import BirthSettings
 from quarc_ref.encoder.density import ScreenStatistics, draw_within
+from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import Attributes, to_sh_dc
 from quarc_ref.format.records import Camera
@@ -62,7 +63,7 @@ def place_clones(
 
 
 def place_on_errors(
-    studio: Studio, scene: Attributes, frame: int, settings: BirthSettings
+    studio: Studio, scene: FixedScene, frame: int, settings: BirthSettings
 ) -> tuple[Attributes, Tensor]:
     """Return Gaussians on the pixels that are farthest from the truth, and the nearest to each.
 
@@ -90,7 +91,7 @@ def place_on_errors(
         to_sh_dc(colors)[:, None],
         places.new_zeros(best.numel(), 3, 3),
     )
-    return newborn, find_nearest(scene.means, places)
+    return newborn, find_nearest(scene.attributes.means, places)
 
 
 def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
@@ -102,7 +103,7 @@ def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
 
 
 def _find_errors(
-    studio: Studio, scene: Attributes, view: int, frame: int, settings: BirthSettings
+    studio: Studio, scene: FixedScene, view: int, frame: int, settings: BirthSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Return of a view's worst pixels the error, the place, the true color and the size there.
 
@@ -110,19 +111,24 @@ def _find_errors(
     and covered by the scene, so that its depth is known.
     """
     camera, truth = studio.camera(view), studio.truth(view, frame)
-    with torch.no_grad():
-        rendering = studio.render(scene.activated(), view)
-        depth = studio.render(_paint_depths(scene, camera), view).image[..., 0] / rendering.alpha
-    error = (rendering.image.clamp(0, 1) - truth).abs().mean(dim=2)
+    seen = scene.seen_by(view)
+    error = (seen.image.clamp(0, 1) - truth).abs().mean(dim=2)
     peaks = torch.nn.functional.max_pool2d(
         error[None, None], 2 * settings.error_reach + 1, stride=1, padding=settings.error_reach
     )[0, 0]
-    worst = (error == peaks) & (error > settings.error) & (rendering.alpha > _LEAST_ALPHA)
+    worst = (error == peaks) & (error > settings.error) & (seen.alpha > _LEAST_ALPHA)
     rows, columns = torch.nonzero(worst, as_tuple=True)
-    depths = depth[rows, columns]
+    depths = _measure_depths(studio, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
     places = _unproject(camera, columns + 0.5, rows + 0.5, depths)
     sizes = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_reach + 0.5)
     return error[rows, columns], places, truth[rows, columns], sizes
+
+
+def _measure_depths(studio: Studio, scene: FixedScene, view: int) -> Tensor:
+    """Return `[H, W]` the mean depth of what a view sees."""
+    with torch.no_grad():
+        painted = studio.render(_paint_depths(scene.attributes, studio.camera(view)), view)
+    return painted.image[..., 0] / painted.alpha
 
 
 def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:

@@ -14,7 +14,7 @@ from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.views import TrainingViews
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering.rasterizer import Gaussians, Rasterizer, Rendering
+from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rendering
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +47,11 @@ class Studio:
         """Draw what a view sees, before black."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render(gaussians, self.camera(view), background)
+
+    def set_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
+        """Draw what a view sees, for others to be added."""
+        background = torch.zeros(3, device=self.device)
+        return self.rasterizer.set_backdrop(gaussians, self.camera(view), background)
 
     def truth(self, view: int, frame: int) -> Tensor:
         """Return `[H, W, 3]` the picture of a view, as the mean camera would have taken it."""

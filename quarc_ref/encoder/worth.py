@@ -12,6 +12,7 @@ from torch import Tensor
 
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.quantize import quantize_births
 from quarc_ref.encoder.studio import Studio
@@ -29,34 +30,43 @@ class Stage:
         studio: Views, renderer and draws.
         config: Of the encoder.
         state: After the motion of the frame, decoded.
-        scene: Its Gaussians in floats.
+        scene: Its Gaussians.
     """
 
     studio: Studio
     config: EncoderConfig
     state: State
-    scene: Attributes
+    scene: FixedScene
 
     @property
     def frame(self) -> int:
         """Ordinal of the frame."""
         return self.state.scene.frame
 
-    def draw(self, newborn: Attributes) -> Attributes:
-        """Return the scene with the newborn as a stream would carry them."""
-        return self.scene.joined(newborn.quantized(self.state.scene.header))
+    def activate(self, newborn: Attributes) -> Gaussians:
+        """Return newborn as a stream would carry them, to be drawn."""
+        return newborn.quantized(self.state.scene.header).activated()
 
-    def compare(self, drawn: Gaussians, view: int) -> tuple[Rendering, Tensor]:
-        """Return what a view sees of Gaussians, and its loss."""
-        rendering = self.studio.render(drawn, view)
-        truth = self.studio.truth(view, self.frame)
-        return rendering, photometric_loss(rendering.image, truth, self.config.motion.dssim)
+    def compare(self, newborn: Gaussians, view: int) -> tuple[Rendering, Tensor]:
+        """Return what a view sees of the scene and the newborn, and its loss."""
+        rendering = self.scene.seen_by(view).render(newborn)
+        return rendering, self._lose(rendering.image, view)
 
-    def mean_loss(self, scene: Attributes) -> float:
+    def mean_loss(self, newborn: Attributes) -> float:
         """Return the mean loss of the training views."""
-        drawn, views = scene.activated(), range(len(self.studio.views.cameras))
+        drawn, views = self.activate(newborn), range(len(self.studio.views.cameras))
         with torch.no_grad():
             return sum(float(self.compare(drawn, view)[1]) for view in views) / len(views)
+
+    def mean_loss_without(self) -> float:
+        """Return the mean loss of the training views when there are no newborn."""
+        views = range(len(self.studio.views.cameras))
+        losses = (self._lose(self.scene.seen_by(view).image, view) for view in views)
+        return sum(map(float, losses)) / len(views)
+
+    def _lose(self, image: Tensor, view: int) -> Tensor:
+        truth = self.studio.truth(view, self.frame)
+        return photometric_loss(image, truth, self.config.motion.dssim)
 
 
 def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | None:
@@ -76,7 +86,7 @@ def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | 
     if not parents.numel():
         return None
     births = _code(stage, newborn, parents)
-    gain = stage.mean_loss(stage.scene) - stage.mean_loss(stage.draw(newborn))
+    gain = stage.mean_loss_without() - stage.mean_loss(newborn)
     cost = price * write_births(births, stage.state.counts).byte_count()
     return births if gain > cost else None
 
@@ -88,11 +98,9 @@ def measure_gains(stage: Stage, newborn: Attributes) -> Tensor:
     is to second order what the loss falls by as they come in; the slope at the
     end of training would be next to nothing.
     """
-    drawn = stage.draw(newborn).activated()
-    count = newborn.opacities.numel()
+    drawn = stage.activate(newborn)
     there = torch.full_like(newborn.opacities, 0.5).requires_grad_()
-    opacities = torch.cat([drawn.opacities[:-count], drawn.opacities[-count:] * there])
-    halfway = replace(drawn, opacities=opacities)
+    halfway = replace(drawn, opacities=drawn.opacities * there)
     views = range(len(stage.studio.views.cameras))
     gains = torch.zeros_like(newborn.opacities)
     for view in views:

@@ -4,7 +4,14 @@ import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering.pipeline import Drawn, Float32, bin_tiles, composite, project
+from quarc_ref.rendering.pipeline import (
+    Drawn,
+    Float32,
+    bin_tiles,
+    blank_picture,
+    composite,
+    project,
+)
 
 OPACITY_MOST = 0.99
 SH_COEFFICIENTS = 4
@@ -24,5 +31,6 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
     drawn = Drawn(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, drawn)
     tiles = bin_tiles(camera, projection)
-    image, _ = composite(camera, projection, opacities, tiles, np.zeros(3, dtype=np.float32))
-    return image
+    picture = blank_picture(camera)
+    composite(projection, opacities, tiles, np.zeros(3, dtype=np.float32), picture)
+    return picture.image

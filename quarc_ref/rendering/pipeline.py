@@ -69,6 +69,7 @@ class Tiles:
     """Which Gaussians each tile composites.
 
     Attributes:
+        which: `[T]` the tiles, counted along the rows of the picture.
         borders: `[T + 1]` where each tile's list begins in `lists`.
         lists: `[P]` Gaussians, nearest first within a tile.
         rows: `[P, 2]` the first row of its tile that each of them meets, and the
@@ -77,11 +78,25 @@ class Tiles:
         places: `[P]` where each pair stands in `lists`.
     """
 
+    which: Int32
     borders: Int64
     lists: Int32
     rows: NDArray[np.uint8]
     starts: Int64
     places: Int32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """What has been drawn.
+
+    Attributes:
+        image: `[H, W, 3]`.
+        transmittance: `[H, W]` negative where a pixel stopped early.
+    """
+
+    image: Float32
+    transmittance: Float32
 
 
 @lru_cache(maxsize=256)
@@ -127,18 +142,23 @@ def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
         borders, lists, rows, places = binning_kernels.fill_tiles(
             order, starts, tiles, rows, tiles_x * tiles_y
         )
-    return Tiles(borders, lists, rows, starts, places)
+    which = np.arange(tiles_x * tiles_y, dtype=np.int32)
+    return Tiles(which, borders, lists, rows, starts, places)
+
+
+def blank_picture(camera: Camera) -> Picture:
+    """Return a picture of a camera's size on which nothing is drawn yet."""
+    size = (camera.height, camera.width)
+    return Picture(np.empty((*size, 3), dtype=np.float32), np.empty(size, dtype=np.float32))
 
 
 def composite(
-    camera: Camera, projection: Projection, opacities: Float32, tiles: Tiles, background: Float32
-) -> tuple[Float32, Float32]:
-    """Return the picture `[H, W, 3]`, and `[H, W]` transmittances, negative where it stopped."""
-    image = np.empty((camera.height, camera.width, 3), dtype=np.float32)
-    transmittance = np.empty((camera.height, camera.width), dtype=np.float32)
+    projection: Projection, opacities: Float32, tiles: Tiles, background: Float32, picture: Picture
+) -> None:
+    """Draw tiles of a picture."""
     with KERNEL_LOCK:
         raster_kernels.raster_forward(
             projection.means2d, projection.conics, projection.colors, opacities,
-            tiles.borders, tiles.lists, tiles.rows, background, image, transmittance,
+            tiles.which, tiles.borders, tiles.lists, tiles.rows,
+            background, picture.image, picture.transmittance,
         )  # fmt: skip
-    return image, transmittance

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from quarc_ref.format.constants import NEAR_FRACTION
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 
 class GsplatRasterizer:
@@ -56,3 +56,7 @@ class GsplatRasterizer:
         )
         radii = info["radii"][0].amax(dim=-1).to(gaussians.means.dtype)
         return Rendering(colors[0], alphas[0, ..., 0], info["means2d"], radii)
+
+    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """See `Rasterizer.set_backdrop`."""
+        return JoinedBackdrop(self, gaussians, camera, background)

@@ -57,6 +57,31 @@ def _weigh(s, opacity, t):
     return alpha, counts, w if counts else _0, after if counts else held
 
 
+@inlined
+def _go_past(row, x, s, opacity, r, g, b_):
+    """Take a pixel of the backward pass past a Gaussian.
+
+    Args:
+        row: As `_composite_backward` has it; changed.
+        x: Of the pixel.
+        s: Exponent of the Gaussian there.
+        opacity: Of the Gaussian.
+        r: Its red.
+        g: Its green.
+        b_: Its blue.
+
+    Returns:
+        Alpha, whether it counts, its weight, the gradient by the weight, and
+        what is still to come.
+    """
+    alpha, counts, w, row[x] = _weigh(s, opacity, row[x])
+    colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
+    value = colors + row[5 * TILE + x]
+    rest = row[TILE + x] - w * value
+    row[TILE + x] = rest
+    return alpha, counts, w, value, rest
+
+
 @plain
 def _all_stopped(rows):
     for y in range(TILE):
@@ -97,13 +122,14 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
 
 @parallel_entrance
 def raster_forward(
-    means2d, conics, colors, opacities, borders, lists, met_rows, background, image, transmittance
-):
-    """Fill image [H,W,3] and transmittance [H,W], negative where a pixel stopped early."""
+    means2d, conics, colors, opacities,
+    which, borders, lists, met_rows, background, image, transmittance,
+):  # fmt: skip
+    """Fill the tiles of image [H,W,3] and transmittance [H,W], negative where a pixel stopped."""
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
-    for tile in numba.prange(borders.size - 1):
-        row, column = tile // tiles_x * TILE, tile % tiles_x * TILE
+    for tile in numba.prange(which.size):
+        row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
         begin, end = borders[tile], borders[tile + 1]
@@ -120,17 +146,21 @@ def raster_forward(
 
 
 @fused
-def _composite_backward(x0, y0, list_, met, means2d, conics, colors, opacities, rows, pairs):
-    """Fill the pairs' rows of gradients.
+def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opacities, rows, pairs):
+    """Fill the pairs' rows of gradients, but for those of the first, fixed Gaussians.
 
     Args:
         met: `[n, 2]` the rows that each Gaussian of the list meets.
+        fixed: Number of Gaussians that have no gradient.
         rows: `[TILE, 6 TILE]` of each row transmittance, 1; what is still to
             come, weighted by the gradient; gradients of red, green, blue, alpha.
         pairs: `[n, 9]` of the list: mean 2, conic 3, color 3, opacity.
     """
     lanes = np.empty(9 * TILE, dtype=np.float32)
-    for k in range(list_.size):
+    size = list_.size
+    while size > 0 and list_[size - 1] < fixed:
+        size -= 1
+    for k in range(size):
         pairs[k] = _0
         if k % _CHECK_EVERY == 0 and _all_stopped(rows):
             pairs[k:] = _0
@@ -140,6 +170,15 @@ def _composite_backward(x0, y0, list_, met, means2d, conics, colors, opacities, 
         a, b, c = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         opacity, r, g, b_ = opacities[i], colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
+        if i < fixed:
+            for y in range(first, last):
+                row = rows[y]
+                e = dy + np.float32(y)
+                linear, constant = b * e, c * e * e
+                for x in range(TILE):
+                    d = dx + np.float32(x)
+                    _go_past(row, x, (a * d + linear) * d + constant, opacity, r, g, b_)
+            continue
         lanes[:] = _0
         for y in range(first, last):
             row = rows[y]
@@ -148,12 +187,7 @@ def _composite_backward(x0, y0, list_, met, means2d, conics, colors, opacities, 
             for x in range(TILE):
                 d = dx + np.float32(x)
                 s = (a * d + linear) * d + constant
-                alpha, counts, w, row[x] = _weigh(s, opacity, row[x])
-                g_red, g_green = row[2 * TILE + x], row[3 * TILE + x]
-                g_blue, g_alpha = row[4 * TILE + x], row[5 * TILE + x]
-                value = r * g_red + g * g_green + b_ * g_blue + g_alpha
-                rest = row[TILE + x] - w * value
-                row[TILE + x] = rest
+                alpha, counts, w, value, rest = _go_past(row, x, s, opacity, r, g, b_)
                 # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).
                 q = alpha * rest / (_1 - alpha) - w * value
                 q = q if counts & (alpha < ALPHA_MOST) else _0
@@ -161,9 +195,9 @@ def _composite_backward(x0, y0, list_, met, means2d, conics, colors, opacities, 
                 lanes[x] += q
                 lanes[TILE + x] += qe
                 lanes[2 * TILE + x] += qe * e
-                lanes[3 * TILE + x] += w * g_red
-                lanes[4 * TILE + x] += w * g_green
-                lanes[5 * TILE + x] += w * g_blue
+                lanes[3 * TILE + x] += w * row[2 * TILE + x]
+                lanes[4 * TILE + x] += w * row[3 * TILE + x]
+                lanes[5 * TILE + x] += w * row[4 * TILE + x]
         # What depends on the column alone is left for here.
         for x in range(TILE):
             d = dx + np.float32(x)
@@ -195,15 +229,18 @@ def _sum_lanes(lanes, k):
 
 @parallel_entrance
 def raster_backward(
-    means2d, conics, colors, opacities, borders, lists, met_rows,
+    means2d, conics, colors, opacities, which, borders, lists, met_rows, fixed,
     image, transmittance, g_image, g_alpha,
 ):  # fmt: skip
-    """Return `[P, 9]` the gradients of every pair: mean 2, conic 3, color 3, opacity."""
+    """Return `[P, 9]` the gradients of the pairs: mean 2, conic 3, color 3, opacity.
+
+    The rows of the first, `fixed` Gaussians mean nothing.
+    """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
     pairs = np.empty((lists.size, 9), dtype=np.float32)
-    for tile in numba.prange(borders.size - 1):
-        row, column = tile // tiles_x * TILE, tile % tiles_x * TILE
+    for tile in numba.prange(which.size):
+        row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 6 * TILE), dtype=np.float32)
         for y in range(min(TILE, height - row)):
             for x in range(min(TILE, width - column)):
@@ -217,7 +254,7 @@ def raster_backward(
                     rows[y, TILE + x] += g * image[row + y, column + x, k]
         begin, end = borders[tile], borders[tile + 1]
         _composite_backward(
-            np.float32(column), np.float32(row), lists[begin:end], met_rows[begin:end],
+            np.float32(column), np.float32(row), lists[begin:end], met_rows[begin:end], fixed,
             means2d, conics, colors, opacities, rows, pairs[begin:end],
         )  # fmt: skip
     return pairs

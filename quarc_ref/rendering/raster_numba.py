@@ -14,17 +14,19 @@ from torch.autograd.function import once_differentiable
 
 from quarc_ref.format.records import Camera
 from quarc_ref.rendering import projection_kernels, raster_kernels
+from quarc_ref.rendering.layers import Layer, draw_layer, join_layer
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
     Drawn,
     Float32,
     Projection,
     bin_tiles,
+    blank_picture,
     composite,
     flatten_camera,
     project,
 )
-from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rendering
 
 
 class NumbaRasterizer:
@@ -34,19 +36,35 @@ class NumbaRasterizer:
 
     def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
         """See `Rasterizer.render`."""
-        opacities = gaussians.opacities
-        means2d, conics, colors, depths, reaches, radii = _Project.apply(
-            camera,
-            gaussians.means,
-            gaussians.quaternions,
-            gaussians.scales,
-            opacities,
-            gaussians.sh,
-        )
-        image, alpha = _Composite.apply(
-            camera, background, (depths, reaches), means2d, conics, colors, opacities
-        )
-        return Rendering(image, alpha, means2d, radii)
+        return _render(gaussians, camera, background, None)
+
+    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """See `Rasterizer.set_backdrop`."""
+        drawn = Drawn(*(_array(tensor) for tensor in gaussians.tensors()))
+        return _LayeredBackdrop(camera, background, draw_layer(camera, drawn, _array(background)))
+
+
+class _LayeredBackdrop:
+    """Draws anew only the tiles that the added Gaussians meet."""
+
+    def __init__(self, camera: Camera, background: Tensor, layer: Layer) -> None:
+        self._camera, self._background, self._layer = camera, background, layer
+        self.image = torch.from_numpy(layer.picture.image)
+        self.alpha = torch.from_numpy(1 - np.abs(layer.picture.transmittance))
+
+    def render(self, added: Gaussians) -> Rendering:
+        """See `Backdrop.render`."""
+        return _render(added, self._camera, self._background, self._layer)
+
+
+def _render(
+    gaussians: Gaussians, camera: Camera, background: Tensor, under: Layer | None
+) -> Rendering:
+    means2d, conics, colors, depths, reaches, radii = _Project.apply(camera, *gaussians.tensors())
+    image, alpha = _Composite.apply(
+        camera, background, under, (depths, reaches), means2d, conics, colors, gaussians.opacities
+    )
+    return Rendering(image, alpha, means2d, radii)
 
 
 class _Project(Function):
@@ -97,30 +115,37 @@ class _Composite(Function):
         ctx: Any,  # noqa: ANN401
         camera: Camera,
         background: Tensor,
+        under: Layer | None,
         order: tuple[Tensor, Tensor],
         *inputs: Tensor,
     ) -> tuple[Tensor, Tensor]:
         means2d, conics, colors, opacities = (_array(tensor) for tensor in inputs)
         depths, reaches = (_array(tensor) for tensor in order)
         projection = Projection(means2d, conics, colors, depths, reaches, reaches)
-        tiles = bin_tiles(camera, projection)
-        image, transmittance = composite(camera, projection, opacities, tiles, _array(background))
-        ctx.saved = (projection, opacities, tiles, image, transmittance)
-        return torch.from_numpy(image), torch.from_numpy(1 - np.abs(transmittance))
+        tiles, picture, fixed = bin_tiles(camera, projection), blank_picture(camera), 0
+        if under is not None:
+            fixed = under.opacities.size
+            projection, opacities, tiles = join_layer(under, projection, opacities, tiles)
+            np.copyto(picture.image, under.picture.image)
+            np.copyto(picture.transmittance, under.picture.transmittance)
+        composite(projection, opacities, tiles, _array(background), picture)
+        ctx.saved = (projection, opacities, tiles, fixed, picture)
+        alpha = 1 - np.abs(picture.transmittance)
+        return torch.from_numpy(picture.image), torch.from_numpy(alpha)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, g_image: Tensor, g_alpha: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
-        projection, opacities, tiles, image, transmittance = ctx.saved
+        projection, opacities, tiles, fixed, picture = ctx.saved
         planes = (projection.means2d, projection.conics, projection.colors, opacities)
-        outputs = [np.empty_like(array) for array in planes]
+        outputs = [np.empty_like(array[fixed:]) for array in planes]
         with KERNEL_LOCK:
             pairs = raster_kernels.raster_backward(
-                *planes, tiles.borders, tiles.lists, tiles.rows,
-                image, transmittance, _array(g_image), _array(g_alpha),
+                *planes, tiles.which, tiles.borders, tiles.lists, tiles.rows, fixed,
+                picture.image, picture.transmittance, _array(g_image), _array(g_alpha),
             )  # fmt: skip
             raster_kernels.gather_pairs(pairs, tiles.starts, tiles.places, *outputs)
-        return None, None, None, *(torch.from_numpy(array) for array in outputs)
+        return None, None, None, None, *(torch.from_numpy(array) for array in outputs)
 
 
 def _array(tensor: Tensor) -> Float32:

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from quarc_ref.format.constants import NEAR_FRACTION
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering.rasterizer import Gaussians, Rendering
+from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 _TILE = 16
 _LOW_PASS = 0.3
@@ -44,6 +44,10 @@ class TorchRasterizer:
             radii = torch.where(drawn, _radii(covariances), 0)
         image, alpha = _composite(splats, order, camera, background)
         return Rendering(image, alpha, means2d, radii)
+
+    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """See `Rasterizer.set_backdrop`."""
+        return JoinedBackdrop(self, gaussians, camera, background)
 
 
 def _project_means(points: Tensor, camera: Camera) -> Tensor:

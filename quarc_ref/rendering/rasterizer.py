@@ -33,6 +33,10 @@ class Gaussians:
     opacities: Tensor
     sh: Tensor
 
+    def tensors(self) -> tuple[Tensor, ...]:
+        """Return the tensors in the order of the attributes."""
+        return (self.means, self.quaternions, self.scales, self.opacities, self.sh)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendering:
@@ -52,6 +56,27 @@ class Rendering:
     radii: Tensor
 
 
+class Backdrop(Protocol):
+    """Gaussians that stay as they are, as one camera sees them.
+
+    Attributes:
+        image: `[H, W, 3]` of them alone.
+        alpha: `[H, W]` of them alone.
+    """
+
+    image: Tensor
+    alpha: Tensor
+
+    def render(self, added: Gaussians) -> Rendering:
+        """Draw them and others together.
+
+        Args:
+            added: At least one. They are the last rows of the rendering's
+                `means2d` and `radii`, and gradients go to them alone.
+        """
+        ...
+
+
 class Rasterizer(Protocol):
     """Draws Gaussians differentiably."""
 
@@ -66,6 +91,36 @@ class Rasterizer(Protocol):
             background: `[3]` color behind everything.
         """
         ...
+
+    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """Draw Gaussians to which others will be added; arguments as for `render`."""
+        ...
+
+
+class JoinedBackdrop:
+    """A backdrop for a backend that has none of its own: everything is drawn anew.
+
+    Args:
+        rasterizer: Draws.
+        gaussians: That stay as they are.
+        camera: Sees them.
+        background: `[3]` color behind everything.
+    """
+
+    def __init__(
+        self, rasterizer: Rasterizer, gaussians: Gaussians, camera: Camera, background: Tensor
+    ) -> None:
+        self._rasterizer, self._gaussians = rasterizer, gaussians
+        self._camera, self._background = camera, background
+        with torch.no_grad():
+            alone = rasterizer.render(gaussians, camera, background)
+        self.image, self.alpha = alone.image, alone.alpha
+
+    def render(self, added: Gaussians) -> Rendering:
+        """See `Backdrop.render`."""
+        pairs = zip(self._gaussians.tensors(), added.tensors(), strict=True)
+        joined = Gaussians(*(torch.cat([fixed.detach(), more]) for fixed, more in pairs))
+        return self._rasterizer.render(joined, self._camera, self._background)
 
 
 def activate_opacities(logits: Tensor) -> Tensor:

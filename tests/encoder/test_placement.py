@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.config import BirthSettings
+from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.placement import find_nearest, place_on_errors
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.rendering.pictures import render_picture
@@ -46,7 +47,7 @@ def studio(monkeypatch):
 
 
 def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(studio):
-    scene = from_splats(make_splats(0), _CPU)
+    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
 
     newborn, parents = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
 
@@ -60,7 +61,7 @@ def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(stud
 
 
 def test_they_lie_on_the_surface_that_the_camera_sees(studio):
-    scene = from_splats(make_splats(0), _CPU)
+    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
 
     newborn, _ = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
 
@@ -70,7 +71,7 @@ def test_they_lie_on_the_surface_that_the_camera_sees(studio):
 
 
 def test_the_worst_pixels_come_first_and_the_bound_holds(studio):
-    scene = from_splats(make_splats(0), _CPU)
+    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
 
     many, _ = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
     few, _ = place_on_errors(studio, scene, frame=1, settings=replace(_SETTINGS, max_births=4))
@@ -79,7 +80,7 @@ def test_the_worst_pixels_come_first_and_the_bound_holds(studio):
 
 
 def test_no_one_is_born_into_a_picture_that_is_right(studio):
-    scene = from_splats(_with_a_red_blob(make_splats(0)), _CPU)
+    scene = FixedScene(studio, from_splats(_with_a_red_blob(make_splats(0)), _CPU))
 
     _, parents = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
 

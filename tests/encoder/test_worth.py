@@ -6,6 +6,7 @@ import torch
 
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_canonical
+from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.quantize import quantize_gaussians
 from quarc_ref.encoder.trainable import Attributes, from_splats, to_sh_dc
 from quarc_ref.encoder.worth import Stage, keep_worthy, measure_gains
@@ -43,7 +44,7 @@ def stage(monkeypatch) -> Stage:
         drawn = scene.joined(red).activated()
         truths = [studio.render(drawn, view).image for view in range(len(studio.views.cameras))]
     monkeypatch.setattr(type(studio), "truth", lambda *asked: truths[asked[1]])
-    return Stage(studio, SMALL, state, scene)
+    return Stage(studio, SMALL, state, FixedScene(studio, scene))
 
 
 def _priced(stage: Stage, price: float) -> Stage:
@@ -61,7 +62,7 @@ def test_what_is_missing_is_worth_most_and_what_is_wrong_less_than_nothing(stage
 def test_a_newborns_worth_is_near_to_what_the_loss_falls_by(stage):
     red = _blobs().rows(torch.tensor([0]))
 
-    fall = stage.mean_loss(stage.scene) - stage.mean_loss(stage.draw(red))
+    fall = stage.mean_loss_without() - stage.mean_loss(red)
     assert float(measure_gains(stage, red)) == pytest.approx(fall, rel=0.5)
 
 
@@ -89,7 +90,7 @@ def test_what_they_gain_is_set_against_the_bytes_of_their_section(stage):
     red = _blobs().rows(torch.tensor([0, 2]))
     born = keep_worthy(stage, red, _PARENTS[[0, 2]])
     assert born is not None
-    gain = stage.mean_loss(stage.scene) - stage.mean_loss(stage.draw(red))
+    gain = stage.mean_loss_without() - stage.mean_loss(red)
     even = gain / write_births(born, stage.state.counts).byte_count()
 
     first = torch.tensor([0])
@@ -101,5 +102,4 @@ def test_the_scene_is_as_the_decoder_has_it(stage):
     splats = dequantize(stage.state.scene)
     picture = render_picture(splats, stage.studio.camera(0))
 
-    drawn, _ = stage.compare(stage.scene.activated(), 0)
-    assert np.allclose(drawn.image.numpy(), picture, atol=1e-4)
+    assert np.allclose(stage.scene.seen_by(0).image.numpy(), picture, atol=1e-4)

@@ -1,0 +1,79 @@
+"""A picture to which Gaussians are added: only the tiles that they meet are drawn anew.
+
+The pictures are those of all Gaussians drawn together, bit for bit: a tile's
+list is the same, and a tile that no added Gaussian meets is as it was.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering import merging_kernels
+from quarc_ref.rendering.pipeline import (
+    KERNEL_LOCK,
+    Drawn,
+    Float32,
+    Picture,
+    Projection,
+    Tiles,
+    bin_tiles,
+    blank_picture,
+    composite,
+    project,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """Gaussians that stay as they are, and the picture of them alone.
+
+    Attributes:
+        projection: Of the Gaussians.
+        opacities: `[N]`.
+        tiles: Of the whole picture.
+        picture: Of them alone.
+    """
+
+    projection: Projection
+    opacities: Float32
+    tiles: Tiles
+    picture: Picture
+
+
+def draw_layer(camera: Camera, drawn: Drawn, background: Float32) -> Layer:
+    """Draw Gaussians that stay as they are."""
+    projection = project(camera, drawn)
+    tiles = bin_tiles(camera, projection)
+    picture = blank_picture(camera)
+    composite(projection, drawn.opacities, tiles, background, picture)
+    return Layer(projection, drawn.opacities, tiles, picture)
+
+
+def join_layer(
+    layer: Layer, added: Projection, opacities: Float32, tiles: Tiles
+) -> tuple[Projection, Float32, Tiles]:
+    """Return a layer's Gaussians and the added, and the tiles that these meet.
+
+    Args:
+        layer: Its Gaussians come first.
+        added: `[n]` Gaussians.
+        opacities: `[n]` theirs.
+        tiles: Theirs alone; `starts` and `places` of the result are theirs, too.
+    """
+    under = layer.projection
+    projection = Projection(
+        np.concatenate([under.means2d, added.means2d]),
+        np.concatenate([under.conics, added.conics]),
+        np.concatenate([under.colors, added.colors]),
+        added.depths,
+        added.reaches,
+        added.radii,
+    )
+    with KERNEL_LOCK:
+        which, borders, lists, rows, shifted = merging_kernels.merge_tiles(
+            layer.tiles.borders, layer.tiles.lists, layer.tiles.rows, under.depths,
+            tiles.borders, tiles.lists, tiles.rows, added.depths,
+        )  # fmt: skip
+    merged = Tiles(which, borders, lists, rows, tiles.starts, shifted[tiles.places])
+    return projection, np.concatenate([layer.opacities, opacities]), merged

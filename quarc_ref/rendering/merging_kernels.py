@@ -1,0 +1,47 @@
+"""The lists of tiles when Gaussians come before and between others that stay as they are."""
+
+import numpy as np
+
+from quarc_ref.rendering.compiled import entrance
+
+
+@entrance
+def merge_tiles(fixed_borders, fixed_lists, fixed_rows, fixed_depths, borders, lists, rows, depths):
+    """Merge the lists of tiles that more Gaussians have come to; at equal depths these are last.
+
+    Args:
+        fixed_borders: `[T + 1]` as in `Tiles`, of the Gaussians that are there.
+        fixed_lists: Likewise.
+        fixed_rows: Likewise.
+        fixed_depths: `[N]`.
+        borders: `[T + 1]` as in `Tiles`, of the Gaussians that come.
+        lists: Likewise.
+        rows: Likewise.
+        depths: `[n]`.
+
+    Returns:
+        `[K]` the tiles that have changed, `[K + 1]` where their lists begin, the
+        lists (those that have come count on from N), their rows, and where in
+        them each entry of `lists` stands.
+    """
+    which = np.flatnonzero(borders[1:] > borders[:-1]).astype(np.int32)
+    merged_borders = np.zeros(which.size + 1, dtype=np.int64)
+    for k, tile in enumerate(which):
+        fixed_size = fixed_borders[tile + 1] - fixed_borders[tile]
+        merged_borders[k + 1] = merged_borders[k] + fixed_size + borders[tile + 1] - borders[tile]
+    merged = np.empty(merged_borders[-1], dtype=np.int32)
+    merged_rows = np.empty((merged.size, 2), dtype=np.uint8)
+    places = np.empty(lists.size, dtype=np.int32)
+    for k, tile in enumerate(which):
+        place, fixed, end = merged_borders[k], fixed_borders[tile], fixed_borders[tile + 1]
+        for pair in range(borders[tile], borders[tile + 1]):
+            depth = depths[lists[pair]]
+            while fixed < end and fixed_depths[fixed_lists[fixed]] <= depth:
+                merged[place], merged_rows[place] = fixed_lists[fixed], fixed_rows[fixed]
+                place, fixed = place + 1, fixed + 1
+            merged[place], merged_rows[place] = fixed_depths.size + lists[pair], rows[pair]
+            places[pair] = place
+            place += 1
+        merged[place : merged_borders[k + 1]] = fixed_lists[fixed:end]
+        merged_rows[place : merged_borders[k + 1]] = fixed_rows[fixed:end]
+    return which, merged_borders, merged, merged_rows, places
