@@ -18,6 +18,7 @@ BLOCK = 64
 _SIGMA = 1.5
 _C1 = np.float32(0.01**2)
 _C2 = np.float32(0.03**2)
+_0 = np.float32(0)
 _1 = np.float32(1)
 _2 = np.float32(2)
 
@@ -33,9 +34,11 @@ WINDOW = _window()
 @fused
 def _blur_along(padded, out):
     """Filter a row, padded by 3 RADIUS on both sides, along x."""
-    out[:] = 0
-    for k in range(2 * RADIUS + 1):
-        _add(out, WINDOW[k], padded[3 * k : 3 * k + out.size])
+    for x in range(out.size):
+        total = _0
+        for k in range(2 * RADIUS + 1):
+            total += WINDOW[k] * padded[x + 3 * k]
+        out[x] = total
 
 
 @fused
