@@ -9,6 +9,8 @@ own row of gradients, summed afterwards in a fixed order: the result does not
 depend on the number of threads.
 """
 
+import math
+
 import numba
 import numpy as np
 
@@ -23,6 +25,7 @@ _1 = np.float32(1)
 _2 = np.float32(2)
 _HALF = np.float32(0.5)
 _CHECK_EVERY = 16
+_GOLDEN = 0.618
 # exp(-s) = p(s / 8)^8 on [0, 5.7], to 2e-6; beyond, alpha is below 1/255.
 _MOST = np.float32(5.7)
 _P5 = np.float32(-0.005805022083222866 / 8**5)
@@ -120,6 +123,18 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
                 row[3 * TILE + x] += w * b_
 
 
+@plain
+def _scattering_step(count):
+    """Return a step that takes one through all of `count` places, and each thread everywhere.
+
+    Threads get consecutive turns: without it one would have the sky and another the street.
+    """
+    step = int(_GOLDEN * count) + 1
+    while math.gcd(step, count) > 1:
+        step += 1
+    return step
+
+
 @parallel_entrance
 def raster_forward(
     means2d, conics, colors, opacities,
@@ -128,7 +143,9 @@ def raster_forward(
     """Fill the tiles of image [H,W,3] and transmittance [H,W], negative where a pixel stopped."""
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
-    for tile in numba.prange(which.size):
+    step = _scattering_step(which.size)
+    for turn in numba.prange(which.size):
+        tile = turn * step % which.size
         row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
@@ -239,7 +256,9 @@ def raster_backward(
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
     pairs = np.empty((lists.size, 9), dtype=np.float32)
-    for tile in numba.prange(which.size):
+    step = _scattering_step(which.size)
+    for turn in numba.prange(which.size):
+        tile = turn * step % which.size
         row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 6 * TILE), dtype=np.float32)
         for y in range(min(TILE, height - row)):
