@@ -56,9 +56,9 @@ class Exposures:
 def find_gain(image: Tensor, picture: Tensor) -> Tensor:
     """Return `[3]` by how much an image is to be multiplied to be nearest to a picture.
 
-    Pixels that the camera has saturated say nothing.
+    Pixels that the camera has saturated say nothing; a quarter of the others says enough.
     """
-    image, picture = image.detach(), picture.detach()
+    image, picture = image.detach()[::2, ::2], picture.detach()[::2, ::2]
     shown = image * (picture < _SATURATED)
     light = (shown * image).sum(dim=(0, 1))
     gain = (shown * picture).sum(dim=(0, 1)) / light.clamp(min=_LEAST_LIGHT)
