@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.acceleration import count_threads, map_parts
@@ -28,12 +29,14 @@ class AnchorTree:
     """The anchors of a level in Morton order, of those at one place the first alone.
 
     Attributes:
-        anchors: `[b, 4]` xyz and number.
-        blocks: Runs of runs of them, the widest first.
+        anchors: `[4, b + 16]` xyz and number; the last 16 mean nothing.
+        blocks: `[b, 8]` blocks of blocks of them, the widest first: see `pruning_kernels`.
+        widest: How many blocks are of the widest.
     """
 
     anchors: Int32
-    blocks: tuple[Runs, ...]
+    blocks: Int32
+    widest: int
 
 
 class CompiledSampler:
@@ -54,7 +57,8 @@ class CompiledSampler:
         self._words = drawing.draw_words(scene.ids, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
         self._order, self._merges = drawing.sort_cells(scene.positions)
         self._points = growing.list_points(scene.positions, self._order)
-        self._runs = self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS)
+        runs = self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS)
+        self._walk, self._tops = _walk_runs(runs)
 
     def sample(self, level: int, count: int) -> tuple[Int64, Int64, AnchorTree]:
         """Return indices of the anchors, the binding, and the tree of the anchors."""
@@ -63,28 +67,28 @@ class CompiledSampler:
         anchors, merges, ranks = kernels.list_anchors(
             flags, self._order, self._merges, self._points
         )
-        places = np.ascontiguousarray(anchors[:, :3].T)
-        tree = AnchorTree(anchors, self._make_tree(places, merges, _ANCHORS_OF_BLOCKS))
+        runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
+        tree = AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1]))
         return np.flatnonzero(flags), self._bind(tree, ranks), tree
 
     def _bind(self, tree: AnchorTree, ranks: Int32) -> Int64:
         binding = np.empty(self._order.size, dtype=np.int64)
-        tops = self._runs[0][0].size - 1
+        gaussians = (self._points, self._order, self._walk)
+        number_bits = max(1, int(tree.anchors[3].max()).bit_length())
+        anchors = (tree.anchors, ranks, tree.blocks, tree.widest, number_bits)
+        tops = self._tops.size - 1
         parts = min(tops, _PARTS_OF_A_THREAD * count_threads())
-        borders = [tops * part // parts for part in range(parts + 1)]
+        borders = self._tops[np.arange(parts + 1) * tops // parts].tolist()
 
         def bind_part(part: int) -> None:
-            self._binding.bind_runs(
-                (self._points, self._order, self._runs),
-                (tree.anchors, ranks, tree.blocks),
-                (borders[part], borders[part + 1]),
-                binding,
-            )
+            span = (borders[part], borders[part + 1])
+            room = _make_room(tree, self._binding)
+            self._binding.bind_runs(gaussians, anchors, span, room, binding)
 
         map_parts(bind_part, range(parts))
         return binding
 
-    def _make_tree(self, points: Int32, merges: Int32, sizes: tuple[int, ...]) -> tuple[Runs, ...]:
+    def _make_tree(self, points: Int32, merges: Int32, sizes: tuple[int, ...]) -> list[Runs]:
         """Return runs of runs of points in Morton order, the widest first."""
         kernels = self._growing
         begins = np.arange(merges.size + 1, dtype=np.int32)
@@ -94,7 +98,36 @@ class CompiledSampler:
             begins = begins[starts]
             starts = kernels.cut_runs(merges, begins, size)
             runs.append((starts, kernels.bound_boxes(runs[-1][1], starts)))
-        return tuple(reversed(runs))
+        return runs[::-1]
+
+
+def _walk_runs(runs: list[Runs]) -> tuple[Int32, Int64]:
+    """Return runs `[r, 9]`, each before its parts: box, depth, first point, last and one.
+
+    Returns:
+        The runs, and `[t + 1]` where the largest stand, and the end.
+    """
+    rows, borders = [], runs[-1][0]
+    for depth in reversed(range(len(runs))):
+        boxes = runs[depth][1]
+        depths = np.full(len(boxes), depth, dtype=np.int32)
+        rows.append(np.column_stack([boxes, depths, borders[:-1], borders[1:]]))
+        if depth:
+            borders = borders[runs[depth - 1][0]]
+    walk = np.concatenate(rows[::-1])
+    walk = walk[np.argsort(walk[:, 7], kind="stable")]
+    return walk, np.append(np.flatnonzero(walk[:, 6] == 0), len(walk))
+
+
+def _stack_blocks(runs: list[Runs]) -> Int32:
+    """Return `[b, 8]` all runs: box, first part, last and one; of the least size, anchors."""
+    rows, first = [], 0
+    for starts, boxes in runs[:-1]:
+        first += len(boxes)
+        rows.append(np.column_stack([boxes, starts[:-1] + first, starts[1:] + first]))
+    starts, boxes = runs[-1]
+    rows.append(np.column_stack([boxes, starts[:-1], starts[1:]]))
+    return np.concatenate(rows).astype(np.int32)
 
 
 def bind_through(tree: AnchorTree, positions: Int32, kernels: ModuleType) -> Int64:
@@ -105,5 +138,18 @@ def bind_through(tree: AnchorTree, positions: Int32, kernels: ModuleType) -> Int
         positions: `[3, n]` lattice units.
         kernels: Those of `binding_kernels`.
     """
-    answers: Int64 = kernels.bind_points(np.ascontiguousarray(positions), tree.anchors, tree.blocks)
+    answers = np.empty(positions.shape[1], dtype=np.int64)
+    points, anchors = np.ascontiguousarray(positions), (tree.anchors, tree.blocks, tree.widest)
+    kernels.bind_points(points, anchors, _make_room(tree, kernels), answers)
     return answers
+
+
+def _make_room(tree: AnchorTree, kernels: ModuleType) -> tuple[NDArray[np.generic], ...]:
+    """Return the lists that `pruning_kernels` works in."""
+    return (
+        np.empty((kernels.LISTS + 1, len(tree.blocks)), dtype=np.uint32),
+        np.empty((kernels.LISTS, 4, kernels.RUN * (kernels.RUN + 1)), dtype=np.int32),
+        np.zeros((2, kernels.LISTS), dtype=np.int64),
+        np.empty(kernels.RUN, dtype=np.int64),
+        np.empty(kernels.RUN, dtype=np.uint8),
+    )

@@ -1,21 +1,27 @@
 """Which anchors may be nearest to any of a run of Gaussians, compiled; for `binding_kernels`.
 
-Boxes of anchors are of three tiers, the widest 0; tier 3 are anchors themselves.
+Anchors are in blocks, and these in wider ones: int32 `[b, 8]`, the box of
+each, its first part, and its last and one. There are three tiers of blocks, the
+widest 0; tier 3 are anchors themselves.
+
+Lists are kept in a `room` that is there before, one to a depth: uint32
+`[LISTS + 1, b]` blocks, the last list for whoever is at work, and int32
+`[LISTS, 4, RUN * (RUN + 1)]` anchors; int64 `[2, LISTS]` how many each list
+has, and of which tier; int64 `[RUN]` distances and uint8 `[RUN]` marks.
 """
 
 import numpy as np
 
-from quarc_ref.format.compiled import plain
+from quarc_ref.format.compiled import bare
 
-_EXPANDED = 16
-LISTED = 256
-_SAMPLES = 8
-RUN = 16
-UNBOUND = (1 << 63) - 1
 ANCHORS = 3
+RUN = 16  # Gaussians side by side, anchors side by side, blocks whose anchors are listed
+LISTS = 6
+UNBOUND = (1 << 63) - 1
+_SAMPLES = 8
 
 
-@plain
+@bare
 def box_of(boxes, i):
     """Return one of boxes `[r, 6]` as six int64."""
     return (
@@ -24,7 +30,7 @@ def box_of(boxes, i):
     )  # fmt: skip
 
 
-@plain
+@bare
 def diagonal_of(box):
     """Return the square of a box's diagonal."""
     x0, y0, z0, x1, y1, z1 = box
@@ -32,84 +38,141 @@ def diagonal_of(box):
     return x * x + y * y + z * z
 
 
-@plain
-def narrow(box, bound, depth, state, tree):
+@bare
+def apart(least, greatest, low, high):
+    """Return how far two intervals of int32 are apart, 0 where they meet."""
+    return np.int64(max(max(np.int32(least - high), np.int32(low - greatest)), np.int32(0)))
+
+
+@bare
+def narrow(box, bound, depth, room, anchors, blocks):
     """Make the list of a depth + 1 from that of a depth."""
-    ids, listed, lengths, tiers, spare = state
-    anchors, wide_starts, wide_boxes, block_starts, block_boxes, leaf_starts, anchor_boxes = tree
-    tier, length = tiers[depth], lengths[depth]
+    ids, listed, counts, _, reach = room
+    length, tier = counts[0, depth], counts[1, depth]
+    kept = ids[depth + 1]
     if tier == ANCHORS:
-        length = _keep_anchors(box, listed, depth, length, bound, depth + 1)
-    elif tier == 2:
-        length = keep_blocks(box, anchor_boxes, ids, depth, length, bound, ids, depth + 1)
-    elif tier == 1:
-        length = keep_blocks(box, block_boxes, ids, depth, length, bound, ids, depth + 1)
+        length = _keep_anchors(box, listed[depth], length, bound, listed[depth + 1], reach)
     else:
-        length = keep_blocks(box, wide_boxes, ids, depth, length, bound, ids, depth + 1)
-    if tier == 0 and length <= _EXPANDED:
-        length = expand(ids, depth + 1, length, wide_starts, spare, 0)
-        length = keep_blocks(box, block_boxes, spare, 0, length, bound, ids, depth + 1)
-        tier = 1
-    if tier == 1 and length <= _EXPANDED:
-        length = expand(ids, depth + 1, length, block_starts, spare, 0)
-        length = keep_blocks(box, anchor_boxes, spare, 0, length, bound, ids, depth + 1)
-        tier = 2
-    if tier == 2 and length <= _EXPANDED:
-        length = _keep_anchors_of(box, ids, depth + 1, length, leaf_starts, anchors, bound, listed)
-        tier = ANCHORS
-    tiers[depth + 1], lengths[depth + 1] = tier, length
+        length = keep_blocks(box, blocks, ids[depth], length, bound, kept)
+    while tier < ANCHORS and length <= RUN:
+        tier += 1
+        if tier == ANCHORS:
+            length = _list_anchors(
+                box, kept, length, blocks, anchors, bound, listed[depth + 1], reach
+            )
+        else:
+            length = expand(kept, length, blocks, ids[LISTS])
+            length = keep_blocks(box, blocks, ids[LISTS], length, bound, kept)
+    counts[0, depth + 1], counts[1, depth + 1] = length, tier
 
 
-@plain
-def expand(ids, row, count, starts, children, to):
-    """List the parts of runs; return how many."""
+@bare
+def list_blocks(box, bound, depth, counts, blocks, ids):
+    """List the blocks of the least size, at depth + 1, of the list of a depth; return how many."""
+    length = counts[0, depth]
+    for i in range(length):
+        ids[depth + 1, i] = ids[depth, i]
+    for _ in range(counts[1, depth], ANCHORS - 1):
+        length = expand(ids[depth + 1], length, blocks, ids[LISTS])
+        length = keep_blocks(box, blocks, ids[LISTS], length, bound, ids[depth + 1])
+    return length
+
+
+@bare
+def expand(ids, count, blocks, parts):
+    """List the parts of blocks; return how many."""
     length = 0
     for i in range(count):
-        for child in range(starts[ids[row, i]], starts[ids[row, i] + 1]):
-            children[to, length] = child
+        for part in range(blocks[ids[i], 6], blocks[ids[i], 7]):
+            parts[length] = part
             length += 1
     return length
 
 
-@plain
-def _keep_anchors_of(box, ids, row, count, starts, anchors, bound, listed):
-    """List the anchors of some boxes that are within a bound; return how many."""
-    x0, y0, z0, x1, y1, z1 = box
+@bare
+def keep_blocks(box, blocks, asked, count, bound, kept):
+    """List the blocks that reach within a bound; return how many."""
+    x0, y0, z0 = np.int32(box[0]), np.int32(box[1]), np.int32(box[2])
+    x1, y1, z1 = np.int32(box[3]), np.int32(box[4]), np.int32(box[5])
+    found = np.uint64(0)  # as a number without a sign is looked up at once
+    for i in range(count):
+        b = asked[i]
+        x = apart(blocks[b, 0], blocks[b, 3], x0, x1)
+        y = apart(blocks[b, 1], blocks[b, 4], y0, y1)
+        z = apart(blocks[b, 2], blocks[b, 5], z0, z1)
+        kept[found] = b
+        found += np.uint64(x * x + y * y + z * z <= bound)
+    return np.int64(found)
+
+
+@bare
+def _list_anchors(box, ids, count, blocks, anchors, bound, listed, reach):
+    """List the anchors of some blocks that are within a bound; return how many."""
     found = 0
     for i in range(count):
-        for a in range(starts[ids[row, i]], starts[ids[row, i] + 1]):
-            px, py, pz, number = anchors[a, 0], anchors[a, 1], anchors[a, 2], anchors[a, 3]
-            x = max(max(px - x1, x0 - px), 0)
-            y = max(max(py - y1, y0 - py), 0)
-            z = max(max(pz - z1, z0 - pz), 0)
-            listed[row, found, 0], listed[row, found, 1] = px, py
-            listed[row, found, 2], listed[row, found, 3] = pz, number
-            found += x * x + y * y + z * z <= bound
+        first, last = blocks[ids[i], 6], blocks[ids[i], 7]
+        found = _keep_run(box, anchors, first, last, bound, listed, found, reach)
     return found
 
 
-@plain
+@bare
+def _keep_anchors(box, listed, count, bound, kept, reach):
+    """List the anchors within a bound; return how many."""
+    found = 0
+    for first in range(0, count, RUN):
+        last = min(first + RUN, count)
+        found = _keep_run(box, listed, first, last, bound, kept, found, reach)
+    return found
+
+
+@bare
+def _keep_run(box, anchors, first, last, bound, kept, found, reach):
+    """Add those of at most 16 anchors that are within a bound to a list; return its length."""
+    xs, ys, zs = anchors[0, first:], anchors[1, first:], anchors[2, first:]
+    _mark(box, xs, ys, zs, bound, reach)
+    numbers = anchors[3, first:]
+    to_x, to_y, to_z, to_number = kept[0], kept[1], kept[2], kept[3]
+    place = np.uint64(found)
+    for i in range(last - first):
+        to_x[place], to_y[place], to_z[place], to_number[place] = xs[i], ys[i], zs[i], numbers[i]
+        place += np.uint64(reach[i])
+    return np.int64(place)
+
+
+@bare
+def _mark(box, xs, ys, zs, bound, reach):
+    """Mark which of 16 anchors are within a bound of a box."""
+    x0, y0, z0 = np.int32(box[0]), np.int32(box[1]), np.int32(box[2])
+    x1, y1, z1 = np.int32(box[3]), np.int32(box[4]), np.int32(box[5])
+    for i in range(RUN):
+        x = apart(xs[i], xs[i], x0, x1)
+        y = apart(ys[i], ys[i], y0, y1)
+        z = apart(zs[i], zs[i], z0, z1)
+        reach[i] = x * x + y * y + z * z <= bound
+
+
+@bare
 def bound_by(box, anchors, first, last):
     """Return the least squared distance within which all of a box have one of some anchors."""
     x0, y0, z0, x1, y1, z1 = box
-    bound = UNBOUND
-    first, last = max(first - 1, 0), min(last + 1, anchors.shape[0])
+    bound = np.int64(UNBOUND)
+    first, last = max(first - 1, 0), min(last + 1, anchors.shape[1] - RUN)
     for a in range(first, last, 1 + (last - first) // _SAMPLES):
-        px, py, pz = np.int64(anchors[a, 0]), np.int64(anchors[a, 1]), np.int64(anchors[a, 2])
+        px, py, pz = np.int64(anchors[0, a]), np.int64(anchors[1, a]), np.int64(anchors[2, a])
         x, y, z = max(px - x0, x1 - px), max(py - y0, y1 - py), max(pz - z0, z1 - pz)
         bound = min(bound, x * x + y * y + z * z)
     return bound
 
 
-@plain
+@bare
 def bound_few(points, anchors, first, last, ranks, best):
     """Return the least squared distance within which each of a few has one of some anchors."""
     xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
     for j in range(RUN):
         best[j] = UNBOUND
-    low, high = max(ranks[first] - 2, 0), min(ranks[last] + 2, anchors.shape[0])
+    low, high = max(ranks[first] - 2, 0), min(ranks[last] + 2, anchors.shape[1] - RUN)
     for a in range(low, high, 1 + (high - low) // _SAMPLES):
-        ax, ay, az = anchors[a, 0], anchors[a, 1], anchors[a, 2]
+        ax, ay, az = anchors[0, a], anchors[1, a], anchors[2, a]
         for j in range(RUN):
             x = np.int64(np.int32(xs[j] - ax))
             y = np.int64(np.int32(ys[j] - ay))
@@ -118,53 +181,17 @@ def bound_few(points, anchors, first, last, ranks, best):
     bound = np.int64(0)
     for j in range(min(last - first, RUN)):
         bound = max(bound, best[j])
-    return bound if last - first <= RUN else UNBOUND
+    return bound
 
 
-@plain
-def keep_blocks(box, blocks, asked, row, count, bound, kept, to):
-    """List the blocks that reach within a bound; return how many."""
-    x0, y0, z0, x1, y1, z1 = box
-    found = 0
-    for i in range(count):
-        b = asked[row, i]
-        x = max(max(blocks[b, 0] - x1, x0 - blocks[b, 3]), 0)
-        y = max(max(blocks[b, 1] - y1, y0 - blocks[b, 4]), 0)
-        z = max(max(blocks[b, 2] - z1, z0 - blocks[b, 5]), 0)
-        kept[to, found] = b
-        found += x * x + y * y + z * z <= bound
-    return found
-
-
-@plain
-def _keep_anchors(box, listed, row, count, bound, to):
-    """List the anchors within a bound; return how many."""
-    x0, y0, z0, x1, y1, z1 = box
-    found = 0
-    for i in range(count):
-        px, py, pz, number = (
-            listed[row, i, 0],
-            listed[row, i, 1],
-            listed[row, i, 2],
-            listed[row, i, 3],
-        )
-        x = max(max(px - x1, x0 - px), 0)
-        y = max(max(py - y1, y0 - py), 0)
-        z = max(max(pz - z1, z0 - pz), 0)
-        listed[to, found, 0], listed[to, found, 1] = px, py
-        listed[to, found, 2], listed[to, found, 3] = pz, number
-        found += x * x + y * y + z * z <= bound
-    return found
-
-
-@plain
-def bound_by_boxes(box, boxes, asked, count, bound):
-    """Return a bound that is not above what it was: each of some boxes holds an anchor."""
+@bare
+def bound_by_blocks(box, blocks, asked, count, bound):
+    """Return a bound that is not above what it was: each of some blocks holds an anchor."""
     x0, y0, z0, x1, y1, z1 = box
     for i in range(count):
-        b = asked[0, i]
-        x = max(boxes[b, 3] - x0, x1 - boxes[b, 0])
-        y = max(boxes[b, 4] - y0, y1 - boxes[b, 1])
-        z = max(boxes[b, 5] - z0, z1 - boxes[b, 2])
+        b = asked[i]
+        x = max(blocks[b, 3] - x0, x1 - blocks[b, 0])
+        y = max(blocks[b, 4] - y0, y1 - blocks[b, 1])
+        z = max(blocks[b, 5] - z0, z1 - blocks[b, 2])
         bound = min(bound, x * x + y * y + z * z)
     return bound

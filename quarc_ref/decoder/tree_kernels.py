@@ -91,15 +91,16 @@ def list_anchors(chosen, order, merges, points):
         points: int32 `[3, N]` positions in that order.
 
     Returns:
-        int32 `[b, 4]` their positions and numbers, uint8 `[b]` their merges,
-        and int32 `[N + 1]` how many stand before each Gaussian of the order.
+        int32 `[4, b + 16]` their positions and numbers, and 16 more that mean
+        nothing; uint8 `[b]` their merges; and int32 `[N + 1]` how many stand
+        before each Gaussian of the order.
     """
     count = 0
     number_of = np.empty(chosen.size, dtype=np.int32)
     for i in range(chosen.size):
         number_of[i] = count
         count += chosen[i]
-    anchors, widest = np.empty((count, 4), dtype=np.int32), np.empty(count, dtype=np.uint8)
+    anchors, widest = np.empty((4, count + 16), dtype=np.int32), np.empty(count, dtype=np.uint8)
     ranks = np.empty(order.size + 1, dtype=np.int32)
     found, merge = 0, np.uint8(0)
     for place in range(order.size):
@@ -107,9 +108,10 @@ def list_anchors(chosen, order, merges, points):
         merge = max(merge, merges[place])
         if merge and chosen[order[place]]:
             for axis in range(3):
-                anchors[found, axis] = points[axis, place]
-            anchors[found, 3] = number_of[order[place]]
+                anchors[axis, found] = points[axis, place]
+            anchors[3, found] = number_of[order[place]]
             widest[found] = merge
             found, merge = found + 1, np.uint8(0)
     ranks[order.size] = found
-    return anchors[:found].copy(), widest[:found].copy(), ranks
+    anchors[:, found:] = 0
+    return anchors[:, : found + 16].copy(), widest[:found].copy(), ranks
