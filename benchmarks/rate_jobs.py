@@ -9,9 +9,11 @@ from pathlib import Path
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
-from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder import EncodeOptions
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.presets import change_setting, choose_preset, list_settings
+from quarc_ref.encoder.stream_file import encode_file
+from quarc_ref.format.errors import ResumeError
 
 BUILT_IN = "synth"
 _SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
@@ -75,14 +77,23 @@ def provide_capture(name: str, folder: Path) -> Path:
 
 
 def provide_stream(job: Job, folder: Path) -> bytes:
-    """Return a stream; one that is not in `folder` is encoded into it first."""
+    """Return a stream; one that is not in `folder` is encoded into it first.
+
+    Raises:
+        ResumeError: What an earlier run left of it was begun otherwise.
+    """
     path = folder / job.file_name()
     if not path.is_file():
         note(f"encoding {path.name}")
         capture = open_capture(job.capture, CaptureOptions(job.downscale, job.held_out))
         part = path.with_name(path.name + ".part")
-        with part.open("wb") as sink, TerminalProgress(quiet=False) as progress:
-            encode(capture, sink, EncodeOptions(job.config(), job.frames, progress=progress))
+        with TerminalProgress(quiet=False) as progress:
+            options = EncodeOptions(job.config(), job.frames, progress=progress)
+            try:
+                encode_file(capture, part, options)
+            except ResumeError as error:
+                message = f"{error}; remove {part} to begin anew"
+                raise ResumeError(message) from error
         os.replace(part, path)
     return path.read_bytes()
 

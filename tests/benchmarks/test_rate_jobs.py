@@ -3,7 +3,9 @@ from pathlib import Path
 
 import pytest
 
+import rate_jobs
 from quarc_ref.encoder.description import describe_encode
+from quarc_ref.format.errors import ResumeError
 from rate_jobs import Job, list_differences, provide_stream
 from tests.encoder.toys import make_capture
 
@@ -55,3 +57,15 @@ def test_a_stream_that_is_there_is_taken_as_it_is(tmp_path):
     (tmp_path / "plane.main.quarc").write_bytes(b"a stream")
 
     assert provide_stream(JOB, tmp_path) == b"a stream"
+
+
+def test_what_cannot_be_gone_on_with_is_named(tmp_path, monkeypatch):
+    def refuse(*_):
+        message = "begun otherwise"
+        raise ResumeError(message)
+
+    monkeypatch.setattr(rate_jobs, "open_capture", lambda *_: make_capture())
+    monkeypatch.setattr(rate_jobs, "encode_file", refuse)
+
+    with pytest.raises(ResumeError, match=r"begun otherwise; remove .*plane\.main\.quarc\.part"):
+        provide_stream(JOB, tmp_path)
