@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.acceleration import count_threads, map_parts
-from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.arrays import Bits, Int32, Int64
 from quarc_ref.format.constants import PHILOX_DOMAIN_SAMPLER
 
 # Where the parts of each run begin, and the boxes `[r, 6]` of the runs.
@@ -39,8 +39,13 @@ class AnchorTree:
     widest: int
 
 
+# Of a level: indices `[a]` of the Gaussians that are its anchors, ascending; the
+# binding `[N]`; and what finds the nearest anchor fast, if anything.
+Sampled = tuple[Int64, Int64, AnchorTree | None]
+
+
 class CompiledSampler:
-    """Draws and binds level by level; see `anchors.PlainSampler`.
+    """Draws and binds all levels; see `anchors.PlainSampler`.
 
     Args:
         scene: Whose Gaussians are sampled.
@@ -57,36 +62,45 @@ class CompiledSampler:
         self._words = drawing.draw_words(scene.ids, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
         self._order, self._merges = drawing.sort_cells(scene.positions)
         self._points = growing.list_points(scene.positions, self._order)
-        runs = self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS)
-        self._walk, self._tops = _walk_runs(runs)
 
-    def sample(self, level: int, count: int) -> tuple[Int64, Int64, AnchorTree]:
-        """Return indices of the anchors, the binding, and the tree of the anchors."""
-        kernels = self._growing
+    def sample(self, counts: tuple[int, ...]) -> list[Sampled]:
+        """Return what was sampled of every level, level 1 first."""
+        levels = range(len(counts))
+        drawn = map_parts(lambda level: self._draw(level, counts[level]), levels)
+        bound = self._bind([(tree, ranks) for _, tree, ranks in drawn])
+        return [
+            (np.flatnonzero(flags), binding, tree)
+            for (flags, tree, _), binding in zip(drawn, bound, strict=True)
+        ]
+
+    def _draw(self, level: int, count: int) -> tuple[Bits, AnchorTree, Int32]:
+        """Return which Gaussians are anchors of a level, their tree, and their ranks."""
         flags = self._drawing.choose(self._words[level], self._order, self._merges, count)
-        anchors, merges, ranks = kernels.list_anchors(
+        anchors, merges, ranks = self._growing.list_anchors(
             flags, self._order, self._merges, self._points
         )
         runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
-        tree = AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1]))
-        return np.flatnonzero(flags), self._bind(tree, ranks), tree
+        return flags, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
 
-    def _bind(self, tree: AnchorTree, ranks: Int32) -> Int64:
-        binding = np.empty(self._order.size, dtype=np.int64)
-        gaussians = (self._points, self._order, self._walk)
-        number_bits = max(1, int(tree.anchors[3].max()).bit_length())
-        anchors = (tree.anchors, ranks, tree.blocks, tree.widest, number_bits)
-        tops = self._tops.size - 1
-        parts = min(tops, _PARTS_OF_A_THREAD * count_threads())
-        borders = self._tops[np.arange(parts + 1) * tops // parts].tolist()
+    def _bind(self, levels: list[tuple[AnchorTree, Int32]]) -> list[Int64]:
+        walk, tops = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))
+        gaussians = (self._points, self._order, walk)
+        parts = min(tops.size - 1, _PARTS_OF_A_THREAD * count_threads())
+        borders = tops[np.arange(parts + 1) * (tops.size - 1) // parts].tolist()
+        bindings = [np.empty(self._order.size, dtype=np.int64) for _ in levels]
 
-        def bind_part(part: int) -> None:
-            span = (borders[part], borders[part + 1])
-            room = _make_room(tree, self._binding)
-            self._binding.bind_runs(gaussians, anchors, span, room, binding)
+        def bind_part(work: tuple[int, int]) -> None:
+            level, part = work
+            tree, ranks = levels[level]
+            number_bits = max(1, int(tree.anchors[3].max()).bit_length())
+            anchors = (tree.anchors, ranks, tree.blocks, tree.widest, number_bits)
+            room, span = _make_room(tree, self._binding), (borders[part], borders[part + 1])
+            self._binding.bind_runs(gaussians, anchors, span, room, bindings[level])
 
-        map_parts(bind_part, range(parts))
-        return binding
+        map_parts(
+            bind_part, [(level, part) for level in range(len(levels)) for part in range(parts)]
+        )
+        return bindings
 
     def _make_tree(self, points: Int32, merges: Int32, sizes: tuple[int, ...]) -> list[Runs]:
         """Return runs of runs of points in Morton order, the widest first."""

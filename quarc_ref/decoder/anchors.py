@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, bind_through
+from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Sampled, bind_through
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
@@ -68,12 +68,10 @@ def sample_anchors(scene: Scene) -> Anchors:
     Args:
         scene: Of the frame, its dead gone.
     """
-    sampler = _choose_sampler(scene)
     levels: list[AnchorLevel] = []
     binding: list[Int64] = []
-    counts = count_anchors(scene.count, scene.header)
-    for level in reversed(range(len(counts))):
-        chosen, bound, tree = sampler.sample(level, counts[level])
+    sampled = _choose_sampler(scene).sample(count_anchors(scene.count, scene.header))
+    for chosen, bound, tree in reversed(sampled):
         parents = binding[-1][chosen] if binding else np.zeros(chosen.size, dtype=np.int64)
         levels.append(AnchorLevel(scene.ids[chosen], scene.positions[:, chosen], parents, tree))
         binding.append(bound)
@@ -90,19 +88,10 @@ def bind_newborn(level: AnchorLevel, positions: Int32) -> Int64:
 
 
 class _Sampler(Protocol):
-    """Samples the levels of a scene, one at a time."""
+    """Samples the levels of a scene."""
 
-    def sample(self, level: int, count: int) -> tuple[Int64, Int64, AnchorTree | None]:
-        """Sample a level.
-
-        Args:
-            level: Its number less 1.
-            count: Of its anchors.
-
-        Returns:
-            Indices `[count]` of the Gaussians that are its anchors, ascending;
-            the binding `[N]`; and what finds the nearest anchor fast, if anything.
-        """
+    def sample(self, counts: tuple[int, ...]) -> list[Sampled]:
+        """Sample all levels, whose anchors are so many; level 1 first."""
         ...
 
 
@@ -114,8 +103,11 @@ class PlainSampler:
         self._ranks = _rank(scene)
         self._order, self._merges = _sort_cells(scene.positions)
 
-    def sample(self, level: int, count: int) -> tuple[Int64, Int64, None]:
+    def sample(self, counts: tuple[int, ...]) -> list[Sampled]:
         """See `_Sampler.sample`."""
+        return [self._sample(level, count) for level, count in enumerate(counts)]
+
+    def _sample(self, level: int, count: int) -> Sampled:
         chosen, shift = _choose(self._ranks[level], self._order, self._merges, count)
         return chosen, bind(self._positions, self._positions[:, chosen], shift), None
 
