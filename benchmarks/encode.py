@@ -1,0 +1,103 @@
+"""Where the seconds of an encode go, stage by stage.
+
+    python benchmarks/encode.py CAPTURE [--preset P] [--set KEY=VALUE] [--frames N] [--json]
+
+The canonical scene's seconds are those of all its iterations, the kernels' loading
+among them; a frame's are the mean of the frames from the third, when all that is
+loaded or compiled at its first use is there.
+"""
+
+import argparse
+import io
+import json
+import os
+import platform
+from pathlib import Path
+
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.encoder.stage_timer import StageTimer
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+
+_FIRST_FRAME = 2
+_STAGES = ("anchors", "motion", "placement", "births", "commit")
+
+
+class SteadyTimer:
+    """Tells the seconds of the canonical scene from those of steady frames.
+
+    Attributes:
+        canonical: Seconds of the canonical scene's training.
+        timer: Of the frames from the third, once it has begun.
+    """
+
+    def __init__(self) -> None:
+        self.canonical = 0.0
+        self.timer = StageTimer()
+
+    def advance(self, stage: str, done: int, total: int) -> None:
+        """See `Progress.advance`."""
+        self.timer.advance(stage, done, total)
+        if stage == "frames" and done == _FIRST_FRAME:
+            self.canonical = self.timer.seconds["canonical"]
+            self.timer.seconds.clear()
+
+
+def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, object]:
+    """Return the seconds of an encode, and how many Gaussians it was of."""
+    steady, sink = SteadyTimer(), io.BytesIO()
+    encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", steady))
+    counted = frames - _FIRST_FRAME
+    each = {stage: steady.timer.seconds.get(stage, 0.0) / counted for stage in _STAGES}
+    return {
+        "capture": folder.resolve().name,
+        "gaussians": inspect_stream(sink.getvalue()).frames[0].gaussians,
+        "iterations": {
+            "canonical": config.canonical.iterations,
+            "motion": config.motion.iterations,
+            "births": config.births.iterations,
+        },
+        "seconds_canonical": steady.canonical,
+        "seconds_per_frame": sum(each.values()),
+        "seconds_per_frame_by_stage": each,
+        "machine": {
+            "processor": platform.processor() or platform.machine(),
+            "cores": os.cpu_count(),
+        },
+    }
+
+
+def format_table(row: dict[str, object]) -> str:
+    """Return a row as a table in Markdown."""
+    stages: dict[str, float] = row["seconds_per_frame_by_stage"]
+    seconds = [row["seconds_canonical"], row["seconds_per_frame"], *stages.values()]
+    heads = ["capture", "Gaussians", "canonical s", "frame s", *stages]
+    cells = [row["capture"], f"{row['gaussians']:,}", *(f"{value:.2f}" for value in seconds)]
+    return "\n".join(
+        "| " + " | ".join(line) + " |" for line in (heads, ["---"] * len(heads), cells)
+    )
+
+
+def main() -> None:
+    """Measure one capture."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("capture", type=Path, metavar="CAPTURE")
+    parser.add_argument("--preset", choices=sorted(PRESETS), default="main")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
+    parser.add_argument("--frames", type=int, default=6)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.frames <= _FIRST_FRAME:
+        parser.error(f"--frames takes at least {_FIRST_FRAME + 1}")
+    config = choose_preset(arguments.preset)
+    for change in arguments.changes:
+        name, _, value = change.partition("=")
+        config = change_setting(config, name, value)
+    row = measure(arguments.capture, config, arguments.frames)
+    print(json.dumps(row, indent=2) if arguments.json else format_table(row))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+from encode import SteadyTimer, format_table
+
+
+def test_a_frame_is_counted_from_the_third(monkeypatch):
+    moments = iter(range(100))
+    monkeypatch.setattr("quarc_ref.encoder.stage_timer.time.perf_counter", lambda: next(moments))
+    steady = SteadyTimer()
+
+    for stage, done in [("canonical", 1), ("canonical", 2), ("frames", 1), ("motion", 1)]:
+        steady.advance(stage, done, 2)
+    assert steady.canonical == 0
+    for stage, done in [("frames", 2), ("motion", 1), ("motion", 2), ("frames", 3)]:
+        steady.advance(stage, done, 2)
+
+    assert steady.canonical > 0
+    assert set(steady.timer.seconds) == {"anchors", "motion", "commit"}
+
+
+def test_the_table_has_a_column_for_every_stage():
+    row = {
+        "capture": "plane",
+        "gaussians": 12345,
+        "seconds_canonical": 1.5,
+        "seconds_per_frame": 2.25,
+        "seconds_per_frame_by_stage": {"motion": 2.0, "births": 0.25},
+    }
+
+    heads, rule, cells = format_table(row).splitlines()
+
+    assert heads == "| capture | Gaussians | canonical s | frame s | motion | births |"
+    assert rule.count("---") == 6
+    assert cells == "| plane | 12,345 | 1.50 | 2.25 | 2.00 | 0.25 |"
