@@ -14,10 +14,11 @@ import os
 import platform
 from pathlib import Path
 
+from quarc_ref.cli.encoder_options import configure
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.encoder.presets import PRESETS
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 
@@ -75,9 +76,8 @@ def format_table(row: dict[str, object]) -> str:
     seconds = [row["seconds_canonical"], row["seconds_per_frame"], *stages.values()]
     heads = ["capture", "Gaussians", "canonical s", "frame s", *stages]
     cells = [row["capture"], f"{row['gaussians']:,}", *(f"{value:.2f}" for value in seconds)]
-    return "\n".join(
-        "| " + " | ".join(line) + " |" for line in (heads, ["---"] * len(heads), cells)
-    )
+    lines = (heads, ["---"] * len(heads), cells)
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def main() -> None:
@@ -87,14 +87,12 @@ def main() -> None:
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
     parser.add_argument("--frames", type=int, default=6)
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     if arguments.frames <= _FIRST_FRAME:
         parser.error(f"--frames takes at least {_FIRST_FRAME + 1}")
-    config = choose_preset(arguments.preset)
-    for change in arguments.changes:
-        name, _, value = change.partition("=")
-        config = change_setting(config, name, value)
+    config = configure(arguments.preset, arguments.changes, arguments.seed)
     row = measure(arguments.capture, config, arguments.frames)
     print(json.dumps(row, indent=2) if arguments.json else format_table(row))
 
