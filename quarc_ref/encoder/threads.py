@@ -3,8 +3,10 @@
 torch cuts long arrays into a piece for each thread. Sums are made piece by
 piece, and the numbers at the end of a piece are computed by other instructions
 than those before: last bits hang on the number of threads. Training therefore
-runs with the same number on every machine. The kernels of the renderer do not
-hang on theirs, and take all there are.
+runs with one on every machine. The kernels of the renderer do not hang on the
+number of theirs, take all there are, and do most of the work: a second thread
+of torch's gains nothing, and waits for the first wherever other work shares the
+processor.
 """
 
 from collections.abc import Iterator
@@ -14,7 +16,7 @@ import torch
 
 from quarc_ref.rendering.compiled import start_threads
 
-_THREADS = 2
+_THREADS = 1
 
 
 @contextmanager
