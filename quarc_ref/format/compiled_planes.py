@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from quarc_ref.format.arrays import Bits, Int64
-from quarc_ref.format.constants import COUNT_LIMIT, PROBABILITY_CODES
+from quarc_ref.format.constants import COUNT_LIMIT, MODELLED_BITS, PROBABILITY_CODES
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError
 from quarc_ref.format.probability import weight_of_code
@@ -20,14 +20,17 @@ class CompiledPlaneReader:
         section: As a chunk holds it, its CRC checked.
         counts: What contexts have seen before; it stays as it is.
         kernels: Those of `plane_kernels`.
+        values: Those of `value_kernels`.
 
     Raises:
         InvalidWordsError: No encoder writes such words.
     """
 
-    def __init__(self, section: Section, counts: ContextCounts, kernels: ModuleType) -> None:
+    def __init__(
+        self, section: Section, counts: ContextCounts, kernels: ModuleType, values: ModuleType
+    ) -> None:
         self._counts = counts.copy()
-        self._kernels = kernels
+        self._kernels, self._values = kernels, values
         self._words = np.array(section.words, dtype=np.uint32)
         self._cursor = np.zeros(2, dtype=np.uint64)
         if self._words.size:
@@ -35,6 +38,7 @@ class CompiledPlaneReader:
             if self._words[-1] == 0:
                 message = "the last word is 0"
                 raise InvalidWordsError(message)
+        self._coder = (self._words, self._cursor, COUNT_LIMIT, _CODE_WEIGHTS)
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """See `planes.Planes.code`."""
@@ -50,8 +54,7 @@ class CompiledPlaneReader:
             COUNT_LIMIT,
             _CODE_WEIGHTS,
         )
-        if undefined >= 0:
-            weight_of_code(undefined)
+        _refuse(undefined)
         return answers
 
     def code_raw(self, bits: Bits) -> Bits:
@@ -59,12 +62,46 @@ class CompiledPlaneReader:
         answers: Bits = self._kernels.read_raw(self._words, self._cursor, bits.size)
         return answers
 
+    def read_fixed(self, name: str, contexts: Int64, width: int) -> Int64:
+        """Do as `values.code_fixed`."""
+        if contexts.size == 0:
+            return contexts
+        counts = self._counts.open(f"{name}, class", ((int(contexts.max()) + 1) << width) - 1)
+        numbers: Int64
+        numbers, undefined = self._values.read_fixed(self._coder, contexts, width, counts)
+        _refuse(undefined)
+        return numbers
+
+    def read_classed(self, name: str, contexts: Int64, class_bits: int, *, signed: bool) -> Int64:
+        """Do as `values.code_signed`, or as `values.code_unsigned`."""
+        if contexts.size == 0:
+            return contexts
+        classes = (int(contexts.max()) + 1) << class_bits
+        mantissas = classes << (MODELLED_BITS + signed)
+        counts = (
+            self._counts.open(f"{name}, class", classes - 1),
+            self._counts.open(f"{name}, sign", classes - 1),
+            self._counts.open(f"{name}, mantissa", mantissas - 1),
+        )
+        numbers: Int64
+        numbers, undefined = self._values.read_classed(
+            self._coder, contexts, class_bits, signed, counts
+        )
+        _refuse(undefined)
+        return numbers
+
     def finish(self) -> ContextCounts:
         """See `planes.PlaneReader.finish`."""
         if self._cursor.any():
             message = "words are left after the last bit"
             raise UnconsumedWordsError(message)
         return self._counts
+
+
+def _refuse(undefined: int) -> None:
+    """Raise BadProbabilityError for a probability code that is undefined; -1 is none."""
+    if undefined >= 0:
+        weight_of_code(undefined)
 
 
 _CODE_WEIGHTS: Final = np.array([weight_of_code(code) for code in range(PROBABILITY_CODES)])

@@ -20,7 +20,7 @@ def read_plane(words, cursor, contexts, counts, count_limit, code_weights):
     Args:
         words: uint32 of the section.
         cursor: uint64 `[2]` the coder's state and how many words are left; moves on.
-        contexts: int64 `[n]`, n at least 1.
+        contexts: Integers `[n]`, n at least 1.
         counts: int64 `[2, c]` zeros and ones that each context has seen; learns.
         count_limit: Above which counts are halved.
         code_weights: int64 `[k]` the weight of each probability code.
@@ -28,15 +28,16 @@ def read_plane(words, cursor, contexts, counts, count_limit, code_weights):
     Returns:
         The answers, and a probability code that is undefined, -1 if none is.
     """
-    lengths = np.zeros(counts.shape[1] + 1, dtype=np.int64)
+    used = contexts.max() + 1
+    lengths = np.zeros(used + 1, dtype=np.int64)
     for context in contexts:
         lengths[context + 1] += 1
-    stated = np.zeros(counts.shape[1], dtype=np.bool_)
-    for context in range(counts.shape[1]):
+    stated = np.zeros(used, dtype=np.bool_)
+    for context in range(used):
         if lengths[context + 1]:
             stated[context] = _take(words, cursor, _STATED)
-    weights = np.empty(counts.shape[1], dtype=np.int64)
-    for context in range(counts.shape[1]):
+    weights = np.empty(used, dtype=np.int64)
+    for context in range(used):
         zeros, ones = counts[0, context], counts[1, context]
         weights[context] = ((2 * ones + 1) << 24) // (2 * (zeros + ones) + 2)
         if stated[context]:
@@ -54,7 +55,7 @@ def read_plane(words, cursor, contexts, counts, count_limit, code_weights):
         places[contexts[i]] = place + 1
     answers = np.empty(contexts.size, dtype=np.bool_)
     first = 0
-    for context in range(counts.shape[1]):
+    for context in range(used):
         last = first + lengths[context + 1]
         if last > first:
             ones = _take_run(words, cursor, weights[context], order, first, last, answers)
@@ -84,10 +85,8 @@ def _take_run(words, cursor, weight, order, first, last, answers):
             state = (state << _WORD_BITS) | np.uint64(words[left])
         part = state & _WEIGHT_MASK
         bit = part >= zero
-        if bit:
-            state = (state >> _WEIGHT_BITS) * one + part - zero
-        else:
-            state = (state >> _WEIGHT_BITS) * zero + part
+        share, passed = (one, zero) if bit else (zero, np.uint64(0))
+        state = (state >> _WEIGHT_BITS) * share + part - passed
         answers[order[place]] = bit
         ones += bit
     cursor[0], cursor[1] = state, np.uint64(left)

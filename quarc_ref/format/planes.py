@@ -151,10 +151,12 @@ def open_planes(
     Raises:
         InvalidWordsError: No encoder writes such words.
     """
-    kernels = None if is_decoder_chosen() else load_kernels(_KERNELS, elements)
-    if kernels is None:
+    chosen = is_decoder_chosen()
+    kernels = [None if chosen else load_kernels(name, elements) for name in _KERNELS]
+    loaded = [module for module in kernels if module is not None]
+    if len(loaded) < len(kernels):
         return PlaneReader(section, counts)
-    return CompiledPlaneReader(section, counts, kernels)
+    return CompiledPlaneReader(section, counts, *loaded)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,5 +190,5 @@ class _Runs:
         return self.lengths - ones, ones
 
 
-_KERNELS = "quarc_ref.format.plane_kernels"
+_KERNELS = ("quarc_ref.format.plane_kernels", "quarc_ref.format.value_kernels")
 _NARROW = 1 << 16

@@ -13,7 +13,8 @@ from quarc_ref.format.entropy import decoding_with, open_fastest
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.gaussian_planes import read_births, write_births
 from quarc_ref.format.planes import PlaneReader, PlaneWriter, open_planes
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import Section, StreamHeader
+from quarc_ref.format.values import code_fixed, code_signed, code_unsigned
 from tests import strategies
 
 pytest.importorskip("numba")
@@ -91,6 +92,58 @@ def test_counts_are_halved_alike():
 
     assert readers[0][0] == readers[1][0]
     assert _shown(readers[0][1]) == _shown(readers[1][1])
+
+
+_NUMBERS = st.lists(
+    st.tuples(st.integers(0, 2), st.integers(-((1 << 15) - 1), (1 << 15) - 1)), max_size=40
+)
+
+
+def _walk(planes, numbers):
+    contexts, values = np.array(numbers, dtype=np.int64).reshape(-1, 2).T.copy()
+    return [
+        code_fixed(planes, "f", contexts, 3, values & 7).tolist(),
+        code_unsigned(planes, "u", contexts, 6, np.abs(values) << 30).tolist(),
+        code_signed(planes, "s", contexts, 4, values).tolist(),
+    ]
+
+
+def _read_numbers(section, numbers, counts, kernels):
+    try:
+        with computing_with(kernels):
+            reader = open_planes(section, counts, 1)
+        read = _walk(reader, [(context, 0) for context, _ in numbers])
+        seen = reader.finish()
+    except BitstreamError as error:
+        return error.reject_id, None
+    models = [f"{name}, {part}" for name in "fus" for part in ("class", "sign", "mantissa")]
+    return read, [seen.of(model, np.arange(1 << 10)).tolist() for model in models]
+
+
+@given(_NUMBERS, _NUMBERS)
+def test_numbers_are_read_as_a_whole_as_they_are_plane_by_plane(first, second):
+    counts = ContextCounts()
+    for numbers in (first, second):
+        writer = PlaneWriter(counts)
+        written = _walk(writer, numbers)
+        section = writer.section()
+        plain = _read_numbers(section, numbers, counts, PLAIN)
+
+        assert plain[0] == written
+        assert _read_numbers(section, numbers, counts, COMPILED) == plain
+        with computing_with(PLAIN):
+            reader = open_planes(section, counts, 1)
+        _walk(reader, numbers)
+        counts = reader.finish()
+
+
+@given(_NUMBERS, st.lists(st.integers(0, (1 << 32) - 1), max_size=12))
+def test_of_any_words_numbers_are_read_alike_or_refused_alike(numbers, words):
+    section = Section(np.array(words, dtype=np.uint32))
+
+    expected = _read_numbers(section, numbers, ContextCounts(), PLAIN)
+
+    assert _read_numbers(section, numbers, ContextCounts(), COMPILED) == expected
 
 
 @given(strategies.births(StreamHeader(), 6, 20))
