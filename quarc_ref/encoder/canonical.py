@@ -1,9 +1,10 @@
 """Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
 
 Noise on the positions while training (paper section 3) keeps the scene from
-fitting its views to the pixel. The last part of the schedule is fine-tuning: the
-Gaussians that the pictures would not miss are gone, and all attributes pass
-through the quantizer, so that what is written is what was trained.
+fitting its views to the pixel. When densification is over, the Gaussians that the
+pictures would not miss go: what is left has time to take their place, and the rest
+of the training is the faster. The last part of the schedule is fine-tuning: all
+attributes pass through the quantizer, so that what is written is what was trained.
 """
 
 import math
@@ -45,7 +46,7 @@ def train_canonical(
     statistics = ScreenStatistics(trainer.count, studio.device)
     views = studio.views.shuffled(generator)
     for step in range(settings.iterations):
-        if settings.gaussian_price and step == _first_fine_step(settings):
+        if settings.gaussian_price and step == _prune_step(settings):
             prune_unmissed(trainer, studio, settings.gaussian_price, generator)
             statistics = ScreenStatistics(trainer.count, studio.device)
         trainer.set_rates(rates_at(settings, studio.extent, step))
@@ -125,6 +126,11 @@ def rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[floa
     if fine >= 0:
         left = fall_along_cosine(fine, settings.iterations - step + fine, settings.rate_end)
     return [left * rate for rate in (position_rate, *canonical_rates(settings, extent)[1:])]
+
+
+def _prune_step(settings: CanonicalSettings) -> int:
+    """Return the step before which Gaussians go: none comes after it."""
+    return min(settings.densify_until, _first_fine_step(settings))
 
 
 def _first_fine_step(settings: CanonicalSettings) -> int:

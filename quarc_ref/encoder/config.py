@@ -71,7 +71,7 @@ class CanonicalSettings(Checked):
             the quantizer, which is fine-tuning (ours).
         gaussian_price: Change of the pictures, mean square, that a Gaussian must
             be good for to be there in fine-tuning, in shares of the mean squared
-            error over the number of Gaussians; 0 keeps all (paper).
+            squared error over the number of Gaussians; 0 keeps all (paper).
         code_price: Weight in the loss of the nats that the codes of a Gaussian
             take, its position and opacity left out (ours).
         rate_end: Share of the learning rates at the last iteration, by cosine
