@@ -70,7 +70,7 @@ class CanonicalSettings(Checked):
         quantize_from: Share of the iterations after which all pass through
             the quantizer, which is fine-tuning (ours).
         gaussian_price: Change of the pictures, mean square, that a Gaussian must
-            be good for to be there in fine-tuning, in shares of the mean squared
+            be good for to stay when densification is over, in shares of the mean
             squared error over the number of Gaussians; 0 keeps all (paper).
         code_price: Weight in the loss of the nats that the codes of a Gaussian
             take, its position and opacity left out (ours).
