@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from quarc_ref.format.motion_planes import LevelContext
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
 _STEPS = st.sampled_from([1 / 64, 1 / 16, 1 / 8, 0.5, 3.0])
@@ -60,3 +61,18 @@ def gaussians(draw, header: StreamHeader, count: int, reach: int = 1000) -> Gaus
 def births(draw, header: StreamHeader, count: int, scene_count: int) -> Births:
     parents = draw(st.lists(st.integers(0, scene_count - 1), min_size=count, max_size=count))
     return Births(np.array(sorted(parents), dtype=np.int64), draw(gaussians(header, count, 50)))
+
+
+@st.composite
+def motions(draw):
+    """Contexts and symbols of levels, level 1 first."""
+    channels = draw(st.sampled_from([6, 7]))
+    sizes = draw(st.lists(st.integers(1, 12), min_size=1, max_size=3))
+    contexts, symbols = [], []
+    for index, size in enumerate(sizes):
+        coarser = sizes[index + 1] if index + 1 < len(sizes) else 1
+        parents = draw(st.lists(st.integers(0, coarser - 1), min_size=size, max_size=size))
+        previous = draw(integers(channels, size, -20, 20))
+        contexts.append(LevelContext(np.array(parents), previous))
+        symbols.append(draw(integers(channels, size, -4, 4)))
+    return contexts, symbols

@@ -19,18 +19,17 @@ class CompiledPlaneReader:
     Args:
         section: As a chunk holds it, its CRC checked.
         counts: What contexts have seen before; it stays as it is.
-        kernels: Those of `plane_kernels`.
-        values: Those of `value_kernels`.
+        kernels: Those of `plane_kernels`, `value_kernels` and `level_kernels`.
 
     Raises:
         InvalidWordsError: No encoder writes such words.
     """
 
     def __init__(
-        self, section: Section, counts: ContextCounts, kernels: ModuleType, values: ModuleType
+        self, section: Section, counts: ContextCounts, kernels: tuple[ModuleType, ...]
     ) -> None:
         self._counts = counts.copy()
-        self._kernels, self._values = kernels, values
+        self._kernels, self._values, self._levels = kernels
         self._words = np.array(section.words, dtype=np.uint32)
         self._cursor = np.zeros(2, dtype=np.uint64)
         if self._words.size:
@@ -90,6 +89,32 @@ class CompiledPlaneReader:
         _refuse(undefined)
         return numbers
 
+    def read_level(
+        self, name: str, parents: Int64, previous: Int64, above: tuple[Int64, Int64]
+    ) -> Int64:
+        """Do as a walk of `motion_planes` over a level.
+
+        Args:
+            name: Of the level.
+            parents: `[a]` of its anchors.
+            previous: `[c, a]` the last motion of each anchor's Gaussian.
+            above: `[c, p]` what is done at each parent, and `[p]` the sum of
+                the magnitudes of its symbols.
+
+        Returns:
+            `[c, a]` symbols.
+        """
+        counts = tuple(
+            self._counts.open(f"{name}, {question}", contexts - 1)
+            for question, contexts in _QUESTIONS.items()
+        )
+        symbols: Int64
+        symbols, undefined = self._levels.read_level(
+            self._coder, parents, np.ascontiguousarray(previous), above, counts
+        )
+        _refuse(undefined)
+        return symbols
+
     def finish(self) -> ContextCounts:
         """See `planes.PlaneReader.finish`."""
         if self._cursor.any():
@@ -104,4 +129,13 @@ def _refuse(undefined: int) -> None:
         weight_of_code(undefined)
 
 
+# The questions asked of a level's anchors (SPEC 8.7), and how many contexts each may have.
+_QUESTIONS: Final = {
+    "moves": 20,
+    "translation not 0": 16,
+    "w not 0": 16,
+    "rotation not 0": 16,
+    "sign": 9,
+    "magnitude": 33,
+}
 _CODE_WEIGHTS: Final = np.array([weight_of_code(code) for code in range(PROBABILITY_CODES)])

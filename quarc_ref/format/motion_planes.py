@@ -4,7 +4,8 @@ Levels go from coarse to fine. Of each anchor it is asked first whether it
 moves at all; only of those that do, channel by channel, whether a symbol is
 not 0; then the signs and, in unary, the magnitudes of those that are not. The
 contexts come from what is expected of an anchor: what its Gaussian did in the
-last frame, less what the coarser levels have done already.
+last frame, less what the coarser levels have done already. A compiled reader
+takes a level as a whole.
 """
 
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.compiled_planes import CompiledPlaneReader
 from quarc_ref.format.constants import MAGNITUDE_PLANES, SYMBOL_LIMIT
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
@@ -124,6 +126,10 @@ class _Level:
 
     def walk(self, values: Int64) -> Int64:
         """Code the symbols `[c, a]` of the level's anchors."""
+        if isinstance(self._planes, CompiledPlaneReader):
+            above = (self._above.sums, self._above.magnitudes)
+            parents, previous = self._context.parents, self._context.previous
+            return self._planes.read_level(self._name, parents, previous, above)
         moving = np.flatnonzero(self._moves(np.bitwise_or.reduce(values, axis=0) != 0))
         expected, values_moving = self._expected(moving), values[:, moving]
         there = self._not_zero(expected, values_moving)

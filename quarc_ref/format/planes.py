@@ -153,10 +153,10 @@ def open_planes(
     """
     chosen = is_decoder_chosen()
     kernels = [None if chosen else load_kernels(name, elements) for name in _KERNELS]
-    loaded = [module for module in kernels if module is not None]
+    loaded = tuple(module for module in kernels if module is not None)
     if len(loaded) < len(kernels):
         return PlaneReader(section, counts)
-    return CompiledPlaneReader(section, counts, *loaded)
+    return CompiledPlaneReader(section, counts, loaded)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,5 +190,9 @@ class _Runs:
         return self.lengths - ones, ones
 
 
-_KERNELS = ("quarc_ref.format.plane_kernels", "quarc_ref.format.value_kernels")
+_KERNELS = (
+    "quarc_ref.format.plane_kernels",
+    "quarc_ref.format.value_kernels",
+    "quarc_ref.format.level_kernels",
+)
 _NARROW = 1 << 16

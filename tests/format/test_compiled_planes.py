@@ -12,6 +12,7 @@ from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.entropy import decoding_with, open_fastest
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.gaussian_planes import read_births, write_births
+from quarc_ref.format.motion_planes import read_motion, write_motion
 from quarc_ref.format.planes import PlaneReader, PlaneWriter, open_planes
 from quarc_ref.format.records import Section, StreamHeader
 from quarc_ref.format.values import code_fixed, code_signed, code_unsigned
@@ -144,6 +145,40 @@ def test_of_any_words_numbers_are_read_alike_or_refused_alike(numbers, words):
     expected = _read_numbers(section, numbers, ContextCounts(), PLAIN)
 
     assert _read_numbers(section, numbers, ContextCounts(), COMPILED) == expected
+
+
+def _read_motion(section, contexts, counts, kernels):
+    try:
+        with computing_with(kernels):
+            symbols, seen = read_motion(section, contexts, counts)
+    except BitstreamError as error:
+        return error.reject_id, None
+    questions = ("moves", "translation not 0", "w not 0", "rotation not 0", "sign", "magnitude")
+    models = [f"motion {level + 1}, {question}" for level in range(3) for question in questions]
+    return [level.tolist() for level in symbols], [
+        seen.of(model, np.arange(33)).tolist() for model in models
+    ]
+
+
+@given(strategies.motions(), st.data())
+def test_levels_are_read_as_a_whole_as_they_are_plane_by_plane(motion, data):
+    contexts, symbols = motion
+    far = data.draw(st.sampled_from([1, 5, 13]))
+    section = write_motion(contexts, [level * far for level in symbols], ContextCounts())
+
+    read, seen = _read_motion(section, contexts, ContextCounts(), PLAIN)
+
+    assert read == [(level * far).tolist() for level in symbols]
+    assert _read_motion(section, contexts, ContextCounts(), COMPILED) == (read, seen)
+
+
+@given(strategies.motions(), st.lists(st.integers(0, (1 << 32) - 1), max_size=12))
+def test_of_any_words_levels_are_read_alike_or_refused_alike(motion, words):
+    section = Section(np.array(words, dtype=np.uint32))
+
+    expected = _read_motion(section, motion[0], ContextCounts(), PLAIN)
+
+    assert _read_motion(section, motion[0], ContextCounts(), COMPILED) == expected
 
 
 @given(strategies.births(StreamHeader(), 6, 20))

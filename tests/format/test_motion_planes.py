@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
@@ -11,22 +10,7 @@ from tests import strategies
 _NEW = ContextCounts()
 
 
-@st.composite
-def _frames(draw):
-    """Contexts and symbols of levels, level 1 first."""
-    channels = draw(st.sampled_from([6, 7]))
-    sizes = draw(st.lists(st.integers(1, 12), min_size=1, max_size=3))
-    contexts, symbols = [], []
-    for index, size in enumerate(sizes):
-        coarser = sizes[index + 1] if index + 1 < len(sizes) else 1
-        parents = draw(st.lists(st.integers(0, coarser - 1), min_size=size, max_size=size))
-        previous = draw(strategies.integers(channels, size, -20, 20))
-        contexts.append(LevelContext(np.array(parents), previous))
-        symbols.append(draw(strategies.integers(channels, size, -4, 4)))
-    return contexts, symbols
-
-
-@given(_frames())
+@given(strategies.motions())
 def test_the_symbols_of_a_frame_come_back(frame):
     contexts, symbols = frame
 
