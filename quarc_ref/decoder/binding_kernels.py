@@ -64,31 +64,20 @@ def bind_runs(gaussians, tree, span, room, binding):
                 binding[order[i]] = _bind_alone(points, i, anchors, blocks, widest, ids)
             continue
         narrow(box, bound, depth, room, anchors, blocks)
+        for j in range(RUN):
+            best[j] = ((best[j] + 1) << number_bits) - 1 if j < last - first else -1
         if counts[1, _LEAF + 1] == ANCHORS:
             count = counts[0, _LEAF + 1]
-            _bind_few(points, first, listed[_LEAF + 1], count, number_bits, best)
+            _hold(points, first, listed[_LEAF + 1], 0, count, number_bits, best)
         else:
             count = list_blocks(box, bound, _LEAF + 1, counts, blocks, ids)
-            for j in range(RUN):
-                best[j] = ((best[j] + 1) << number_bits) - 1 if j < last - first else -1
-            _bind_spread(points, first, anchors, blocks, ids[_LEAF + 2], count, number_bits, best)
+            _hold_near(points, first, anchors, blocks, ids[_LEAF + 2], count, number_bits, best)
         for i in range(first, last):
             binding[order[i]] = best[i - first] & ((1 << number_bits) - 1)
 
 
 @bare
-def _bind_few(points, first, listed, count, number_bits, best):
-    """Hold 16 Gaussians against anchors; a distance and a number fit 63 bits together."""
-    # Slices, as a subscript that may be negative would keep the loop from vectors.
-    xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
-    for j in range(RUN):
-        best[j] = UNBOUND
-    for i in range(count):
-        _hold(xs, ys, zs, listed, i, number_bits, best)
-
-
-@bare
-def _bind_spread(points, first, anchors, blocks, ids, count, number_bits, best):
+def _hold_near(points, first, anchors, blocks, ids, count, number_bits, best):
     """Hold 16 Gaussians, what is known of each in `best`, against blocks that may have nearer."""
     xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
     for i in range(count):
@@ -102,20 +91,22 @@ def _bind_spread(points, first, anchors, blocks, ids, count, number_bits, best):
             z = apart(zs[j], zs[j], z0, z1)
             reached |= (x * x + y * y + z * z) << number_bits <= best[j]
         if reached:
-            for anchor in range(blocks[block, 6], blocks[block, 7]):
-                _hold(xs, ys, zs, anchors, anchor, number_bits, best)
+            anchor, end = blocks[block, 6], blocks[block, 7]
+            _hold(points, first, anchors, anchor, end, number_bits, best)
 
 
 @bare
-def _hold(xs, ys, zs, anchors, anchor, number_bits, best):
-    """Hold 16 Gaussians against one anchor."""
-    ax, ay, az = anchors[0, anchor], anchors[1, anchor], anchors[2, anchor]
-    number = np.int64(anchors[3, anchor])
-    for j in range(RUN):
-        x = np.int64(np.int32(xs[j] - ax))
-        y = np.int64(np.int32(ys[j] - ay))
-        z = np.int64(np.int32(zs[j] - az))
-        best[j] = min(best[j], ((x * x + y * y + z * z) << number_bits) | number)
+def _hold(points, first, anchors, anchor, end, number_bits, best):
+    """Hold 16 Gaussians against anchors; a distance and a number fit 63 bits together."""
+    # Slices, as a subscript that may be negative would keep the loop from vectors.
+    xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
+    for i in range(anchor, end):
+        ax, ay, az, number = anchors[0, i], anchors[1, i], anchors[2, i], np.int64(anchors[3, i])
+        for j in range(RUN):
+            x = np.int64(np.int32(xs[j] - ax))
+            y = np.int64(np.int32(ys[j] - ay))
+            z = np.int64(np.int32(zs[j] - az))
+            best[j] = min(best[j], ((x * x + y * y + z * z) << number_bits) | number)
 
 
 @bare_entrance
