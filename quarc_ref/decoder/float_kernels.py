@@ -8,6 +8,7 @@ from quarc_ref.format.compiled import entrance
 @entrance
 def scale(planes, step, rows, first):
     """Write planes int32 `[r, N]`, times a step, to columns from `first` of float32 `[N, c]`."""
-    for i in range(planes.shape[1]):
-        for plane in range(planes.shape[0]):
-            rows[i, first + plane] = np.float32(planes[plane, i]) * step
+    for row in range(planes.shape[0]):
+        plane, column = planes[row], rows[:, first + row]
+        for i in range(plane.size):
+            column[i] = np.float32(plane[i]) * step
