@@ -39,9 +39,9 @@ class AnchorTree:
     widest: int
 
 
-# Of a level: indices `[a]` of the Gaussians that are its anchors, ascending; the
-# binding `[N]`; and what finds the nearest anchor fast, if anything.
-Sampled = tuple[Int64, Int64, AnchorTree | None]
+# Of a level: indices `[a]` of the Gaussians that are its anchors, ascending; and what
+# finds the nearest of them fast, if anything.
+Drawn = tuple[Int64, AnchorTree | None]
 
 
 class CompiledSampler:
@@ -63,15 +63,11 @@ class CompiledSampler:
         self._order, self._merges = drawing.sort_cells(scene.positions)
         self._points = growing.list_points(scene.positions, self._order)
 
-    def sample(self, counts: tuple[int, ...]) -> list[Sampled]:
-        """Return what was sampled of every level, level 1 first."""
-        levels = range(len(counts))
-        drawn = map_parts(lambda level: self._draw(level, counts[level]), levels)
-        bound = self._bind([(tree, ranks) for _, tree, ranks in drawn])
-        return [
-            (np.flatnonzero(flags), binding, tree)
-            for (flags, tree, _), binding in zip(drawn, bound, strict=True)
-        ]
+    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
+        """Return what was drawn of every level, level 1 first, and the binding `[L, N]`."""
+        levels = map_parts(lambda level: self._draw(level, counts[level]), range(len(counts)))
+        binding = self._bind([(tree, ranks) for _, tree, ranks in levels])
+        return [(np.flatnonzero(flags), tree) for flags, tree, _ in levels], binding
 
     def _draw(self, level: int, count: int) -> tuple[Bits, AnchorTree, Int32]:
         """Return which Gaussians are anchors of a level, their tree, and their ranks."""
@@ -82,12 +78,12 @@ class CompiledSampler:
         runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
         return flags, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
 
-    def _bind(self, levels: list[tuple[AnchorTree, Int32]]) -> list[Int64]:
+    def _bind(self, levels: list[tuple[AnchorTree, Int32]]) -> Int32:
         walk, tops = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))
         gaussians = (self._points, self._order, walk)
         parts = min(tops.size - 1, _PARTS_OF_A_THREAD * count_threads())
         borders = tops[np.arange(parts + 1) * (tops.size - 1) // parts].tolist()
-        bindings = [np.empty(self._order.size, dtype=np.int64) for _ in levels]
+        binding = np.empty((len(levels), self._order.size), dtype=np.int32)
 
         def bind_part(work: tuple[int, int]) -> None:
             level, part = work
@@ -95,12 +91,12 @@ class CompiledSampler:
             number_bits = max(1, int(tree.anchors[3].max()).bit_length())
             anchors = (tree.anchors, ranks, tree.blocks, tree.widest, number_bits)
             room, span = _make_room(tree, self._binding), (borders[part], borders[part + 1])
-            self._binding.bind_runs(gaussians, anchors, span, room, bindings[level])
+            self._binding.bind_runs(gaussians, anchors, span, room, binding[level])
 
         map_parts(
             bind_part, [(level, part) for level in range(len(levels)) for part in range(parts)]
         )
-        return bindings
+        return binding
 
     def _make_tree(self, points: Int32, merges: Int32, sizes: tuple[int, ...]) -> list[Runs]:
         """Return runs of runs of points in Morton order, the widest first."""

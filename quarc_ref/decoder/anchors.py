@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Sampled, bind_through
+from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Drawn, bind_through
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
@@ -51,7 +51,7 @@ class Anchors:
     """
 
     levels: tuple[AnchorLevel, ...]
-    binding: Int64
+    binding: Int32
 
 
 def count_anchors(gaussian_count: int, header: StreamHeader) -> tuple[int, ...]:
@@ -68,14 +68,15 @@ def sample_anchors(scene: Scene) -> Anchors:
     Args:
         scene: Of the frame, its dead gone.
     """
-    levels: list[AnchorLevel] = []
-    binding: list[Int64] = []
-    sampled = _choose_sampler(scene).sample(count_anchors(scene.count, scene.header))
-    for chosen, bound, tree in reversed(sampled):
-        parents = binding[-1][chosen] if binding else np.zeros(chosen.size, dtype=np.int64)
-        levels.append(AnchorLevel(scene.ids[chosen], scene.positions[:, chosen], parents, tree))
-        binding.append(bound)
-    return Anchors(tuple(reversed(levels)), np.stack(binding[::-1]))
+    drawn, binding = _choose_sampler(scene).sample(count_anchors(scene.count, scene.header))
+    levels = []
+    for number, (chosen, tree) in enumerate(drawn):
+        parents = np.zeros(chosen.size, dtype=np.int64)
+        if number + 1 < len(drawn):
+            parents[:] = binding[number + 1, chosen]
+        positions = scene.positions.take(chosen, axis=1)
+        levels.append(AnchorLevel(scene.ids[chosen], positions, parents, tree))
+    return Anchors(tuple(levels), binding)
 
 
 def bind_newborn(level: AnchorLevel, positions: Int32) -> Int64:
@@ -90,8 +91,15 @@ def bind_newborn(level: AnchorLevel, positions: Int32) -> Int64:
 class _Sampler(Protocol):
     """Samples the levels of a scene."""
 
-    def sample(self, counts: tuple[int, ...]) -> list[Sampled]:
-        """Sample all levels, whose anchors are so many; level 1 first."""
+    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
+        """Sample all levels, level 1 first.
+
+        Args:
+            counts: How many anchors each is to have.
+
+        Returns:
+            What was drawn of each level, and the binding `[L, N]`.
+        """
         ...
 
 
@@ -103,13 +111,15 @@ class PlainSampler:
         self._ranks = _rank(scene)
         self._order, self._merges = _sort_cells(scene.positions)
 
-    def sample(self, counts: tuple[int, ...]) -> list[Sampled]:
+    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
         """See `_Sampler.sample`."""
-        return [self._sample(level, count) for level, count in enumerate(counts)]
-
-    def _sample(self, level: int, count: int) -> Sampled:
-        chosen, shift = _choose(self._ranks[level], self._order, self._merges, count)
-        return chosen, bind(self._positions, self._positions[:, chosen], shift), None
+        drawn: list[Drawn] = []
+        binding = np.empty((len(counts), self._positions.shape[1]), dtype=np.int32)
+        for level, count in enumerate(counts):
+            chosen, shift = _choose(self._ranks[level], self._order, self._merges, count)
+            binding[level] = bind(self._positions, self._positions[:, chosen], shift)
+            drawn.append((chosen, None))
+        return drawn, binding
 
 
 def _choose_sampler(scene: Scene) -> _Sampler:

@@ -43,7 +43,7 @@ def bind_runs(gaussians, tree, span, room, binding):
             the bits of an anchor's number.
         span: The run to begin with, one of the largest, and that to end before.
         room: For lists: see `pruning_kernels`.
-        binding: int64 `[N]`, of which the runs' part is written.
+        binding: int32 `[N]`, of which the runs' part is written.
     """
     points, order, runs = gaussians
     anchors, ranks, blocks, widest, number_bits = tree

@@ -87,7 +87,7 @@ def move(before, binding, anchors, steps, span, after):
 
     Args:
         before: int32 positions `[3, N]` and rotations `[4, N]`.
-        binding: int64 `[L, N]`.
+        binding: int32 `[L, N]`.
         anchors: Rows of symbols int16 `[A, SYMBOLS]` of all levels, which of them
             move bool `[A]`, and int64 `[L]` where each level begins.
         steps: Translation step, sum of the levels' unities, and the limit of a position.

@@ -218,13 +218,13 @@ def _recall(state: State, owners: Int64) -> Int64:
     return np.where(alive, state.motion[:, place], 0).astype(np.int64)
 
 
-def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int64:
+def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int32:
     """Return the binding of a frame that does not sample: only the newborn are bound."""
     known = anchors.binding.shape[1]
     bound = remove(anchors.binding, gone[gone < known])
     newborn = positions[:, bound.shape[1] :]
     answers = [bind_newborn(level, newborn) for level in anchors.levels]
-    return np.hstack([bound, np.stack(answers)])
+    return np.hstack([bound, np.stack(answers).astype(np.int32)])
 
 
 def _turn_all(scene: Scene, sums: Int64) -> Int32:
