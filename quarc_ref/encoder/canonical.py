@@ -1,10 +1,11 @@
 """Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
 
 Noise on the positions while training (paper section 3) keeps the scene from
-fitting its views to the pixel. When densification is over, the Gaussians that the
-pictures would not miss go: what is left has time to take their place, and the rest
-of the training is the faster. The last part of the schedule is fine-tuning: all
-attributes pass through the quantizer, so that what is written is what was trained.
+fitting its views to the pixel. Halfway through densification, and when it is over,
+the Gaussians that the pictures would not miss go, haze before the cameras with them;
+what is left has time to take their place, and trains the faster. The last part of
+the schedule is fine-tuning: all attributes pass through the quantizer, so that what
+is written is what was trained.
 """
 
 import math
@@ -46,8 +47,9 @@ def train_canonical(
     statistics = ScreenStatistics(trainer.count, studio.device)
     views = studio.views.shuffled(generator)
     for step in range(settings.iterations):
-        if settings.gaussian_price and step == _prune_step(settings):
-            prune_unmissed(trainer, studio, settings.gaussian_price, generator)
+        price = _price_at(settings, step)
+        if price:
+            prune_unmissed(trainer, studio, price, generator)
             statistics = ScreenStatistics(trainer.count, studio.device)
         trainer.set_rates(rates_at(settings, studio.extent, step))
         attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
@@ -128,9 +130,15 @@ def rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[floa
     return [left * rate for rate in (position_rate, *canonical_rates(settings, extent)[1:])]
 
 
-def _prune_step(settings: CanonicalSettings) -> int:
-    """Return the step before which Gaussians go: none comes after it."""
-    return min(settings.densify_until, _first_fine_step(settings))
+def _price_at(settings: CanonicalSettings, step: int) -> float:
+    """Return what a Gaussian must be good for to be there from a step on, or 0.
+
+    Halfway it is half of the price: who has come late has not found a place yet.
+    """
+    last = min(settings.densify_until, _first_fine_step(settings))
+    if step == last // 2:
+        return settings.gaussian_price / 2
+    return settings.gaussian_price if step == last else 0.0
 
 
 def _first_fine_step(settings: CanonicalSettings) -> int:

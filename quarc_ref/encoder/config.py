@@ -70,8 +70,9 @@ class CanonicalSettings(Checked):
         quantize_from: Share of the iterations after which all pass through
             the quantizer, which is fine-tuning (ours).
         gaussian_price: Change of the pictures, mean square, that a Gaussian must
-            be good for to stay when densification is over, in shares of the mean
-            squared error over the number of Gaussians; 0 keeps all (paper).
+            be good for to stay after densification, and half of it halfway, in
+            shares of the mean squared error over the number of Gaussians; 0 keeps
+            all (paper).
         code_price: Weight in the loss of the nats that the codes of a Gaussian
             take, its position and opacity left out (ours).
         rate_end: Share of the learning rates at the last iteration, by cosine

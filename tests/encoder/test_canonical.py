@@ -110,7 +110,7 @@ def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
 
 def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
     studio, points = make_studio(), make_capture().points
-    priced = replace(SMALL.canonical, gaussian_price=0.2)
+    priced = replace(SMALL.canonical, gaussian_price=0.1)
 
     free, few = (
         train_canonical(studio, points, settings, SMALL.stream)
