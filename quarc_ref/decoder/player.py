@@ -171,9 +171,10 @@ class Player:
             show(frame)
 
     def _begin(self, start: int, stop: int | None) -> "Ahead[Frame] | Generator[Frame]":
-        dequantize = Dequantizer(self._ahead + 3)
         if self._threads <= 1:
+            dequantize = Dequantizer(1)
             return self._in_turn(self._finish(self._decode(start, stop), start, stop, dequantize))
+        dequantize = Dequantizer(self._ahead + 3)
         decoded = Ahead(lambda: self._in_turn(self._decode(start, stop)), self._ahead)
         return Ahead(
             lambda: self._in_turn(self._finish(decoded, start, stop, dequantize)), self._ahead

@@ -13,7 +13,7 @@ from torch.autograd import Function
 from torch.autograd.function import once_differentiable
 
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering import projection_kernels, raster_kernels
+from quarc_ref.rendering import gradient_kernels, projection_kernels
 from quarc_ref.rendering.layers import Layer, draw_layer, join_layer
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
@@ -140,11 +140,11 @@ class _Composite(Function):
         planes = (projection.means2d, projection.conics, projection.colors, opacities)
         outputs = [np.empty_like(array[fixed:]) for array in planes]
         with KERNEL_LOCK:
-            pairs = raster_kernels.raster_backward(
+            pairs = gradient_kernels.raster_backward(
                 *planes, tiles.which, tiles.borders, tiles.lists, tiles.rows, fixed,
                 picture.image, picture.transmittance, _array(g_image), _array(g_alpha),
             )  # fmt: skip
-            raster_kernels.gather_pairs(pairs, tiles.starts, tiles.places, *outputs)
+            gradient_kernels.gather_pairs(pairs, tiles.starts, tiles.places, *outputs)
         return None, None, None, None, *(torch.from_numpy(array) for array in outputs)
 
 
