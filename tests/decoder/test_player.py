@@ -135,7 +135,7 @@ def test_arrays_last_until_the_next_frame_is_asked_for():
 
 def test_attributes_are_not_made_anew_where_nobody_was_born_or_died():
     data, _ = make_stream(frame_count=3, births=0)
-    with Player(data, threads=1) as player:
+    with Player(data, threads=2) as player:
         first, second, third = [frame.splats for frame in player]
 
     assert np.shares_memory(second.sh, third.sh)
