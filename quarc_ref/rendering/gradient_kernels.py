@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from quarc_ref.rendering.binning_kernels import TILE
-from quarc_ref.rendering.compiled import fused, inlined, parallel_entrance, plain
+from quarc_ref.rendering.compiled import fused, parallel_entrance, plain
 from quarc_ref.rendering.raster_kernels import (
     ALPHA_MOST,
     CHECK_EVERY,
@@ -25,34 +25,94 @@ _2 = np.float32(2)
 _HALF = np.float32(0.5)
 
 
-@inlined
-def _go_past(row, x, s, opacity, r, g, b_):
-    """Take a pixel of the backward pass past a Gaussian.
+@fused
+def _go_past(rows, first, last, dx, dy, conic, opacity, color):
+    """Take rows of a tile past a Gaussian that has no gradient."""
+    a, b, c = conic
+    r, g, b_ = color
+    for y in range(first, last):
+        row = rows[y]
+        e = dy + np.float32(y)
+        linear, constant = b * e, c * e * e
+        for x in range(TILE):
+            d = dx + np.float32(x)
+            t, rest = row[x], row[TILE + x]
+            colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
+            value = colors + row[5 * TILE + x]
+            _, _, w, row[x] = weigh((a * d + linear) * d + constant, opacity, t)
+            row[TILE + x] = rest - w * value
+
+
+@fused
+def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
+    """Take rows of a tile past a Gaussian, and add what it changes to its lanes.
 
     Args:
-        row: As `_composite_backward` has it; changed.
-        x: Of the pixel.
-        s: Exponent of the Gaussian there.
+        rows: As `_composite_backward` has them; changed.
+        first: The first row.
+        last: The one after the last.
+        dx: Of the first column, from the Gaussian's center.
+        dy: Of the tile's first row.
+        conic: a / 2, b, c / 2.
         opacity: Of the Gaussian.
-        r: Its red.
-        g: Its green.
-        b_: Its blue.
-
-    Returns:
-        Alpha, whether it counts, its weight, the gradient by the weight, and
-        what is still to come.
+        color: Red, green, blue.
+        lanes: `[9 TILE]` of every column the sums over the rows of q, q e and
+            q e^2, q being the gradient by the exponent and e the row's
+            distance; of red, green and blue.
     """
-    alpha, counts, w, row[x] = weigh(s, opacity, row[x])
-    colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
-    value = colors + row[5 * TILE + x]
-    rest = row[TILE + x] - w * value
-    row[TILE + x] = rest
-    return alpha, counts, w, value, rest
+    a, b, c = conic
+    r, g, b_ = color
+    for y in range(first, last):
+        row = rows[y]
+        e = dy + np.float32(y)
+        linear, constant = b * e, c * e * e
+        for x in range(TILE):
+            d = dx + np.float32(x)
+            t, rest = row[x], row[TILE + x]
+            g_red, g_green, g_blue = row[2 * TILE + x], row[3 * TILE + x], row[4 * TILE + x]
+            value = r * g_red + g * g_green + b_ * g_blue + row[5 * TILE + x]
+            s = (a * d + linear) * d + constant
+            alpha, counts, w, row[x] = weigh(s, opacity, t)
+            rest = rest - w * value
+            row[TILE + x] = rest
+            # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).
+            q = alpha * rest / (_1 - alpha) - w * value
+            q = q if counts & (alpha < ALPHA_MOST) else _0
+            qe = q * e
+            lanes[x] += q
+            lanes[TILE + x] += qe
+            lanes[2 * TILE + x] += qe * e
+            lanes[3 * TILE + x] += w * g_red
+            lanes[4 * TILE + x] += w * g_green
+            lanes[5 * TILE + x] += w * g_blue
+
+
+@fused
+def _sum_slopes(lanes, dx, conic, opacity, pair):
+    """Fill a pair's gradients from the sums of every column: mean 2, conic 3, color 3, opacity."""
+    a, b, c = conic
+    for x in range(TILE):
+        d = dx + np.float32(x)
+        lanes[6 * TILE + x] = lanes[x] * d
+        lanes[7 * TILE + x] = lanes[x] * d * d
+        lanes[8 * TILE + x] = lanes[TILE + x] * d
+    sx, sy = _sum_lanes(lanes, 6), _sum_lanes(lanes, 1)
+    pair[8] = -_sum_lanes(lanes, 0) / opacity
+    pair[0] = -_2 * a * sx - b * sy
+    pair[1] = -_2 * c * sy - b * sx
+    pair[2] = _HALF * _sum_lanes(lanes, 7)
+    pair[3] = _sum_lanes(lanes, 8)
+    pair[4] = _HALF * _sum_lanes(lanes, 2)
+    for k in range(3):
+        pair[5 + k] = _sum_lanes(lanes, 3 + k)
 
 
 @fused
 def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opacities, rows, pairs):
     """Fill the pairs' rows of gradients, but for those of the first, fixed Gaussians.
+
+    The rows of a tile are gone through in functions of their own: as part of a
+    longer one the compiler would not always make vectors of them.
 
     Args:
         met: `[n, 2]` the rows that each Gaussian of the list meets.
@@ -66,59 +126,20 @@ def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opac
     while size > 0 and list_[size - 1] < fixed:
         size -= 1
     for k in range(size):
-        pairs[k] = _0
         if k % CHECK_EVERY == 0 and all_stopped(rows):
             pairs[k:] = _0
             break
         i = list_[k]
         first, last = met[k, 0], met[k, 1]
-        a, b, c = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
-        opacity, r, g, b_ = opacities[i], colors[i, 0], colors[i, 1], colors[i, 2]
+        conic = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
+        color = colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
         if i < fixed:
-            for y in range(first, last):
-                row = rows[y]
-                e = dy + np.float32(y)
-                linear, constant = b * e, c * e * e
-                for x in range(TILE):
-                    d = dx + np.float32(x)
-                    _go_past(row, x, (a * d + linear) * d + constant, opacity, r, g, b_)
-            continue
-        lanes[:] = _0
-        for y in range(first, last):
-            row = rows[y]
-            e = dy + np.float32(y)
-            linear, constant = b * e, c * e * e
-            for x in range(TILE):
-                d = dx + np.float32(x)
-                s = (a * d + linear) * d + constant
-                alpha, counts, w, value, rest = _go_past(row, x, s, opacity, r, g, b_)
-                # The gradient of the exponent: alpha's is t value - rest / (1 - alpha).
-                q = alpha * rest / (_1 - alpha) - w * value
-                q = q if counts & (alpha < ALPHA_MOST) else _0
-                qe = q * e
-                lanes[x] += q
-                lanes[TILE + x] += qe
-                lanes[2 * TILE + x] += qe * e
-                lanes[3 * TILE + x] += w * row[2 * TILE + x]
-                lanes[4 * TILE + x] += w * row[3 * TILE + x]
-                lanes[5 * TILE + x] += w * row[4 * TILE + x]
-        # What depends on the column alone is left for here.
-        for x in range(TILE):
-            d = dx + np.float32(x)
-            lanes[6 * TILE + x] = lanes[x] * d
-            lanes[7 * TILE + x] = lanes[x] * d * d
-            lanes[8 * TILE + x] = lanes[TILE + x] * d
-        s, sx, sy = _sum_lanes(lanes, 0), _sum_lanes(lanes, 6), _sum_lanes(lanes, 1)
-        pairs[k, 0] = -_2 * a * sx - b * sy
-        pairs[k, 1] = -_2 * c * sy - b * sx
-        pairs[k, 2] = _HALF * _sum_lanes(lanes, 7)
-        pairs[k, 3] = _sum_lanes(lanes, 8)
-        pairs[k, 4] = _HALF * _sum_lanes(lanes, 2)
-        pairs[k, 5] = _sum_lanes(lanes, 3)
-        pairs[k, 6] = _sum_lanes(lanes, 4)
-        pairs[k, 7] = _sum_lanes(lanes, 5)
-        pairs[k, 8] = -s / opacity
+            _go_past(rows, first, last, dx, dy, conic, opacities[i], color)
+        else:
+            lanes[:] = _0
+            _add_slopes(rows, first, last, dx, dy, conic, opacities[i], color, lanes)
+            _sum_slopes(lanes, dx, conic, opacities[i], pairs[k])
 
 
 @plain
