@@ -39,7 +39,7 @@ conformance: $(READY) ## Test vectors: reference decoder and encoder, and decode
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
 	$(BIN)/python conformance/run.py --decoder "env QUARC_REF_KERNELS=compiled $(REFERENCE)" \
 	  --timeout 300 --memory 1024
-	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --memory 2048 \
+	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --timeout 300 --memory 2048 \
 	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
 	@if command -v npm >/dev/null; then \
 	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm run --silent build && cd - >/dev/null && \
