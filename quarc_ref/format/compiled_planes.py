@@ -30,14 +30,14 @@ class CompiledPlaneReader:
     ) -> None:
         self._counts = counts.copy()
         self._kernels, self._values, self._levels = kernels
-        self._words = np.array(section.words, dtype=np.uint32)
+        words = np.array(section.words, dtype=np.uint32)
         self._cursor = np.zeros(2, dtype=np.uint64)
-        if self._words.size:
-            self._cursor[:] = self._words[-1], self._words.size - 1
-            if self._words[-1] == 0:
+        if words.size:
+            self._cursor[:] = words[-1], words.size - 1
+            if words[-1] == 0:
                 message = "the last word is 0"
                 raise InvalidWordsError(message)
-        self._coder = (self._words, self._cursor, COUNT_LIMIT, _CODE_WEIGHTS)
+        self._coder = (words, self._cursor, COUNT_LIMIT, _CODE_WEIGHTS)
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """See `planes.Planes.code`."""
@@ -45,20 +45,14 @@ class CompiledPlaneReader:
             return bits
         counts = self._counts.open(model, int(contexts.max()))
         answers: Bits
-        answers, undefined = self._kernels.read_plane(
-            self._words,
-            self._cursor,
-            np.ascontiguousarray(contexts),
-            counts,
-            COUNT_LIMIT,
-            _CODE_WEIGHTS,
-        )
+        contexts = np.ascontiguousarray(contexts)
+        answers, undefined = self._kernels.read_plane(self._coder, contexts, counts)
         _refuse(undefined)
         return answers
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `planes.Planes.code_raw`."""
-        answers: Bits = self._kernels.read_raw(self._words, self._cursor, bits.size)
+        answers: Bits = self._kernels.read_raw(self._coder, bits.size)
         return answers
 
     def read_fixed(self, name: str, contexts: Int64, width: int) -> Int64:

@@ -16,7 +16,7 @@ def read_level(coder, parents, previous, above, counts):
     """Read a level.
 
     Args:
-        coder: As for `value_kernels`; moves on.
+        coder: Of `plane_kernels`; moves on.
         parents: int64 `[a]` of the anchors, a at least 1.
         previous: int64 `[c, a]` the last motion of each anchor's Gaussian.
         above: int64 `[c, p]` what is done at each parent, and int64 `[p]` the
@@ -29,7 +29,7 @@ def read_level(coder, parents, previous, above, counts):
     """
     symbols = np.zeros(previous.shape, dtype=np.int64)
     contexts = _move_contexts(parents, previous, above)
-    moves, undefined = _ask(coder, contexts, counts[0])
+    moves, undefined = read_plane(coder, contexts, counts[0])
     moving = np.flatnonzero(moves)
     if undefined >= 0 or moving.size == 0:
         return symbols, undefined
@@ -81,7 +81,7 @@ def _read_not_zero(coder, expected, counts):
         own = counts[1]
         if channel >= 3:
             own = counts[2] if channel == expected.shape[0] - 4 else counts[3]
-        there[channel], undefined = _ask(coder, contexts, own)
+        there[channel], undefined = read_plane(coder, contexts, own)
         if undefined >= 0:
             return there, undefined
         so_far += there[channel]
@@ -96,7 +96,7 @@ def _read_signed(coder, ahead, sign_counts, magnitude_counts):
         far = abs(ahead[k])
         near = (far >= 1) + (far >= 2) + (far >= 4) + (far >= 8)
         contexts[k] = 4 + near if ahead[k] > 0 else 4 - near
-    negative, undefined = _ask(coder, contexts, sign_counts)
+    negative, undefined = read_plane(coder, contexts, sign_counts)
     magnitudes = np.ones(ahead.size, dtype=np.int64)
     left = np.arange(ahead.size)
     for plane in range(_MAGNITUDE_PLANES):
@@ -108,7 +108,7 @@ def _read_signed(coder, ahead, sign_counts, magnitude_counts):
             for border in _AHEAD_BORDERS:
                 place += toward - plane >= border
             contexts[k] = place
-        beyond, undefined = _ask(coder, contexts[: left.size], magnitude_counts)
+        beyond, undefined = read_plane(coder, contexts[: left.size], magnitude_counts)
         if undefined < 0:
             left = left[beyond]
             for k in left:
@@ -117,10 +117,3 @@ def _read_signed(coder, ahead, sign_counts, magnitude_counts):
         for k in range(ahead.size):
             magnitudes[k] = -magnitudes[k] if negative[k] else magnitudes[k]
     return magnitudes, undefined
-
-
-@plain
-def _ask(coder, contexts, counts):
-    """Read a plane, which has elements."""
-    words, cursor, count_limit, code_weights = coder
-    return read_plane(words, cursor, contexts, counts, count_limit, code_weights)

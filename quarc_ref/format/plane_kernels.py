@@ -1,4 +1,9 @@
-"""A plane of bits in contexts (SPEC 8.1 to 8.3), compiled; `planes` and `ans` are its twins."""
+"""A plane of bits in contexts (SPEC 8.1 to 8.3), compiled; `planes` and `ans` are its twins.
+
+A coder is four things: uint32 the words of a section; uint64 `[2]` its state and
+how many words are left, which move on; above which counts are halved; and int64
+`[k]` the weight of each probability code.
+"""
 
 import numpy as np
 
@@ -14,20 +19,18 @@ _EVEN = 1 << 23
 
 
 @entrance
-def read_plane(words, cursor, contexts, counts, count_limit, code_weights):
+def read_plane(coder, contexts, counts):
     """Return the answers bool `[n]` of a plane.
 
     Args:
-        words: uint32 of the section.
-        cursor: uint64 `[2]` the coder's state and how many words are left; moves on.
+        coder: Moves on.
         contexts: Integers `[n]`, n at least 1.
         counts: int64 `[2, c]` zeros and ones that each context has seen; learns.
-        count_limit: Above which counts are halved.
-        code_weights: int64 `[k]` the weight of each probability code.
 
     Returns:
         The answers, and a probability code that is undefined, -1 if none is.
     """
+    words, cursor, count_limit, code_weights = coder
     used = contexts.max() + 1
     lengths = np.zeros(used + 1, dtype=np.int64)
     for context in contexts:
@@ -65,8 +68,9 @@ def read_plane(words, cursor, contexts, counts, count_limit, code_weights):
 
 
 @entrance
-def read_raw(words, cursor, count):
+def read_raw(coder, count):
     """Return bool `[count]` bits that are as likely 0 as 1."""
+    words, cursor, _, _ = coder
     answers = np.empty(count, dtype=np.bool_)
     for i in range(count):
         answers[i] = _take(words, cursor, _EVEN)

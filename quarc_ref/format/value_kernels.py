@@ -1,7 +1,6 @@
 """Integers as planes of bits (SPEC 8.4), compiled; `values` holds the plain twins.
 
-A coder is the words of a section, where it stands in them, above which counts
-are halved, and the weights of probability codes: see `plane_kernels`.
+Coders are those of `plane_kernels`.
 """
 
 import numpy as np
@@ -30,7 +29,7 @@ def read_fixed(coder, contexts, width, counts):
     for _ in range(width):
         for i in range(asked.size):
             asked[i] = (contexts[i] << width) + nodes[i]
-        bits, undefined = _ask(coder, asked, counts)
+        bits, undefined = read_plane(coder, asked, counts)
         if undefined >= 0:
             return nodes, undefined
         for i in range(asked.size):
@@ -59,7 +58,7 @@ def read_classed(coder, contexts, class_bits, signed, counts):
     there = np.flatnonzero(classes)
     negative = np.zeros(there.size, dtype=np.bool_)
     if signed and there.size:
-        negative, undefined = _ask(coder, contexts[there], counts[1])
+        negative, undefined = read_plane(coder, contexts[there], counts[1])
         if undefined >= 0:
             return classes, undefined
         contexts *= 2
@@ -81,18 +80,11 @@ def _read_mantissas(coder, contexts, classes, counts):
         there = there[classes[there] > depth + 1]
         if depth < _MODELLED_BITS:
             asked = (contexts[there] << _MODELLED_BITS) + known[there]
-            bits, undefined = _ask(coder, asked, counts)
+            bits, undefined = read_plane(coder, asked, counts)
             if undefined >= 0:
                 return known, undefined
         else:
-            bits = read_raw(coder[0], coder[1], there.size)
+            bits = read_raw(coder, there.size)
         for i in range(there.size):
             known[there[i]] = 2 * known[there[i]] + bits[i]
     return known, -1
-
-
-@plain
-def _ask(coder, contexts, counts):
-    """Read a plane, which has elements."""
-    words, cursor, count_limit, code_weights = coder
-    return read_plane(words, cursor, contexts, counts, count_limit, code_weights)
