@@ -46,7 +46,9 @@ def train_canonical(
     trainer = Trainer(start, canonical_rates(settings, studio.extent))
     statistics = ScreenStatistics(trainer.count, studio.device)
     views = studio.views.shuffled(generator)
+    stage = studio.halved() if settings.halved_until else studio
     for step in range(settings.iterations):
+        stage = studio if step >= settings.halved_until else stage
         price = _price_at(settings, step)
         if price:
             prune_unmissed(trainer, studio, price, generator)
@@ -54,15 +56,15 @@ def train_canonical(
         trainer.set_rates(rates_at(settings, studio.extent, step))
         attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
         view = next(views)
-        rendering = studio.render(attributes.activated(), view)
+        rendering = stage.render(attributes.activated(), view)
         if settings.exposure_rate and step >= settings.exposure_from:
-            picture = studio.views.picture(view, 0)
-            studio.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
-        loss = photometric_loss(rendering.image, studio.truth(view, 0), settings.dssim)
+            picture = stage.views.picture(view, 0)
+            stage.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
+        loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.dssim)
         loss = loss + price_haze(trainer.attributes, settings)
         loss = loss + price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
-        statistics.add(gradient, rendering, studio.camera(view))
+        statistics.add(gradient, rendering, stage.camera(view))
         if _densifies(settings, step):
             densify(trainer, statistics, settings, studio.extent, generator)
             statistics = ScreenStatistics(trainer.count, studio.device)

@@ -5,7 +5,7 @@ before, so that any frame can be trained anew from the decoded state before it.
 """
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -38,6 +38,10 @@ class Studio:
     progress: Progress
     extent: float
     exposures: Exposures
+
+    def halved(self) -> "Studio":
+        """Return the studio with pictures of half the width and half the height."""
+        return replace(self, views=self.views.halved())
 
     def camera(self, view: int) -> Camera:
         """Return the camera of a view."""

@@ -4,6 +4,7 @@ Held-out cameras are not reachable from here.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -18,18 +19,22 @@ class TrainingViews:
     Args:
         capture: Its held-out cameras are left alone.
         device: Where the pictures go.
+        shrink: Pixels along each side of a square that becomes one pixel; what
+            is left over at the right and at the bottom is cut off.
     """
 
-    def __init__(self, capture: Capture, device: torch.device) -> None:
+    def __init__(self, capture: Capture, device: torch.device, shrink: int = 1) -> None:
         self._capture = capture
         self._device = device
+        self._shrink = shrink
         self._indices = capture.training
+        self._cameras = tuple(_shrunk(capture.cameras[index], shrink) for index in self._indices)
         self._pictures: dict[tuple[int, int], Tensor] = {}
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """The training cameras."""
-        return tuple(self._capture.cameras[index] for index in self._indices)
+        """The training cameras, as they see the pictures."""
+        return self._cameras
 
     def picture(self, view: int, frame: int) -> Tensor:
         """Return `[H, W, 3]` float32 from 0 to 1.
@@ -41,8 +46,13 @@ class TrainingViews:
         key = (view, frame)
         if key not in self._pictures:
             image = torch.from_numpy(self._capture.image(self._indices[view], frame).copy())
-            self._pictures[key] = image.to(self._device).to(torch.float32) / 255
+            picture = image.to(self._device).to(torch.float32) / 255
+            self._pictures[key] = _average(picture, self._shrink)
         return self._pictures[key]
+
+    def halved(self) -> "TrainingViews":
+        """Return the same views in half the width and half the height."""
+        return TrainingViews(self._capture, self._device, 2 * self._shrink)
 
     def forget_before(self, frame: int) -> None:
         """Let go of the pictures of earlier frames."""
@@ -52,6 +62,27 @@ class TrainingViews:
         """Yield views for ever, each once before any comes again."""
         while True:
             yield from torch.randperm(len(self._indices), generator=generator).tolist()
+
+
+def _shrunk(camera: Camera, shrink: int) -> Camera:
+    """Return a camera whose pixels are `shrink` times as wide and high."""
+    return replace(
+        camera,
+        width=camera.width // shrink,
+        height=camera.height // shrink,
+        fx=camera.fx / shrink,
+        fy=camera.fy / shrink,
+        cx=camera.cx / shrink,
+        cy=camera.cy / shrink,
+    )
+
+
+def _average(picture: Tensor, shrink: int) -> Tensor:
+    """Return the means of squares of `shrink` pixels a side."""
+    if shrink == 1:
+        return picture
+    means = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1), shrink)
+    return means.permute(1, 2, 0).contiguous()
 
 
 def measure_extent(cameras: tuple[Camera, ...]) -> float:

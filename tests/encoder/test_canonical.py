@@ -10,6 +10,7 @@ from quarc_ref.encoder.canonical import rates_at, start_from_points, train_canon
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.quantize import quantize_gaussians
 from quarc_ref.format.records import LOG_SCALES, StreamHeader
+from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from tests.encoder.toys import SMALL, make_capture, make_studio
 
 _CPU = torch.device("cpu")
@@ -73,6 +74,27 @@ def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
     for trained, rounded in zip(after.tensors(), again.tensors(), strict=True):
         assert torch.allclose(trained, rounded, atol=1e-6)
     assert quantize_gaussians(after, header).count == after.means.shape[0]
+
+
+def test_half_the_pixels_at_first_and_all_at_last(monkeypatch):
+    widths = []
+    render = NumbaRasterizer.render
+    monkeypatch.setattr(
+        NumbaRasterizer,
+        "render",
+        lambda self, gaussians, camera, background: (
+            widths.append(camera.width) or render(self, gaussians, camera, background)
+        ),
+    )
+    studio, points = make_studio(), make_capture().points
+    settings = replace(SMALL.canonical, halved_until=10)
+    before = start_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
+
+    after = train_canonical(studio, points, settings, StreamHeader())
+
+    whole = studio.camera(0).width
+    assert widths == 10 * [whole // 2] + (settings.iterations - 10) * [whole]
+    assert np.mean(_errors(studio, after)) < 0.25 * np.mean(_errors(studio, before))
 
 
 def test_the_same_seed_gives_the_same_scene_to_the_bit():

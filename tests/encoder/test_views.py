@@ -1,6 +1,9 @@
 import numpy as np
 import pytest
 import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.views import TrainingViews, measure_extent
@@ -31,6 +34,33 @@ def test_pictures_are_shares_of_white():
     picture = TrainingViews(capture, torch.device("cpu")).picture(0, 1)
 
     assert np.array_equal(np.round(picture.numpy() * 255), capture.image(1, 1))
+
+
+def test_a_pixel_of_a_halved_picture_is_the_mean_of_four():
+    views = TrainingViews(make_capture(), torch.device("cpu"))
+
+    halved = views.halved()
+
+    whole, half = views.picture(1, 0), halved.picture(1, 0)
+    rows, columns = half.shape[:2]
+    assert (rows, columns) == (whole.shape[0] // 2, whole.shape[1] // 2)
+    squares = whole[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2, 3)
+    assert torch.allclose(half, squares.mean(dim=(1, 3)), atol=1e-6)
+    assert (halved.cameras[1].width, halved.cameras[1].height) == (columns, rows)
+
+
+@given(place=arrays(np.float64, 3, elements=st.floats(-2, 2)))
+def test_a_halved_camera_sees_a_point_at_half_its_place(place):
+    views = TrainingViews(make_capture(), torch.device("cpu"))
+
+    for whole, half in zip(views.cameras, views.halved().cameras, strict=True):
+        assert _project(half, place) == pytest.approx(_project(whole, place) / 2)
+
+
+def _project(camera, place):
+    rotation = np.array(camera.rotation).reshape(3, 3)
+    x, y, z = rotation @ place + np.array(camera.translation)
+    return np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
 
 
 def test_every_view_comes_once_before_any_comes_again():
