@@ -19,7 +19,7 @@ from quarc_ref.format.constants import PHILOX_DOMAIN_SAMPLER
 # Where the parts of each run begin, and the boxes `[r, 6]` of the runs.
 Runs = tuple[Int32, Int32]
 
-_GAUSSIANS_OF_RUNS = (16, 64, 256, 1024)
+_GAUSSIANS_OF_RUNS = (64, 256, 1024)
 _ANCHORS_OF_BLOCKS = (16, 256, 4096)
 _PARTS_OF_A_THREAD = 4
 
@@ -88,9 +88,9 @@ class CompiledSampler:
         def bind_part(work: tuple[int, int]) -> None:
             level, part = work
             tree, ranks = levels[level]
-            number_bits = max(1, int(tree.anchors[3].max()).bit_length())
-            anchors = (tree.anchors, ranks, tree.blocks, tree.widest, number_bits)
-            room, span = _make_room(tree, self._binding), (borders[part], borders[part + 1])
+            anchors = (tree.anchors, ranks, tree.blocks, tree.widest)
+            span = (borders[part], borders[part + 1])
+            room = _make_room(self._binding, len(tree.blocks), span[1] - span[0])
             self._binding.bind_runs(gaussians, anchors, span, room, binding[level])
 
         map_parts(
@@ -149,17 +149,20 @@ def bind_through(tree: AnchorTree, positions: Int32, kernels: ModuleType) -> Int
         kernels: Those of `binding_kernels`.
     """
     answers = np.empty(positions.shape[1], dtype=np.int64)
+    lists = np.empty((2, len(tree.blocks)), dtype=np.uint32)
     points, anchors = np.ascontiguousarray(positions), (tree.anchors, tree.blocks, tree.widest)
-    kernels.bind_points(points, anchors, _make_room(tree, kernels), answers)
+    kernels.bind_points(points, anchors, lists, answers)
     return answers
 
 
-def _make_room(tree: AnchorTree, kernels: ModuleType) -> tuple[NDArray[np.generic], ...]:
+def _make_room(kernels: ModuleType, blocks: int, runs: int) -> tuple[NDArray[np.generic], ...]:
     """Return the lists that `pruning_kernels` works in."""
     return (
-        np.empty((kernels.LISTS + 1, len(tree.blocks)), dtype=np.uint32),
+        np.empty((kernels.LISTS + 1, blocks), dtype=np.uint32),
         np.empty((kernels.LISTS, 4, kernels.RUN * (kernels.RUN + 1)), dtype=np.int32),
-        np.zeros((2, kernels.LISTS), dtype=np.int64),
-        np.empty(kernels.RUN, dtype=np.int64),
+        np.empty((2, kernels.LISTS), dtype=np.int64),
         np.empty(kernels.RUN, dtype=np.uint8),
+        np.empty((2, kernels.RUN), dtype=np.int64),
+        np.empty((2, kernels.RUN), dtype=np.int32),
+        np.empty(runs, dtype=np.int64),
     )

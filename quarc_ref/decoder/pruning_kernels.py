@@ -7,7 +7,9 @@ widest 0; tier 3 are anchors themselves.
 Lists are kept in a `room` that is there before, one to a depth: uint32
 `[LISTS + 1, b]` blocks, the last list for whoever is at work, and int32
 `[LISTS, 4, RUN * (RUN + 1)]` anchors; int64 `[2, LISTS]` how many each list
-has, and of which tier; int64 `[RUN]` distances and uint8 `[RUN]` marks.
+has, and of which tier; uint8 `[RUN]` marks; int64 `[2, RUN]` and int32 the same,
+the squared distances and the numbers of the nearest; and int64 `[r]` bounds, one
+to a run.
 """
 
 import numpy as np
@@ -18,7 +20,8 @@ ANCHORS = 3
 RUN = 16  # Gaussians side by side, anchors side by side, blocks whose anchors are listed
 LISTS = 6
 UNBOUND = (1 << 63) - 1
-_SAMPLES = 8
+_BESIDE = 3
+_SAMPLES = 24
 
 
 @bare
@@ -28,6 +31,19 @@ def box_of(boxes, i):
         np.int64(boxes[i, 0]), np.int64(boxes[i, 1]), np.int64(boxes[i, 2]),
         np.int64(boxes[i, 3]), np.int64(boxes[i, 4]), np.int64(boxes[i, 5]),
     )  # fmt: skip
+
+
+@bare
+def box_of_few(points, first, last):
+    """Return the box of some points, as six int64."""
+    x0 = x1 = np.int64(points[0, first])
+    y0 = y1 = np.int64(points[1, first])
+    z0 = z1 = np.int64(points[2, first])
+    for i in range(first + 1, last):
+        x, y, z = np.int64(points[0, i]), np.int64(points[1, i]), np.int64(points[2, i])
+        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
+        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+    return x0, y0, z0, x1, y1, z1
 
 
 @bare
@@ -47,7 +63,7 @@ def apart(least, greatest, low, high):
 @bare
 def narrow(box, bound, depth, room, anchors, blocks):
     """Make the list of a depth + 1 from that of a depth."""
-    ids, listed, counts, _, reach = room
+    ids, listed, counts, reach = room[0], room[1], room[2], room[3]
     length, tier = counts[0, depth], counts[1, depth]
     kept = ids[depth + 1]
     if tier == ANCHORS:
@@ -152,25 +168,25 @@ def _mark(box, xs, ys, zs, bound, reach):
 
 
 @bare
-def bound_by(box, anchors, first, last):
-    """Return the least squared distance within which all of a box have one of some anchors."""
-    x0, y0, z0, x1, y1, z1 = box
-    bound = np.int64(UNBOUND)
-    first, last = max(first - 1, 0), min(last + 1, anchors.shape[1] - RUN)
-    for a in range(first, last, 1 + (last - first) // _SAMPLES):
-        px, py, pz = np.int64(anchors[0, a]), np.int64(anchors[1, a]), np.int64(anchors[2, a])
-        x, y, z = max(px - x0, x1 - px), max(py - y0, y1 - py), max(pz - z0, z1 - pz)
-        bound = min(bound, x * x + y * y + z * z)
-    return bound
-
-
-@bare
 def bound_few(points, anchors, first, last, ranks, best):
-    """Return the least squared distance within which each of a few has one of some anchors."""
+    """Return the least squared distance within which each of a few has one of some anchors.
+
+    These are those that stand among the few in Morton order and beside them, or, of very
+    many, a sample.
+
+    Args:
+        points: int32 `[3, P]` in Morton order.
+        anchors: int32 `[4, b + 16]` the same.
+        first: The first of the few.
+        last: The one after the last of them, at most 16.
+        ranks: int32 `[N + 1]` how many anchors stand before each of the points.
+        best: int64 `[16]` how far it is for each, written.
+    """
     xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
     for j in range(RUN):
         best[j] = UNBOUND
-    low, high = max(ranks[first] - 2, 0), min(ranks[last] + 2, anchors.shape[1] - RUN)
+    low = max(ranks[first] - _BESIDE, 0)
+    high = min(ranks[last] + _BESIDE, anchors.shape[1] - RUN)
     for a in range(low, high, 1 + (high - low) // _SAMPLES):
         ax, ay, az = anchors[0, a], anchors[1, a], anchors[2, a]
         for j in range(RUN):
