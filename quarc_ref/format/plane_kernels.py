@@ -16,6 +16,8 @@ _WORD_BITS = np.uint64(32)
 _CODE_BITS = 8
 _STATED = 1 << 18
 _EVEN = 1 << 23
+_EVEN_BITS = np.uint64(23)
+_EVEN_MASK = np.uint64(_EVEN - 1)
 
 
 @entrance
@@ -30,56 +32,116 @@ def read_plane(coder, contexts, counts):
     Returns:
         The answers, and a probability code that is undefined, -1 if none is.
     """
-    words, cursor, count_limit, code_weights = coder
-    used = contexts.max() + 1
-    lengths = np.zeros(used + 1, dtype=np.int64)
-    for context in contexts:
-        lengths[context + 1] += 1
-    stated = np.zeros(used, dtype=np.bool_)
-    for context in range(used):
-        if lengths[context + 1]:
-            stated[context] = _take(words, cursor, _STATED)
-    weights = np.empty(used, dtype=np.int64)
-    for context in range(used):
-        zeros, ones = counts[0, context], counts[1, context]
-        weights[context] = ((2 * ones + 1) << 24) // (2 * (zeros + ones) + 2)
-        if stated[context]:
-            code = 0
-            for _ in range(_CODE_BITS):
-                code = 2 * code + _take(words, cursor, _EVEN)
-            if code >= code_weights.size:
-                return np.empty(0, dtype=np.bool_), code
-            weights[context] = code_weights[code]
-    places = np.cumsum(lengths)
-    order = np.empty(contexts.size, dtype=np.int32)
-    for i in range(contexts.size):
-        place = places[contexts[i]]
-        order[place] = i
-        places[contexts[i]] = place + 1
+    order, used, borders = sort_runs(contexts)
     answers = np.empty(contexts.size, dtype=np.bool_)
-    first = 0
-    for context in range(used):
-        last = first + lengths[context + 1]
-        if last > first:
-            ones = _take_run(words, cursor, weights[context], order, first, last, answers)
-            _learn(counts, context, last - first - ones, ones, count_limit)
-        first = last
+    weights, undefined = _weigh(coder, used, counts)
+    if undefined >= 0:
+        return answers, undefined
+    for run in range(used.size):
+        first, last = borders[run], borders[run + 1]
+        ones = _take_run(coder, weights[run], order, first, last, answers)
+        _learn(counts, used[run], last - first - ones, ones, coder[2])
     return answers, -1
 
 
 @entrance
 def read_raw(coder, count):
     """Return bool `[count]` bits that are as likely 0 as 1."""
-    words, cursor, _, _ = coder
+    words, cursor = coder[0], coder[1]
+    state, left = cursor[0], np.int64(cursor[1])
     answers = np.empty(count, dtype=np.bool_)
     for i in range(count):
-        answers[i] = _take(words, cursor, _EVEN)
+        if state >> _WORD_BITS == 0 and left:
+            left -= 1
+            state = (state << _WORD_BITS) | np.uint64(words[left])
+        # Half the weight: what is below the bit stays where it is, what is above moves down.
+        answers[i] = (state >> _EVEN_BITS) & np.uint64(1)
+        state = ((state >> _WEIGHT_BITS) << _EVEN_BITS) | (state & _EVEN_MASK)
+    cursor[0], cursor[1] = state, np.uint64(left)
     return answers
 
 
 @plain
-def _take_run(words, cursor, weight, order, first, last, answers):
+def sort_runs(contexts):
+    """Return what elements `[n]` belong to which run, n at least 1.
+
+    Returns:
+        int32 `[n]` the elements by context, those of one ascending; int64 `[u]`
+        the contexts that there are, ascending; and int64 `[u + 1]` where each begins,
+        and the end.
+    """
+    lengths = np.zeros(contexts.max() + 1, dtype=np.int64)
+    for context in contexts:
+        lengths[context] += 1
+    used = np.flatnonzero(lengths)
+    borders = np.zeros(used.size + 1, dtype=np.int64)
+    for run in range(used.size):
+        borders[run + 1] = borders[run] + lengths[used[run]]
+        lengths[used[run]] = borders[run]
+    order = np.empty(contexts.size, dtype=np.int32)
+    for i in range(contexts.size):
+        place = lengths[contexts[i]]
+        order[place] = i
+        lengths[contexts[i]] = place + 1
+    return order, used, borders
+
+
+@plain
+def split_runs(coder, contexts, spans, order, counts):
+    """Read a plane whose runs are known, and part each run into those of 0 and those of 1.
+
+    Args:
+        coder: Moves on.
+        contexts: int64 `[u]` of the runs, ascending.
+        spans: int64 `[2, u]` where each begins in the order, and ends.
+        order: int32 elements; those of each run are left with those of 0 first, and
+            else as they were.
+        counts: int64 `[2, c]` zeros and ones that each context has seen; learns.
+
+    Returns:
+        int64 `[u]` how many of each run are 0, and a code as of `read_plane`.
+    """
+    zeros = np.zeros(contexts.size, dtype=np.int64)
+    weights, undefined = _weigh(coder, contexts, counts)
+    if undefined >= 0:
+        return zeros, undefined
+    longest = 0
+    for run in range(contexts.size):
+        longest = max(longest, spans[1, run] - spans[0, run])
+    spare = np.empty(longest, dtype=np.int32)
+    for run in range(contexts.size):
+        first, last = spans[0, run], spans[1, run]
+        ones = _split_run(coder, weights[run], order[first:last], spare)
+        zeros[run] = last - first - ones
+        _learn(counts, contexts[run], zeros[run], ones, coder[2])
+    return zeros, -1
+
+
+@plain
+def _weigh(coder, contexts, counts):
+    """Return the weights int64 `[u]` of ascending contexts in a plane, and a code as above."""
+    words, cursor, _, code_weights = coder
+    stated = np.empty(contexts.size, dtype=np.bool_)
+    for i in range(contexts.size):
+        stated[i] = _take(words, cursor, _STATED)
+    weights = np.empty(contexts.size, dtype=np.int64)
+    for i in range(contexts.size):
+        zeros, ones = counts[0, contexts[i]], counts[1, contexts[i]]
+        weights[i] = ((2 * ones + 1) << 24) // (2 * (zeros + ones) + 2)
+        if stated[i]:
+            code = 0
+            for _ in range(_CODE_BITS):
+                code = 2 * code + _take(words, cursor, _EVEN)
+            if code >= code_weights.size:
+                return weights, code
+            weights[i] = code_weights[code]
+    return weights, -1
+
+
+@plain
+def _take_run(coder, weight, order, first, last, answers):
     """Take the bits of a run to where they belong; return how many are 1."""
+    words, cursor = coder[0], coder[1]
     state, left = cursor[0], np.int64(cursor[1])
     one, zero = np.uint64(weight), np.uint64(_WEIGHT_TOTAL - weight)
     ones = 0
@@ -95,6 +157,31 @@ def _take_run(words, cursor, weight, order, first, last, answers):
         ones += bit
     cursor[0], cursor[1] = state, np.uint64(left)
     return ones
+
+
+@plain
+def _split_run(coder, weight, run, spare):
+    """Part a run by its bits; return how many are 1."""
+    words, cursor = coder[0], coder[1]
+    state, left = cursor[0], np.int64(cursor[1])
+    one, zero = np.uint64(weight), np.uint64(_WEIGHT_TOTAL - weight)
+    zeros = ones = np.uint64(0)  # as numbers without a sign they are looked up at once
+    for i in range(run.size):
+        if state >> _WORD_BITS == 0 and left:
+            left -= 1
+            state = (state << _WORD_BITS) | np.uint64(words[left])
+        part = state & _WEIGHT_MASK
+        bit = part >= zero
+        share, passed = (one, zero) if bit else (zero, np.uint64(0))
+        state = (state >> _WEIGHT_BITS) * share + part - passed
+        element = run[i]
+        run[zeros] = spare[ones] = element
+        ones += np.uint64(bit)
+        zeros += np.uint64(not bit)
+    for i in range(np.int64(ones)):
+        run[np.int64(zeros) + i] = spare[i]
+    cursor[0], cursor[1] = state, np.uint64(left)
+    return np.int64(ones)
 
 
 @plain

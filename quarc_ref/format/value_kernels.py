@@ -1,12 +1,14 @@
 """Integers as planes of bits (SPEC 8.4), compiled; `values` holds the plain twins.
 
-Coders are those of `plane_kernels`.
+The context of a bit is what is known of its number by then. So the numbers that
+share a context stand together once and for all: a bit parts each run of them in
+two, and nothing has to be sorted again. Coders are those of `plane_kernels`.
 """
 
 import numpy as np
 
 from quarc_ref.format.compiled import entrance, plain
-from quarc_ref.format.plane_kernels import read_plane, read_raw
+from quarc_ref.format.plane_kernels import read_raw, sort_runs, split_runs
 
 _MODELLED_BITS = 2
 
@@ -24,17 +26,12 @@ def read_fixed(coder, contexts, width, counts):
     Returns:
         int64 `[n]` numbers, and a probability code that is undefined, -1 if none is.
     """
-    nodes = np.ones(contexts.size, dtype=np.int64)
-    asked = np.empty(contexts.size, dtype=np.int32)
-    for _ in range(width):
-        for i in range(asked.size):
-            asked[i] = (contexts[i] << width) + nodes[i]
-        bits, undefined = read_plane(coder, asked, counts)
-        if undefined >= 0:
-            return nodes, undefined
-        for i in range(asked.size):
-            nodes[i] = 2 * nodes[i] + bits[i]
-    return nodes - (1 << width), -1
+    numbers = np.empty(contexts.size, dtype=np.int64)
+    order, runs, undefined = _read_classes(coder, contexts, width, counts)
+    for run in range(runs.shape[1]):
+        for i in range(runs[0, run], runs[1, run]):
+            numbers[order[i]] = runs[3, run]
+    return numbers, undefined
 
 
 @entrance
@@ -51,40 +48,88 @@ def read_classed(coder, contexts, class_bits, signed, counts):
     Returns:
         As `read_fixed`.
     """
-    classes, undefined = read_fixed(coder, contexts, class_bits, counts[0])
-    if undefined >= 0:
-        return classes, undefined
-    contexts = (contexts << class_bits) + classes
-    there = np.flatnonzero(classes)
-    negative = np.zeros(there.size, dtype=np.bool_)
-    if signed and there.size:
-        negative, undefined = read_plane(coder, contexts[there], counts[1])
-        if undefined >= 0:
-            return classes, undefined
-        contexts *= 2
-        for i in range(there.size):
-            contexts[there[i]] += negative[i]
-    numbers, undefined = _read_mantissas(coder, contexts, classes, counts[2])
-    for i in range(there.size):
-        if negative[i]:
-            numbers[there[i]] = -numbers[there[i]]
+    signs, mask = np.int64(signed), (1 << class_bits) - 1
+    numbers = np.zeros(contexts.size, dtype=np.int64)
+    order, runs, undefined = _read_classes(coder, contexts, class_bits, counts[0])
+    runs = runs[:, runs[3] > 0]
+    runs[2] = (runs[2] << class_bits) + runs[3]
+    if signed and undefined < 0 and runs.shape[1]:
+        runs[3] = 0
+        runs, undefined = _read_bit(coder, runs, runs[2], order, counts[1])
+        runs[2] = 2 * runs[2] + runs[3]
+    runs[3] = 1
+    for depth in range(_MODELLED_BITS):
+        classes = (runs[2] >> signs) & mask
+        _write(numbers, order, runs[:, classes == depth + 1], signs)
+        runs = runs[:, classes > depth + 1]
+        if undefined >= 0 or runs.shape[1] == 0:
+            return numbers, undefined
+        asked = (runs[2] << _MODELLED_BITS) + runs[3]
+        runs, undefined = _read_bit(coder, runs, asked, order, counts[2])
+    _write(numbers, order, runs, signs)
+    if undefined < 0:
+        _read_rest(coder, numbers, order, runs, (runs[2] >> signs) & mask)
     return numbers, undefined
 
 
 @plain
-def _read_mantissas(coder, contexts, classes, counts):
-    """Read the bits below the leading 1 of numbers: the first few modelled, the rest raw."""
-    known = np.minimum(classes, 1)
-    there = np.arange(classes.size)
-    for depth in range(classes.max() - 1):
-        there = there[classes[there] > depth + 1]
-        if depth < _MODELLED_BITS:
-            asked = (contexts[there] << _MODELLED_BITS) + known[there]
-            bits, undefined = read_plane(coder, asked, counts)
-            if undefined >= 0:
-                return known, undefined
-        else:
-            bits = read_raw(coder, there.size)
+def _read_classes(coder, contexts, width, counts):
+    """Read numbers below 2^width, each bit in the context of those above it.
+
+    Returns:
+        int32 `[n]` the elements by context and number; int64 `[4, r]` where the
+        elements of one context and number begin in that order, where they end, the
+        context, and the number; and a code as above.
+    """
+    order, used, borders = sort_runs(contexts)
+    runs = np.empty((4, used.size), dtype=np.int64)
+    runs[0], runs[1], runs[2], runs[3] = borders[:-1], borders[1:], used, 1
+    undefined = np.int64(-1)
+    for _ in range(width):
+        if undefined < 0:
+            asked = (runs[2] << width) + runs[3]
+            runs, undefined = _read_bit(coder, runs, asked, order, counts)
+    runs[3] -= 1 << width
+    return order, runs, undefined
+
+
+@plain
+def _read_bit(coder, runs, asked, order, counts):
+    """Read one more bit of the numbers of runs; return the runs it makes, and a code as above."""
+    zeros, undefined = split_runs(coder, asked, runs, order, counts)
+    parted = np.empty((4, 2 * runs.shape[1]), dtype=np.int64)
+    found = 0
+    for run in range(runs.shape[1]):
+        first, last = runs[0, run], runs[1, run]
+        middle = first + zeros[run]
+        for bit in range(2):
+            begin, end = (middle, last) if bit else (first, middle)
+            parted[0, found], parted[1, found] = begin, end
+            parted[2, found], parted[3, found] = runs[2, run], 2 * runs[3, run] + bit
+            found += end > begin
+    return parted[:, :found].copy(), undefined
+
+
+@plain
+def _write(numbers, order, runs, signs):
+    """Write the numbers of runs to their elements; the lowest bit of a context may be a sign."""
+    for run in range(runs.shape[1]):
+        number = -runs[3, run] if signs & runs[2, run] else runs[3, run]
+        for i in range(runs[0, run], runs[1, run]):
+            numbers[order[i]] = number
+
+
+@plain
+def _read_rest(coder, numbers, order, runs, classes):
+    """Read the bits below those that are modelled, of all numbers of runs that have some."""
+    class_of = np.zeros(numbers.size, dtype=np.uint8)
+    for run in range(runs.shape[1]):
+        for i in range(runs[0, run], runs[1, run]):
+            class_of[order[i]] = classes[run]
+    there = np.flatnonzero(class_of)
+    for depth in range(_MODELLED_BITS, classes.max() - 1):
+        there = there[class_of[there] > depth + 1]
+        bits = read_raw(coder, there.size)
         for i in range(there.size):
-            known[there[i]] = 2 * known[there[i]] + bits[i]
-    return known, -1
+            number = numbers[there[i]]
+            numbers[there[i]] = 2 * number + (bits[i] if number > 0 else -np.int64(bits[i]))
