@@ -70,7 +70,7 @@ def train_canonical(
             statistics = ScreenStatistics(trainer.count, studio.device)
         studio.progress.advance("canonical", step + 1, settings.iterations)
     final = trainer.attributes.detached().quantized(header)
-    return final.rows(torch.sigmoid(final.opacities) >= settings.prune_opacity)
+    return final.rows(torch.sigmoid(final.opacities) >= settings.keep_opacity)
 
 
 def start_from_points(

@@ -62,6 +62,7 @@ class CanonicalSettings(Checked):
             cloned or split, NDC (2e-4).
         densify_scale: Scale above which it is split, share of the extent (0.01).
         prune_opacity: Opacity below which a Gaussian goes (0.005).
+        keep_opacity: Opacity below which a Gaussian goes when all is trained (0.005).
         halved_until: Iteration up to which pictures have half their width and
             height, while Gaussians are still many to a pixel (0).
         exposure_rate: Share of the way that a camera's gains go in a step to what
@@ -101,6 +102,7 @@ class CanonicalSettings(Checked):
     densify_gradient: Amount = 2e-4
     densify_scale: Amount = 0.01
     prune_opacity: Share = 0.005
+    keep_opacity: Share = 0.005
     halved_until: Count = 0
     exposure_rate: Share = 0.0
     exposure_from: Count = 200

@@ -55,6 +55,7 @@ _MAIN = EncoderConfig(
         densify_from=300,
         densify_until=2000,
         noise=0.003,
+        keep_opacity=0.016,
         halved_until=500,
         exposure_rate=0.2,
         exposure_from=100,
@@ -86,7 +87,7 @@ _MAIN = EncoderConfig(
         rate_end=0.05,
         split_at=(),
         must_pay=True,
-        byte_price=0.002,
+        byte_price=0.0005,
     ),
 )
 _DEMO = replace(
@@ -100,6 +101,7 @@ _DEMO = replace(
         max_gaussians=20_000,
         densify_until=750,
         noise=0.0,
+        keep_opacity=0.005,
         halved_until=0,
         exposure_rate=0.0,
         quantize_from=0.8,
