@@ -13,8 +13,10 @@ _OFFSET = 1 << 23
 _AXIS_BITS = 18
 _KEY_BITS = 72
 _FEW = 24
-_DIGIT_BITS = 11
+_DIGIT_BITS = 14
 _DIGITS = 1 << _DIGIT_BITS
+_BUCKET_BITS = np.uint32(20)
+_BUCKETS = 1 << 12
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 
@@ -57,7 +59,7 @@ def sort_cells(positions):
         x, y, z = positions[0, i] + _OFFSET, positions[1, i] + _OFFSET, positions[2, i] + _OFFSET
         keys[i] = _interleave((x >> low) & mask, (y >> low) & mask, (z >> low) & mask)
         order[i] = i
-    keys, order = _sort(keys, order)
+    keys, order, spare = _sort(keys, order)
     merges = np.empty(count, dtype=np.uint8)
     merges[0] = _KEY_BITS + 1
     start = 0
@@ -65,7 +67,7 @@ def sort_cells(positions):
         if i < count and keys[i] == keys[i - 1]:
             continue
         if i - start > 1:
-            _sort_cell(positions, low, order[start:i], merges[start:i])
+            _sort_cell(positions, low, order, merges, spare, start, i)
         if i < count:
             merges[i] = 3 * low + _bit_length(keys[i] ^ keys[i - 1])
         start = i
@@ -93,15 +95,14 @@ def choose(words, order, merges, count):
         occupied -= joined[shared + 1 : shared + 4].sum()
         shared += 3
     chosen = np.zeros(words.size, dtype=np.bool_)
-    least = order[0]
+    least = (np.uint64(words[order[0]]) << _HALF) | np.uint64(order[0])
     for i in range(1, order.size):
-        here = order[i]
+        rank = (np.uint64(words[order[i]]) << _HALF) | np.uint64(order[i])
         if merges[i] > shared:
-            chosen[least] = True
-            least = here
-        elif words[here] < words[least] or (words[here] == words[least] and here < least):
-            least = here
-    chosen[least] = True
+            chosen[least & _WORD] = True
+            least = rank
+        least = min(least, rank)
+    chosen[least & _WORD] = True
     _fill(words, chosen, count - occupied)
     return chosen
 
@@ -111,10 +112,9 @@ def _fill(words, chosen, missing):
     """Choose the least (word, index) of those that are not chosen yet."""
     if missing == 0:
         return
-    buckets = np.zeros(1 << 16, dtype=np.int64)
+    buckets = np.zeros(_BUCKETS, dtype=np.int32)
     for i in range(words.size):
-        if not chosen[i]:
-            buckets[words[i] >> 16] += 1
+        buckets[words[i] >> _BUCKET_BITS] += not chosen[i]
     bucket = 0
     while buckets[bucket] < missing:
         missing -= buckets[bucket]
@@ -122,12 +122,11 @@ def _fill(words, chosen, missing):
     last = np.empty(buckets[bucket], dtype=np.int64)
     found = 0
     for i in range(words.size):
-        if not chosen[i]:
-            if words[i] >> 16 < bucket:
-                chosen[i] = True
-            elif words[i] >> 16 == bucket:
-                last[found] = ((words[i] & 0xFFFF) << 32) | i
-                found += 1
+        if words[i] >> _BUCKET_BITS == bucket and not chosen[i]:
+            last[found] = (np.int64(words[i]) << 32) | i
+            found += 1
+    for i in range(words.size):
+        chosen[i] |= words[i] >> _BUCKET_BITS < bucket
     last = np.sort(last)
     for rank in last[:missing]:
         chosen[rank & 0xFFFFFFFF] = True
@@ -145,31 +144,30 @@ def _range_bits(positions):
 
 
 @plain
-def _sort_cell(positions, low, order, merges):
-    """Put Gaussians of one cell of side 2^low in Morton order; all merges but the first."""
-    keys = np.empty(order.size, dtype=np.uint64)
+def _sort_cell(positions, low, order, merges, keys, start, end):
+    """Put Gaussians of one cell of side 2^low in Morton order; write all merges but the first."""
     mask = (1 << low) - 1
-    for i in range(order.size):
+    for i in range(start, end):
         x, y, z = positions[0, order[i]], positions[1, order[i]], positions[2, order[i]]
         keys[i] = _interleave(x & mask, y & mask, z & mask)
-    if order.size > _FEW:
-        rearranged = np.argsort(keys, kind="mergesort")
-        order[:] = order[rearranged]
-        keys = keys[rearranged]
+    if end - start > _FEW:
+        rearranged = np.argsort(keys[start:end], kind="mergesort")
+        order[start:end] = order[start:end][rearranged]
+        keys[start:end] = keys[start:end][rearranged]
     else:
-        for i in range(1, order.size):
+        for i in range(start + 1, end):
             key, index, place = keys[i], order[i], i
-            while place and keys[place - 1] > key:
+            while place > start and keys[place - 1] > key:
                 keys[place], order[place] = keys[place - 1], order[place - 1]
                 place -= 1
             keys[place], order[place] = key, index
-    for i in range(1, order.size):
+    for i in range(start + 1, end):
         merges[i] = _bit_length(keys[i] ^ keys[i - 1])
 
 
 @plain
 def _sort(keys, order):
-    """Return keys in ascending order, and an order that went along; stable."""
+    """Return keys in ascending order, an order that went along, and room for keys; stable."""
     count = order.size
     differing = np.uint64(0)
     for key in keys:
@@ -177,21 +175,22 @@ def _sort(keys, order):
     spare_keys, spare_order = np.empty_like(keys), np.empty_like(order)
     shift = np.uint64(0)
     digits = np.uint64(_DIGITS - 1)
+    starts = np.empty(_DIGITS + 1, dtype=np.int32)
     while differing >> shift:
-        starts = np.zeros(_DIGITS + 1, dtype=np.int64)
+        starts[:] = 0
         for key in keys:
-            starts[np.int64((key >> shift) & digits) + 1] += 1
+            starts[((key >> shift) & digits) + np.uint64(1)] += 1
         for digit in range(_DIGITS):
             starts[digit + 1] += starts[digit]
         for i in range(count):
-            digit = np.int64((keys[i] >> shift) & digits)
+            digit = (keys[i] >> shift) & digits  # without a sign it is looked up at once
             place = starts[digit]
             starts[digit] = place + 1
             spare_keys[place], spare_order[place] = keys[i], order[i]
         keys, spare_keys = spare_keys, keys
         order, spare_order = spare_order, order
         shift += np.uint64(_DIGIT_BITS)
-    return keys, order
+    return keys, order, spare_keys
 
 
 @plain
