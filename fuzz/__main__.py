@@ -19,7 +19,7 @@ import atheris
 
 with atheris.instrument_imports(include=["quarc_ref"]):
     from fuzz.targets import TARGETS, list_seeds
-from hostile_mutations import put_together, take_apart
+from hostile.mutations import put_together, take_apart
 from quarc_ref.format.errors import BitstreamError
 
 _FOUND = Path("out/fuzz")

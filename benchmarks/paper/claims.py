@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from statistics import fmean
 
 from paper.rows import Row
-from rate_claims import Claim
+from rate.claims import Claim
 
 _UNQUANTIZED_DB = 0.05
 _UNQUANTIZED_SHARE = 0.25

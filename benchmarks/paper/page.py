@@ -9,7 +9,7 @@ from paper.experiments import Experiment
 from paper.rows import Row
 from paper.tables import format_html, format_stages
 from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
-from rate_claims import Claim
+from rate.claims import Claim
 
 _TEMPLATE = Path(__file__).with_name("page.html")
 _HOLDS = {True: "yes", False: "<b>no</b>", None: "no number"}

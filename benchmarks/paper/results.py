@@ -10,7 +10,7 @@ from paper.page import Section, compose_page
 from paper.rows import Row
 from paper.tables import format_markdown, write_csv
 from quarc_ref.evaluation.plots import Curve, plot_curves
-from rate_tables import format_claims
+from rate.tables import format_claims
 
 Rows = Mapping[str, Row]
 

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import pytest
 
-import hostile_blocks
-import hostile_judge
-from hostile_mutations import Mutator
+from hostile import blocks, judge
+from hostile.mutations import Mutator
 from quarc_ref.format.chunk_reader import split_chunks
 from tests.benchmarks.test_hostile_mutations import SEEDS
 from tests.streams import rebuild_stream
 
-SCRIPT = Path(hostile_judge.__file__).with_name("hostile.py")
+SCRIPT = Path(judge.__file__).parents[1] / "hostile.py"
 
 
 def _run(out, *arguments):
@@ -32,14 +31,14 @@ def test_mutants_end_in_frames_or_refusals_and_a_run_goes_on_where_it_was(tmp_pa
     assert first["streams"] == 150
     assert first["decoded"] + first["declined"] + sum(first["refusals"].values()) == 150
     assert first["escapes"] == first["hangs"] == 0
-    assert 0 < first["peak_rss_mib"] < hostile_judge.MEBIBYTES
+    assert 0 < first["peak_rss_mib"] < judge.MEBIBYTES
 
 
 @pytest.fixture
 def ways(monkeypatch):
     """The ways to decode, of which a test may change one."""
-    monkeypatch.setattr(hostile_judge, "WAYS", dict(hostile_judge.WAYS))
-    return hostile_judge.WAYS
+    monkeypatch.setattr(judge, "WAYS", dict(judge.WAYS))
+    return judge.WAYS
 
 
 def _escape(_data):
@@ -55,7 +54,7 @@ def _spin(_data):
 
 @pytest.fixture
 def _ends():
-    before = signal.signal(signal.SIGPROF, hostile_judge._end)
+    before = signal.signal(signal.SIGPROF, judge._end)
     yield
     signal.signal(signal.SIGPROF, before)
 
@@ -65,9 +64,9 @@ def _ends():
 def test_what_a_decoder_must_not_do_is_kept_with_its_bytes(
     way, outcome, ways, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(hostile_judge, "SECONDS", 0.02)
+    monkeypatch.setattr(judge, "SECONDS", 0.02)
     ways["decode"] = way
-    tally = hostile_blocks.judge_block(Mutator(SEEDS, 0), 30, 1, tmp_path)
+    tally = blocks.judge_block(Mutator(SEEDS, 0), 30, 1, tmp_path)
 
     assert tally.failures == {30: outcome}
     assert (tmp_path / "30.quarc").read_bytes() == Mutator(SEEDS, 0).make(30).data
@@ -76,9 +75,7 @@ def test_what_a_decoder_must_not_do_is_kept_with_its_bytes(
 
 def test_a_mutant_that_is_heedless_is_decoded_beyond_a_wrong_state_crc():
     stream = _with_wrong_state(SEEDS["still"])
-    verdicts = [
-        hostile_judge.judge("decode", stream, heedless=heedless) for heedless in (False, True)
-    ]
+    verdicts = [judge.judge("decode", stream, heedless=heedless) for heedless in (False, True)]
 
     assert [verdict.outcome for verdict in verdicts] == ["state-crc", "decoded"]
 
@@ -91,9 +88,9 @@ def _with_wrong_state(stream):
 
 def test_blocks_are_kept_and_read_as_they_were(tmp_path):
     path = tmp_path / "blocks.jsonl"
-    tally = hostile_blocks.judge_block(Mutator(SEEDS, 0), 0, 20, tmp_path)
-    hostile_blocks.append_block(path, 0, 20, tally)
+    tally = blocks.judge_block(Mutator(SEEDS, 0), 0, 20, tmp_path)
+    blocks.append_block(path, 0, 20, tally)
     with path.open("a") as file:
         file.write('{"first": 20, "cou')
 
-    assert hostile_blocks.read_blocks(path) == {(0, 20): tally}
+    assert blocks.read_blocks(path) == {(0, 20): tally}

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from hostile_mutations import Mutator
+from hostile.mutations import Mutator
 from quarc_ref.decoder import decode
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-import rate
 from quarc_ref.datasets.open_capture import open_capture
+from rate import command
 from tests.datasets import scenes
 from tests.evaluation.streams_of_captures import write_stream
 
@@ -31,7 +31,7 @@ def streams(capture, tmp_path, monkeypatch):
 
 def _run(monkeypatch, capsys, *arguments):
     monkeypatch.setattr(sys, "argv", ["rate.py", *map(str, arguments)])
-    rate.main()
+    command.main()
     return capsys.readouterr().out
 
 
@@ -64,6 +64,6 @@ def test_tables_and_csv_tell_the_same(capture, streams, monkeypatch, capsys):
 def test_quality_is_not_measured_again_of_the_same_bytes(capture, streams, monkeypatch, capsys):
     options = ("--streams", streams, "--preset", "main", "--no-paper")
     first = _run(monkeypatch, capsys, capture, *options)
-    monkeypatch.setattr("rate_measure.evaluate_stream", None)
+    monkeypatch.setattr("rate.measure.evaluate_stream", None)
 
     assert _run(monkeypatch, capsys, capture, *options) == first

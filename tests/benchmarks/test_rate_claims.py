@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.evaluation.inspect_stream import inspect_stream
-from rate_claims import (
+from rate.claims import (
     Claim,
     amortize,
     amortize_estimate,

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rate_hull import Point, gap_below, upper_hull
+from rate.hull import Point, gap_below, upper_hull
 
 POINTS = st.lists(
     st.builds(Point, st.just(""), st.integers(1, 40).map(float), st.integers(0, 40).map(float)),

@@ -3,17 +3,17 @@ from pathlib import Path
 
 import pytest
 
-import rate_jobs
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.format.errors import ResumeError
-from rate_jobs import Job, list_differences, provide_stream
+from rate import jobs
+from rate.jobs import Job, list_differences, provide_stream
 from tests.encoder.toys import make_capture
 
 JOB = Job(Path("captures/plane"), "main")
 
 
 def test_every_difference_between_jobs_is_in_the_name():
-    jobs = [
+    different = [
         JOB,
         replace(JOB, capture=Path("captures/other")),
         replace(JOB, preset="paper"),
@@ -26,7 +26,7 @@ def test_every_difference_between_jobs_is_in_the_name():
     ]
 
     assert JOB.file_name() == "plane.main.quarc"
-    assert len({job.file_name() for job in jobs}) == len(jobs)
+    assert len({job.file_name() for job in different}) == len(different)
 
 
 def test_changes_are_made_to_the_settings():
@@ -64,8 +64,8 @@ def test_what_cannot_be_gone_on_with_is_named(tmp_path, monkeypatch):
         message = "begun otherwise"
         raise ResumeError(message)
 
-    monkeypatch.setattr(rate_jobs, "open_capture", lambda *_: make_capture())
-    monkeypatch.setattr(rate_jobs, "encode_file", refuse)
+    monkeypatch.setattr(jobs, "open_capture", lambda *_: make_capture())
+    monkeypatch.setattr(jobs, "encode_file", refuse)
 
     with pytest.raises(ResumeError, match=r"begun otherwise; remove .*plane\.main\.quarc\.part"):
         provide_stream(JOB, tmp_path)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rate_planes import (
+from rate.planes import (
     compress_lzma,
     compress_zstd,
     pack_frame,

@@ -4,8 +4,8 @@ import pytest
 
 from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.presets import PRESETS, change_setting
-from rate_hull import Point
-from rate_sweep import claim_hull, list_changes
+from rate.hull import Point
+from rate.sweep import claim_hull, list_changes
 
 
 def _apply(config, changes):

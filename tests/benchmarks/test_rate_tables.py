@@ -1,10 +1,10 @@
 import csv
 import io
 
-from rate_claims import Claim
-from rate_hull import Point
-from rate_rows import Row
-from rate_tables import (
+from rate.claims import Claim
+from rate.hull import Point
+from rate.rows import Row
+from rate.tables import (
     format_claims,
     format_points,
     format_rows,

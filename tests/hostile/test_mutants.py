@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hostile_mutations import Mutator
+from hostile.mutations import Mutator
 from quarc_ref.decoder import Gap, PipeSource, compute_digest, decode, recover
 from quarc_ref.decoder.http_source import HttpSource
 from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with

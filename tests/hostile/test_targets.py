@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzz.targets import TARGETS, list_seeds
-from hostile_mutations import damage_bytes
+from hostile.mutations import damage_bytes
 
 _SEEDS = {name: list_seeds(name) for name in TARGETS}
 _NUMBERS = st.integers(0, (1 << 32) - 1)

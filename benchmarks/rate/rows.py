@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
 
-import rate_fourdgs
 from quarc_ref.decoder import decode, dequantize
 from quarc_ref.evaluation.stream_summary import KINDS
-from rate_measure import Measured, measure_first_frame
-from rate_planes import COMPRESSORS, read_symbols, sum_compressed, sum_floats
-from rate_splats import NotAtHandError, convert_scene
+from rate import keyframe_deltas
+from rate.converters import NotAtHandError, convert_scene
+from rate.measure import Measured, measure_first_frame
+from rate.planes import COMPRESSORS, read_symbols, sum_compressed, sum_floats
 
 FILE, ESTIMATE, FLOATS, FOURDGS = "the file", "zero-order estimate", "float32", "fourdgs"
 STILL_FORMATS = {"spz": "SPZ", "sog": "SOG"}
@@ -91,7 +91,7 @@ def list_fourdgs_rows(measured: Measured) -> list[Row]:
     """Return the rows of the decoded frames in `4dgs` files; that of fewest bytes first."""
     blank = replace(_blank(measured), coder=FOURDGS)
     try:
-        sizes = rate_fourdgs.count_bytes(decode(measured.data))
+        sizes = keyframe_deltas.count_bytes(decode(measured.data))
     except ImportError as error:
         return [replace(blank, remark=_lack(error))]
     return [

@@ -16,7 +16,7 @@ from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.rendering.pictures import render_picture
-from rate_jobs import Job, list_differences, note, provide_stream
+from rate.jobs import Job, list_differences, note, provide_stream
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import rate_splats
 from kept_files import keep_file
 from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
-from rate_claims import Claim, list_moved
-from rate_hull import Point, upper_hull
-from rate_measure import Measured
-from rate_rows import FLOATS, FOURDGS, Row
-from rate_tables import (
+from rate.claims import Claim, list_moved
+from rate.converters import tell_version
+from rate.hull import Point, upper_hull
+from rate.measure import Measured
+from rate.rows import FLOATS, FOURDGS, Row
+from rate.tables import (
     format_claims,
     format_points,
     format_rows,
@@ -81,7 +81,7 @@ def describe_machine(folder: Path) -> dict[str, object]:
         "system": platform.system(),
         "python": platform.python_version(),
         **{name: _read_version(name) for name in _PACKAGES},
-        "splat-transform": rate_splats.tell_version(folder),
+        "splat-transform": tell_version(folder),
     }
 
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 
 from quarc_ref.evaluation.stream_summary import KILOBYTE
-from rate_claims import Claim
-from rate_hull import Point, upper_hull
-from rate_rows import Row
+from rate.claims import Claim
+from rate.hull import Point, upper_hull
+from rate.rows import Row
 
 _HOLDS = {True: "yes", False: "**no**", None: "no number"}
 

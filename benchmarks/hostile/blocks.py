@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import hostile_judge as judge
-from hostile_mutations import Mutator
+from hostile import judge
+from hostile.mutations import Mutator
 
 BLOCK = 1000
 _OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")

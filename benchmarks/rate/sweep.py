@@ -7,10 +7,10 @@ from statistics import fmean
 
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.format.constants import ROTATION_UNITY_LIMIT
-from rate_claims import Claim, amortize_file
-from rate_hull import Point, gap_below, upper_hull
-from rate_jobs import Job
-from rate_measure import measure
+from rate.claims import Claim, amortize_file
+from rate.hull import Point, gap_below, upper_hull
+from rate.jobs import Job
+from rate.measure import measure
 
 Changes = tuple[tuple[str, str], ...]
 

@@ -5,7 +5,7 @@ from quarc_ref.decoder import decode, dequantize
 from tests.streams import make_stream
 
 fourdgs = pytest.importorskip("fourdgs")
-rate_fourdgs = pytest.importorskip("rate_fourdgs")
+keyframe_deltas = pytest.importorskip("rate.keyframe_deltas")
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def test_the_frames_that_are_written_are_those_of_the_stream(data, monkeypatch):
     monkeypatch.setattr(
         keyframe_delta_file, "write_sequence", lambda *a, **k: written.append(write(*a, **k)) or b""
     )
-    rate_fourdgs.count_bytes(decode(data))
+    keyframe_deltas.count_bytes(decode(data))
 
     assert len(written) == 4
     for file in written[1::2]:
@@ -36,7 +36,7 @@ def test_the_frames_that_are_written_are_those_of_the_stream(data, monkeypatch):
 
 
 def test_the_settings_of_fewest_bytes_take_the_fewest(data):
-    fewest, defaults = rate_fourdgs.count_bytes(decode(data))
+    fewest, defaults = keyframe_deltas.count_bytes(decode(data))
 
     assert fewest.settings != defaults.settings
     assert fewest.total < defaults.total
@@ -44,5 +44,5 @@ def test_the_settings_of_fewest_bytes_take_the_fewest(data):
 
 
 def test_a_stream_of_one_frame_takes_what_its_first_takes():
-    for sizes in rate_fourdgs.count_bytes(decode(make_stream(frame_count=1)[0])):
+    for sizes in keyframe_deltas.count_bytes(decode(make_stream(frame_count=1)[0])):
         assert sizes.total == sizes.first > 0

@@ -1,10 +1,17 @@
 import numpy as np
 import pytest
 
-import rate_splats
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.gaussian_ply import build_ply
-from rate_splats import NotAtHandError, convert_scene, install, name_spz, parse_ply, tell_version
+from rate import converters
+from rate.converters import (
+    NotAtHandError,
+    convert_scene,
+    install,
+    name_spz,
+    parse_ply,
+    tell_version,
+)
 from tests.export.frames import make_frame
 
 
@@ -77,7 +84,7 @@ def test_a_program_that_fails_is_not_at_hand_and_says_why(tmp_path, monkeypatch)
     program = tmp_path / "fails"
     program.write_text("#!/bin/sh\necho first >&2\necho the reason >&2\nexit 3\n")
     program.chmod(0o755)
-    monkeypatch.setattr(rate_splats, "install", lambda _folder: program)
+    monkeypatch.setattr(converters, "install", lambda _folder: program)
 
     with pytest.raises(NotAtHandError, match="fails: the reason"):
         convert_scene(make_frame(0)[1], "sog", tmp_path)

@@ -1,0 +1,128 @@
+"""The command: which mutants are wanted, in how many processes, and what came of them."""
+
+import argparse
+import json
+import os
+import sys
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+# Before NumPy is loaded: threads that it would start count as memory here.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from hostile import judge
+from hostile.blocks import (
+    BLOCK,
+    Tally,
+    append_block,
+    choose_way,
+    judge_block,
+    read_blocks,
+)
+from hostile.mutations import Mutator
+
+_SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
+_WHAT = "Mutated streams, decoded: whatever the bytes, there come frames or a refusal, soon."
+_Block = tuple[int, int]
+_AT = "at_"  # files of processes, each with the number that it is at
+_mutators: list[Mutator] = []  # of this process
+
+
+def main() -> int:
+    """Judge as many mutants as asked for, and tell what came of them."""
+    arguments = _parse_arguments()
+    if arguments.only is not None:
+        return _judge_one(arguments)
+    folder: Path = arguments.out / f"series_{arguments.series}"
+    (folder / "failures").mkdir(parents=True, exist_ok=True)
+    kept = read_blocks(folder / "blocks.jsonl")
+    wanted = _list_blocks(arguments.streams)
+    missing = [block for block in wanted if block not in kept]
+    if missing:
+        _judge_blocks(missing, folder, arguments)
+        kept = read_blocks(folder / "blocks.jsonl")
+    tally = Tally()
+    for block in wanted:
+        tally.add(kept[block])
+    told = tally.as_json()
+    print(json.dumps(told, indent=2) if arguments.json else _as_text(told))
+    return 1 if tally.failures or tally.peak_rss_mib > judge.MEBIBYTES else 0
+
+
+def _parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=_WHAT)
+    add = parser.add_argument
+    add("--streams", type=int, default=10_000, metavar="N", help="how many mutants")
+    add("--processes", type=int, default=1, metavar="P", help="at once")
+    add("--series", type=int, default=0, metavar="S", help="which mutants")
+    add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
+    add("--out", type=Path, default=Path("out/hostile"), metavar="DIR", help="kept between runs")
+    add("--only", type=int, metavar="N", help="judge one mutant, and write it to standard error")
+    add("--json", action="store_true", help="print JSON")
+    return parser.parse_args()
+
+
+def _list_blocks(streams: int) -> list[_Block]:
+    """Return first number and count of every block."""
+    return [(first, min(BLOCK, streams - first)) for first in range(0, streams, BLOCK)]
+
+
+def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namespace) -> None:
+    failures = folder / "failures"
+    with ProcessPoolExecutor(
+        arguments.processes, initializer=_begin, initargs=(arguments.seeds, arguments.series)
+    ) as pool:
+        pending = {pool.submit(_judge_block, block, failures): block for block in blocks}
+        for done, future in enumerate(as_completed(pending), 1):
+            append_block(folder / "blocks.jsonl", *pending[future], _wait(future, failures))
+            if not arguments.json:
+                sys.stderr.write(f"\r{done}/{len(blocks)} blocks of {BLOCK}")
+
+
+def _wait(future: "Future[Tally]", failures: Path) -> Tally:
+    """Return what came of a block; end all if a process has died of a mutant."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        numbers = sorted(path.read_text() for path in failures.glob(_AT + "*"))
+        sys.exit(f"a process died while it judged one of {', '.join(numbers)}: see --only")
+
+
+def _begin(seeds: Path, series: int) -> None:
+    streams = _read_seeds(seeds)
+    _mutators.append(Mutator(streams, series))
+    judge.prepare(streams.values())
+
+
+def _judge_block(block: _Block, failures: Path) -> Tally:
+    """Judge a block; a file says at which number, should the process die."""
+    place = failures / f"{_AT}{os.getpid()}"
+    with place.open("wb", buffering=0) as file:
+        tally = judge_block(
+            _mutators[-1],
+            *block,
+            failures,
+            lambda number: os.pwrite(file.fileno(), b"%9d" % number, 0),
+        )
+    place.unlink()
+    return tally
+
+
+def _judge_one(arguments: argparse.Namespace) -> int:
+    streams = _read_seeds(arguments.seeds)
+    mutant = Mutator(streams, arguments.series).make(arguments.only)
+    judge.prepare(streams.values())
+    way = choose_way(arguments.only)
+    verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
+    print(verdict.outcome, f"{verdict.seconds:.3f} s", way, mutant, verdict.detail)
+    return int(verdict.is_failure)
+
+
+def _read_seeds(folder: Path) -> dict[str, bytes]:
+    return {path.stem: path.read_bytes() for path in sorted(folder.glob("*.quarc"))}
+
+
+def _as_text(told: dict[str, object]) -> str:
+    return "\n".join(f"{name}: {value}" for name, value in told.items())
