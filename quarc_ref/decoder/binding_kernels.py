@@ -17,12 +17,12 @@ from quarc_ref.decoder.pruning_kernels import (
     RUN,
     UNBOUND,
     apart,
-    bound_by_blocks,
     bound_few,
     box_of,
     box_of_few,
     diagonal_of,
     expand,
+    far_from,
     keep_blocks,
     list_blocks,
     narrow,
@@ -185,13 +185,12 @@ def bind_points(points, tree, lists, binding):
 def _bind_alone(points, i, anchors, blocks, widest, asked, kept):
     """Return the number of one Gaussian's nearest anchor."""
     x, y, z = np.int64(points[0, i]), np.int64(points[1, i]), np.int64(points[2, i])
-    box, bound, length = (x, y, z, x, y, z), np.int64(UNBOUND), widest
+    box, bound, length = (x, y, z, x, y, z), _reach(x, y, z, anchors, blocks, widest), widest
     for block in range(widest):
         asked[block] = block
     for tier in range(ANCHORS):
         if tier > 0:
             length = expand(kept, length, blocks, asked)
-        bound = bound_by_blocks(box, blocks, asked, length, bound)
         length = keep_blocks(box, blocks, asked, length, bound, kept)
     best, who = np.int64(UNBOUND), np.int64(UNBOUND)
     for b in range(length):
@@ -201,3 +200,20 @@ def _bind_alone(points, i, anchors, blocks, widest, asked, kept):
             if distance < best or (distance == best and number < who):
                 best, who = distance, number
     return who
+
+
+@bare
+def _reach(x, y, z, anchors, blocks, widest):
+    """Return the squared distance to an anchor that is near: of blocks, the nearest is taken."""
+    first, last, bound = 0, widest, np.int64(UNBOUND)
+    for _ in range(ANCHORS):
+        best, block = np.int64(UNBOUND), first
+        for b in range(first, last):
+            far = far_from(x, y, z, blocks, b)
+            if far < best:
+                best, block = far, b
+        first, last = blocks[block, 6], blocks[block, 7]
+    for a in range(first, last):
+        dx, dy, dz = anchors[0, a] - x, anchors[1, a] - y, anchors[2, a] - z
+        bound = min(bound, dx * dx + dy * dy + dz * dz)
+    return bound

@@ -21,7 +21,6 @@ RUN = 16  # Gaussians side by side, anchors side by side, blocks whose anchors a
 LISTS = 6
 UNBOUND = (1 << 63) - 1
 _BESIDE = 3
-_SAMPLES = 24
 
 
 @bare
@@ -171,8 +170,7 @@ def _mark(box, xs, ys, zs, bound, reach):
 def bound_few(points, anchors, first, last, ranks, best):
     """Return the least squared distance within which each of a few has one of some anchors.
 
-    These are those that stand among the few in Morton order and beside them, or, of very
-    many, a sample.
+    These are those that stand among the few in Morton order, and beside them.
 
     Args:
         points: int32 `[3, P]` in Morton order.
@@ -187,7 +185,7 @@ def bound_few(points, anchors, first, last, ranks, best):
         best[j] = UNBOUND
     low = max(ranks[first] - _BESIDE, 0)
     high = min(ranks[last] + _BESIDE, anchors.shape[1] - RUN)
-    for a in range(low, high, 1 + (high - low) // _SAMPLES):
+    for a in range(low, high):
         ax, ay, az = anchors[0, a], anchors[1, a], anchors[2, a]
         for j in range(RUN):
             x = np.int64(np.int32(xs[j] - ax))
@@ -201,13 +199,9 @@ def bound_few(points, anchors, first, last, ranks, best):
 
 
 @bare
-def bound_by_blocks(box, blocks, asked, count, bound):
-    """Return a bound that is not above what it was: each of some blocks holds an anchor."""
-    x0, y0, z0, x1, y1, z1 = box
-    for i in range(count):
-        b = asked[i]
-        x = max(blocks[b, 3] - x0, x1 - blocks[b, 0])
-        y = max(blocks[b, 4] - y0, y1 - blocks[b, 1])
-        z = max(blocks[b, 5] - z0, z1 - blocks[b, 2])
-        bound = min(bound, x * x + y * y + z * z)
-    return bound
+def far_from(px, py, pz, blocks, b):
+    """Return the squared distance from a point to the far corner of a block."""
+    x = max(np.int64(blocks[b, 3]) - px, px - np.int64(blocks[b, 0]))
+    y = max(np.int64(blocks[b, 4]) - py, py - np.int64(blocks[b, 1]))
+    z = max(np.int64(blocks[b, 5]) - pz, pz - np.int64(blocks[b, 2]))
+    return x * x + y * y + z * z
