@@ -25,7 +25,10 @@ class Speed:
             threads; beside other work it tells more than `fps`.
         ms_by_stage: Milliseconds per frame after the first; what threads do
             side by side adds up to more than a frame takes.
-        first_frame_s: From opening the stream to its first frame.
+        first_frame_s: From opening the stream to its first frame; where it is the first that
+            the process decodes, with the loading of numba and of kernels.
+        warm_first_frame_s: The same of the second time that the stream is opened; None of
+            standard input.
         peak_rss_mib: Of this process so far; None where that cannot be told.
     """
 
@@ -37,6 +40,7 @@ class Speed:
     cpu_ms: float
     ms_by_stage: dict[str, float]
     first_frame_s: float
+    warm_first_frame_s: float | None
     peak_rss_mib: float | None
 
     def as_json(self) -> dict[str, object]:
@@ -76,6 +80,7 @@ def measure_speed(
         spent, cpu = player.times - before, time.process_time() - cpu
     if frames == 0:
         return None
+    peak, warm = _peak_mebibytes(), None if name == "-" else _time_first_frame(name, threads)
     moved = max(1, frames - 1)
     return Speed(
         frames,
@@ -86,8 +91,16 @@ def measure_speed(
         1e3 * cpu / moved if frames > 1 else 0.0,
         {stage: nanoseconds / moved / 1e6 for stage, nanoseconds in spent.most_common()},
         first - begun,
-        _peak_mebibytes(),
+        warm,
+        peak,
     )
+
+
+def _time_first_frame(name: str, threads: int) -> float:
+    begun = time.perf_counter()
+    with open_source(name) as source, Player(source, threads=threads) as player:
+        next(iter(player))
+        return time.perf_counter() - begun
 
 
 def _peak_mebibytes() -> float | None:

@@ -28,6 +28,7 @@ def test_a_stream_is_measured(stream, threads):
     assert (speed.frames, speed.gaussians, speed.threads) == (4, 600, threads)
     assert speed.fps > 0
     assert 0 < speed.first_frame_s < 60
+    assert 0 < speed.warm_first_frame_s < 60
     assert speed.peak_rss_mib > 10
     assert {"entropy", "sampling", "motion", "crc", "floats"} <= speed.ms_by_stage.keys()
 
