@@ -34,7 +34,8 @@ _prepare()
 plain = numba.njit(error_model="numpy")
 entrance = numba.njit(error_model="numpy", nogil=True, cache=True)
 # The same without the counting of references, which costs an atomic operation at many a call
-# and slice, and more where threads count the same arrays. Such kernels make no arrays.
+# and slice, and more where threads count the same arrays. Such kernels make no arrays. What
+# they call is part of them: many arguments passed for little work took a tenth of the binding.
 _BARE: Any = {"_nrt": False}
-bare = numba.njit(error_model="numpy", **_BARE)
+bare = numba.njit(error_model="numpy", forceinline=True, **_BARE)
 bare_entrance = numba.njit(error_model="numpy", nogil=True, cache=True, **_BARE)
