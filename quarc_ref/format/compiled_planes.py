@@ -60,10 +60,7 @@ class CompiledPlaneReader:
         if contexts.size == 0:
             return contexts
         counts = self._counts.open(f"{name}, class", ((int(contexts.max()) + 1) << width) - 1)
-        numbers: Int64
-        numbers, undefined = self._values.read_fixed(self._coder, contexts, width, counts)
-        _refuse(undefined)
-        return numbers
+        return self._read_numbers(contexts, width, self._values.FIXED, (counts, counts, counts))
 
     def read_classed(self, name: str, contexts: Int64, class_bits: int, *, signed: bool) -> Int64:
         """Do as `values.code_signed`, or as `values.code_unsigned`."""
@@ -76,10 +73,14 @@ class CompiledPlaneReader:
             self._counts.open(f"{name}, sign", classes - 1),
             self._counts.open(f"{name}, mantissa", mantissas - 1),
         )
+        form = self._values.SIGNED if signed else self._values.UNSIGNED
+        return self._read_numbers(contexts, class_bits, form, counts)
+
+    def _read_numbers(
+        self, contexts: Int64, width: int, form: int, counts: tuple[Int64, Int64, Int64]
+    ) -> Int64:
         numbers: Int64
-        numbers, undefined = self._values.read_classed(
-            self._coder, contexts, class_bits, signed, counts
-        )
+        numbers, undefined = self._values.read_numbers(self._coder, contexts, width, form, counts)
         _refuse(undefined)
         return numbers
 

@@ -221,7 +221,7 @@ def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
     so_far = np.zeros(rows.shape[1], dtype=np.int64)
     coded = np.zeros_like(rows)
     for number, row in enumerate(rows):
-        contexts = REST_CLASSES * number + np.minimum(bit_length(so_far), REST_CLASSES - 1)
+        contexts = REST_CLASSES * number + _CLASS_OF[np.minimum(so_far, _CLASS_OF.size - 1)]
         coded[number] = code_signed(planes, name, contexts, CLASS_BITS, row)
         so_far += np.abs(coded[number])
     return coded
@@ -238,5 +238,7 @@ def _blank(code_planes: int, count: int) -> Gaussians:
     return Gaussians(rows[:3], rows[3:7], rows[7:])
 
 
+# Of numbers below those that are all of the last class.
+_CLASS_OF = bit_length(np.arange(1 << (REST_CLASSES - 1)))
 # A sum of steps that passes 2^63 shows as a negative number on its way.
 _STEP_LIMIT = 1 << 60

@@ -10,50 +10,34 @@ import numpy as np
 from quarc_ref.format.compiled import entrance, plain
 from quarc_ref.format.plane_kernels import read_raw, sort_runs, split_runs
 
+FIXED, UNSIGNED, SIGNED = 0, 1, 2
 _MODELLED_BITS = 2
 
 
 @entrance
-def read_fixed(coder, contexts, width, counts):
-    """Read numbers below 2^width.
+def read_numbers(coder, contexts, width, form, counts):
+    """Read numbers of a fixed width, or by class, maybe sign, and mantissa.
 
     Args:
         coder: Moves on.
         contexts: int64 `[n]` outer context of each number, n at least 1.
-        width: Bits of a number.
-        counts: int64 `[2, c]` of the model of classes; learns.
+        width: Bits of a number, or of a class.
+        form: `FIXED`, `UNSIGNED` or `SIGNED`.
+        counts: int64 `[2, c]` of the models of classes, signs and mantissas; those
+            that the form has learn.
 
     Returns:
         int64 `[n]` numbers, and a probability code that is undefined, -1 if none is.
     """
-    numbers = np.empty(contexts.size, dtype=np.int64)
-    order, runs, undefined = _read_classes(coder, contexts, width, counts)
-    for run in range(runs.shape[1]):
-        for i in range(runs[0, run], runs[1, run]):
-            numbers[order[i]] = runs[3, run]
-    return numbers, undefined
-
-
-@entrance
-def read_classed(coder, contexts, class_bits, signed, counts):
-    """Read numbers by class, maybe sign, and mantissa.
-
-    Args:
-        coder: Moves on.
-        contexts: int64 `[n]` outer context of each number, n at least 1.
-        class_bits: Width of a class.
-        signed: Whether there are signs.
-        counts: int64 `[2, c]` of the models of classes, signs and mantissas; learn.
-
-    Returns:
-        As `read_fixed`.
-    """
-    signs, mask = np.int64(signed), (1 << class_bits) - 1
+    signs, mask = np.int64(form == SIGNED), (1 << width) - 1
     numbers = np.zeros(contexts.size, dtype=np.int64)
-    order, runs, undefined = _read_classes(coder, contexts, class_bits, counts[0])
+    order, runs, undefined = _read_classes(coder, contexts, width, counts[0])
     runs = runs[:, runs[3] > 0]
-    runs[2] = (runs[2] << class_bits) + runs[3]
-    if signed and undefined < 0 and runs.shape[1]:
+    if form == FIXED:
+        _write(numbers, order, runs, signs)
+        return numbers, undefined
+    runs[2] = (runs[2] << width) + runs[3]
+    if signs and undefined < 0 and runs.shape[1]:
         runs[3] = 0
         runs, undefined = _read_bit(coder, runs, runs[2], order, counts[1])
         runs[2] = 2 * runs[2] + runs[3]
