@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
 
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
@@ -168,6 +168,11 @@ def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes
     axes.axhline(1000 / 30, color=_GRAY, linestyle="--", linewidth=1, label="30 frames per second")
     axes.set_xlabel("Gaussians")
     axes.set_ylabel("ms per frame")
+    counts = sorted({count for points in lines.values() for count, _ in points})
+    axes.set_xticks(counts, [f"{count:,}" for count in counts])
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.minorticks_off()
     _legend_above(axes)
     return _png(figure)
 
