@@ -2,11 +2,15 @@
 
 Kernels hold no lock of the interpreter, so that threads may run several at a
 time. Only what Python calls keeps its machine code on disk, with all that it
-calls in turn: after a change to a kernel that others call, remove `__pycache__`.
+calls in turn, until any kernel of the package is changed.
 """
 
+import hashlib
 import sys
+from collections.abc import Callable
+from functools import cache
 from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -30,12 +34,38 @@ def _prepare() -> None:
         del sys.modules[blas]
 
 
+def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
+    """Return a decorator of kernels whose machine code stays on disk.
+
+    To numba it is good as long as the kernel's own file is what it was; here, as
+    long as those of all kernels are, for it may hold any that it calls.
+    """
+    compiled = numba.njit(error_model="numpy", cache=True, **options)
+
+    def decorate(function: Callable[..., Any]) -> Any:  # noqa: ANN401
+        kernel = compiled(function)
+        if hasattr(kernel, "_cache"):  # not where compiling is switched off
+            index = kernel._cache._cache_file
+            index._source_stamp = (index._source_stamp, _fingerprint())
+        return kernel
+
+    return decorate
+
+
+@cache
+def _fingerprint() -> str:
+    """Return what tells the package's kernels, and how they are compiled, from any others."""
+    folder = Path(__file__).parents[1]
+    files = sorted([*folder.glob("*/*_kernels.py"), *folder.glob("*/compiled.py")])
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
 _prepare()
 plain = numba.njit(error_model="numpy")
-entrance = numba.njit(error_model="numpy", nogil=True, cache=True)
+entrance = keep(nogil=True)
 # The same without the counting of references, which costs an atomic operation at many a call
 # and slice, and more where threads count the same arrays. Such kernels make no arrays. What
 # they call is part of them: many arguments passed for little work took a tenth of the binding.
 _BARE: Any = {"_nrt": False}
 bare = numba.njit(error_model="numpy", forceinline=True, **_BARE)
-bare_entrance = numba.njit(error_model="numpy", nogil=True, cache=True, **_BARE)
+bare_entrance = keep(nogil=True, **_BARE)

@@ -1,9 +1,13 @@
 """What the compiler of kernels loads, and what it leaves to others."""
 
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+import quarc_ref
 
 pytest.importorskip("numba")
 pytest.importorskip("scipy")
@@ -22,3 +26,26 @@ assert invert(np.diag([1.0, 2.0])).tolist() == [[1, 0], [0, 0.25]]
 
 def test_scipy_is_loaded_only_when_somebody_compiles_what_needs_it():
     subprocess.run([sys.executable, "-c", _SCRIPT], check=True)
+
+
+_SCALE = """
+import numpy as np
+from quarc_ref.decoder.float_kernels import scale
+scale(np.ones((1, 2), dtype=np.int32), np.float32(3), np.empty((2, 1), dtype=np.float32), 0)
+print(sum(scale.stats.cache_hits.values()))
+"""
+
+
+def test_machine_code_is_made_anew_when_any_kernel_has_changed(tmp_path):
+    package = tmp_path / "quarc_ref"
+    sources = Path(quarc_ref.__file__).parent
+    shutil.copytree(sources, package, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def count_hits():
+        command = [sys.executable, "-c", _SCALE]
+        return int(subprocess.check_output(command, cwd=tmp_path, text=True))
+
+    assert [count_hits(), count_hits()] == [0, 1]
+    with (package / "format" / "level_kernels.py").open("a") as file:
+        file.write("\n")
+    assert [count_hits(), count_hits()] == [0, 1]
