@@ -56,7 +56,7 @@ def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
 def _fingerprint() -> str:
     """Return what tells the package's kernels, and how they are compiled, from any others."""
     folder = Path(__file__).parents[1]
-    files = sorted([*folder.glob("*/*_kernels.py"), *folder.glob("*/compiled.py")])
+    files = sorted([*folder.rglob("*_kernels.py"), *folder.rglob("compiled.py")])
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
