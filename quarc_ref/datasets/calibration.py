@@ -7,10 +7,13 @@ poses of OpenGL kind are converted where they come in.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from quarc_ref.format.records import Camera
 
 Numbers = NDArray[np.float64]
 
@@ -157,3 +160,27 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 def choose_near(depths: Numbers) -> float:
     """Return the near bound of a camera: beneath it lie 1 % of the depths, at least one given."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
+
+
+_Pinhole = TypeVar("_Pinhole", Lens, Camera)
+
+
+def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
+    """Return what sees the same in pictures that are `factor` times smaller.
+
+    Raises:
+        ValueError: No pixel would be left.
+    """
+    width, height = pinhole.width, pinhole.height
+    if not 1 <= factor <= min(width, height):
+        message = f"pictures of {width}x{height} cannot be made {factor} times smaller"
+        raise ValueError(message)
+    return replace(
+        pinhole,
+        width=width // factor,
+        height=height // factor,
+        fx=pinhole.fx / factor,
+        fy=pinhole.fy / factor,
+        cx=pinhole.cx / factor,
+        cy=pinhole.cy / factor,
+    )

@@ -5,12 +5,10 @@ so that no pixel is invented. OpenCV has pixel centers at whole numbers; half
 a pixel is taken off a principal point on the way in and put back on the way out.
 """
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 
-from quarc_ref.datasets.calibration import Lens, Numbers
+from quarc_ref.datasets.calibration import Lens, Numbers, shrink
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import UnsupportedCameraError
 
@@ -41,7 +39,7 @@ class Rectifier:
     def __init__(self, lens: Lens, downscale: int = 1) -> None:
         self.source = lens
         self._pinhole = lens if lens.is_pinhole else _fit_pinhole(lens)
-        self.lens = _shrink_lens(self._pinhole, downscale)
+        self.lens = shrink(self._pinhole, downscale)
         self._downscale = downscale
         self._maps: tuple[cv2.typing.MatLike, cv2.typing.MatLike] | None = None
 
@@ -62,22 +60,6 @@ class Rectifier:
         kept = picture[: self.lens.height * self._downscale, : self.lens.width * self._downscale]
         size = (self.lens.width, self.lens.height)
         return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
-
-
-def _shrink_lens(lens: Lens, factor: int) -> Lens:
-    """Return the lens of pictures that are `factor` times smaller."""
-    if not 1 <= factor <= min(lens.width, lens.height):
-        message = f"pictures of {lens.width}x{lens.height} cannot be made {factor} times smaller"
-        raise ValueError(message)
-    return replace(
-        lens,
-        width=lens.width // factor,
-        height=lens.height // factor,
-        fx=lens.fx / factor,
-        fy=lens.fy / factor,
-        cx=lens.cx / factor,
-        cy=lens.cy / factor,
-    )
 
 
 def _fit_pinhole(lens: Lens) -> Lens:

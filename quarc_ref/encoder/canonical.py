@@ -3,9 +3,10 @@
 Noise on the positions while training (paper section 3) keeps the scene from
 fitting its views to the pixel. Halfway through densification, and when it is over,
 the Gaussians that the pictures would not miss go, haze before the cameras with them;
-what is left has time to take their place, and trains the faster. The last part of
+what is left has time to take their place, and trains the faster. The first
+iterations may go over pictures of half the size (`halved_until`). The last part of
 the schedule is fine-tuning: all attributes pass through the quantizer, so that what
-is written is what was trained.
+is written is what was trained, but for Gaussians hardly there (`keep_opacity`).
 """
 
 import math

@@ -4,11 +4,11 @@ Held-out cameras are not reachable from here.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import torch
 from torch import Tensor
 
+from quarc_ref.datasets.calibration import shrink
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.format.records import Camera
 
@@ -19,16 +19,19 @@ class TrainingViews:
     Args:
         capture: Its held-out cameras are left alone.
         device: Where the pictures go.
-        shrink: Pixels along each side of a square that becomes one pixel; what
-            is left over at the right and at the bottom is cut off.
+        downscale: Pixels across and down that are averaged to one. What does
+            not fill a pixel on the right and at the bottom is cut off.
+
+    Raises:
+        ValueError: `downscale` leaves no pixel.
     """
 
-    def __init__(self, capture: Capture, device: torch.device, shrink: int = 1) -> None:
+    def __init__(self, capture: Capture, device: torch.device, downscale: int = 1) -> None:
         self._capture = capture
         self._device = device
-        self._shrink = shrink
+        self._downscale = downscale
         self._indices = capture.training
-        self._cameras = tuple(_shrunk(capture.cameras[index], shrink) for index in self._indices)
+        self._cameras = tuple(shrink(capture.cameras[index], downscale) for index in self._indices)
         self._pictures: dict[tuple[int, int], Tensor] = {}
 
     @property
@@ -47,12 +50,12 @@ class TrainingViews:
         if key not in self._pictures:
             image = torch.from_numpy(self._capture.image(self._indices[view], frame).copy())
             picture = image.to(self._device).to(torch.float32) / 255
-            self._pictures[key] = _average(picture, self._shrink)
+            self._pictures[key] = _average(picture, self._downscale)
         return self._pictures[key]
 
     def halved(self) -> "TrainingViews":
         """Return the same views in half the width and half the height."""
-        return TrainingViews(self._capture, self._device, 2 * self._shrink)
+        return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
     def forget_before(self, frame: int) -> None:
         """Let go of the pictures of earlier frames."""
@@ -64,24 +67,11 @@ class TrainingViews:
             yield from torch.randperm(len(self._indices), generator=generator).tolist()
 
 
-def _shrunk(camera: Camera, shrink: int) -> Camera:
-    """Return a camera whose pixels are `shrink` times as wide and high."""
-    return replace(
-        camera,
-        width=camera.width // shrink,
-        height=camera.height // shrink,
-        fx=camera.fx / shrink,
-        fy=camera.fy / shrink,
-        cx=camera.cx / shrink,
-        cy=camera.cy / shrink,
-    )
-
-
-def _average(picture: Tensor, shrink: int) -> Tensor:
-    """Return the means of squares of `shrink` pixels a side."""
-    if shrink == 1:
+def _average(picture: Tensor, downscale: int) -> Tensor:
+    """Return the means of squares of `downscale` pixels a side."""
+    if downscale == 1:
         return picture
-    means = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1), shrink)
+    means = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1), downscale)
     return means.permute(1, 2, 0).contiguous()
 
 
