@@ -70,8 +70,8 @@ MUTANTS = (
         (
             (
                 _FRAMES,
-                "    begun = begin_frame(state, chunk.death_count)\n",
-                "    begun = begin_frame(state, 0)\n",
+                "    begun = begin_frame(state, chunk.death_count, ",
+                "    begun = begin_frame(state, 0, ",
             ),
             (
                 _FRAMES,

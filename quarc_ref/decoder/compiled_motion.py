@@ -5,7 +5,7 @@ from types import ModuleType
 import numpy as np
 
 from quarc_ref.decoder.anchors import Anchors
-from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.scene import Scene, make_planes, whole
 from quarc_ref.format.acceleration import count_threads, map_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import POSITION_LIMIT
@@ -15,7 +15,7 @@ _PARTS_OF_A_THREAD = 4
 
 
 def move_through(
-    kernels: ModuleType, scene: Scene, anchors: Anchors, symbols: list[Int64]
+    kernels: ModuleType, scene: Scene, anchors: Anchors, symbols: list[Int64], room: int = 0
 ) -> tuple[Int32, Int32, Int16]:
     """Move every Gaussian by its anchors (SPEC 7.5).
 
@@ -24,6 +24,7 @@ def move_through(
         scene: Before the motion.
         anchors: Of the frame.
         symbols: `[c, a]` of each level, level 1 first.
+        room: How many columns more there are to be behind each plane.
 
     Returns:
         The positions and rotations after it, and the motion `[c, N]`.
@@ -39,8 +40,10 @@ def move_through(
         header.rotation_unity * header.level_count,
         POSITION_LIMIT,
     )
-    motion = np.empty((header.symbol_planes, scene.count), dtype=np.int16)
-    after = (np.empty_like(scene.positions), np.empty_like(scene.rotations), motion)
+    positions = make_planes(3, scene.count, room, np.int32)
+    rotations = make_planes(4, scene.count, room, np.int32)
+    motion = make_planes(header.symbol_planes, scene.count, room, np.int16)
+    after = (whole(positions, room), whole(rotations, room), whole(motion, room))
     before = (scene.positions, scene.rotations)
     parts = _PARTS_OF_A_THREAD * count_threads()
     borders = [scene.count * part // parts for part in range(parts + 1)]
@@ -57,7 +60,7 @@ def move_through(
     if any(degenerate for _, degenerate in found):
         message = "a rotation has norm zero"
         raise DegenerateRotationError(message)
-    return after
+    return positions, rotations, motion
 
 
 def _pack(kernels: ModuleType, symbols: list[Int64]) -> tuple[object, ...]:

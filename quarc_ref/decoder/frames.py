@@ -93,7 +93,9 @@ def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) ->
     if state.scene.frame == COUNTER_LIMIT:
         message = f"no frame can follow frame {COUNTER_LIMIT}"
         raise FrameOrderError(message)
-    begun = begin_frame(state, chunk.death_count)
+    # Room for the newborn that are told of, if they are not too many: they are refused below.
+    limits = (state.scene.header.limits.births, _OWN_LIMITS.births)
+    begun = begin_frame(state, chunk.death_count, min(chunk.birth_count, *limits))
     moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
     grown = decode_births(moved, chunk.births, chunk.birth_count)
     (prove or prove_state)(grown.scene, chunk.state_crc)

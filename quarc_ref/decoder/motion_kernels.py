@@ -37,9 +37,8 @@ def find_least(codes, count):
 
 
 @entrance
-def remove(planes, gone):
-    """Return planes `[r, N - g]` without some columns, `gone` int64 `[g]` ascending."""
-    kept = np.empty((planes.shape[0], planes.shape[1] - gone.size), dtype=planes.dtype)
+def remove(planes, gone, kept):
+    """Write planes `[r, N]` without some columns, `gone` int64 `[g]` ascending, to others."""
     for row in range(planes.shape[0]):
         first, place = 0, 0
         for i in range(gone.size + 1):
@@ -47,7 +46,6 @@ def remove(planes, gone):
             kept[row, place : place + last - first] = planes[row, first:last]
             place += last - first
             first = last + 1
-    return kept
 
 
 @entrance

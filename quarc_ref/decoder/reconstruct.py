@@ -15,7 +15,7 @@ import numpy as np
 from quarc_ref.decoder.anchors import Anchors, bind_newborn, sample_anchors
 from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
-from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, remove
+from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove
 from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Int16, Int32, Int64
@@ -47,6 +47,8 @@ class State:
         next_id: The id that the next newborn gets.
         counts: What the contexts of motion and births have seen since the
             last canonical frame.
+        room: For how many newborn there is room behind the planes; `bear`,
+            which fills it, is then called once.
     """
 
     scene: Scene
@@ -56,6 +58,7 @@ class State:
     births: Births | None
     next_id: int
     counts: ContextCounts
+    room: int = 0
 
     @property
     def known_anchors(self) -> Anchors:
@@ -90,12 +93,13 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
     return State(scene, motion, (), None, None, count, ContextCounts())
 
 
-def begin_frame(state: State, death_count: int) -> State:
+def begin_frame(state: State, death_count: int, room: int = 0) -> State:
     """Return the state with the dead gone and every Gaussian bound (SPEC 7.4).
 
     Args:
         state: Of the frame before.
         death_count: Gaussians that leave, those of least (opacity code, id).
+        room: As in `State`, if it is known.
 
     Raises:
         CountError: No Gaussian would be left.
@@ -105,7 +109,8 @@ def begin_frame(state: State, death_count: int) -> State:
         raise CountError(message)
     with stage("deaths"):
         before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
-        scene = replace(before.without(gone), frame=before.frame + 1, phase=before.phase + 1)
+        kept = before.without(gone, room)
+        scene = replace(kept, frame=before.frame + 1, phase=before.phase + 1)
         motion = remove(state.motion, gone)
     anchors = state.anchors
     if anchors is None or before.phase % scene.header.resample_interval == 0:
@@ -114,7 +119,7 @@ def begin_frame(state: State, death_count: int) -> State:
     else:
         with stage("newborn"):
             anchors = Anchors(anchors.levels, _follow_on(anchors, gone, scene.positions))
-    return State(scene, motion, (), anchors, None, state.next_id, state.counts)
+    return State(scene, motion, (), anchors, None, state.next_id, state.counts, room)
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
@@ -155,17 +160,18 @@ def move(state: State, symbols: list[Int64]) -> State:
         PositionRangeError: A Gaussian leaves the lattice.
         DegenerateRotationError: A sum of residuals is zero.
     """
-    scene, anchors = state.scene, state.known_anchors
+    scene, anchors, room = state.scene, state.known_anchors, state.room
     kernels = load_kernels(MOTION_KERNELS, scene.count)
     if kernels is None:
+        room = 0
         followed = zip(symbols, anchors.binding, strict=True)
         sums = np.sum([level[:, binding] for level, binding in followed], axis=0)
         positions = _narrow_positions(scene.positions + sums[:3] * scene.header.translation_step)
         rotations, motion = _turn_all(scene, sums[3:]), sums.astype(np.int16)
     else:
-        positions, rotations, motion = move_through(kernels, scene, anchors, symbols)
+        positions, rotations, motion = move_through(kernels, scene, anchors, symbols, room)
     moved = replace(scene, positions=positions, rotations=rotations)
-    return replace(state, scene=moved, motion=motion, symbols=tuple(symbols))
+    return replace(state, scene=moved, motion=motion, symbols=tuple(symbols), room=room)
 
 
 def bear(state: State, births: Births) -> State:
@@ -179,7 +185,7 @@ def bear(state: State, births: Births) -> State:
         CountLevelError: More Gaussians than the level allows, or more ids than there are.
         StateError: A parent, a position, a code or a rotation is out of range.
     """
-    scene, header = state.scene, state.scene.header
+    scene, header, room = state.scene, state.scene.header, state.room
     parents, newborn = births.parents, births.newborn
     if newborn.count == 0:
         return replace(state, births=births)
@@ -198,13 +204,14 @@ def bear(state: State, births: Births) -> State:
     grown = replace(
         scene,
         ids=np.append(scene.ids, state.next_id + np.arange(newborn.count)),
-        positions=np.hstack([scene.positions, _narrow_positions(positions)]),
-        rotations=np.hstack([scene.rotations, rotations]),
-        codes=np.hstack([scene.codes, codes]),
+        positions=append(scene.positions, _narrow_positions(positions), room),
+        rotations=append(scene.rotations, rotations, room),
+        codes=append(scene.codes, codes, room),
     )
-    motion = np.pad(state.motion, ((0, 0), (0, newborn.count)))
+    still = np.zeros((state.motion.shape[0], newborn.count), dtype=np.int16)
+    motion = append(state.motion, still, room)
     next_id = state.next_id + newborn.count
-    return replace(state, scene=grown, motion=motion, births=births, next_id=next_id)
+    return replace(state, scene=grown, motion=motion, births=births, next_id=next_id, room=0)
 
 
 def _recall(state: State, owners: Int64) -> Int64:

@@ -54,8 +54,11 @@ class Scene:
         """Number of Gaussians, N."""
         return int(self.ids.size)
 
-    def without(self, gone: Int64) -> "Scene":
-        """Return the scene without the Gaussians of ascending indices `[g]`; order is kept."""
+    def without(self, gone: Int64, room: int = 0) -> "Scene":
+        """Return the scene without the Gaussians of ascending indices `[g]`; order is kept.
+
+        Behind each plane of codes there may be room: see `append`.
+        """
         return Scene(
             self.header,
             self.frame,
@@ -63,19 +66,54 @@ class Scene:
             remove(self.ids[None], gone)[0],
             remove(self.positions, gone),
             remove(self.rotations, gone),
-            remove(self.codes, gone),
+            remove(self.codes, gone, room),
         )
 
 
-def remove(planes: NDArray[_Number], gone: Int64) -> NDArray[_Number]:
+def remove(planes: NDArray[_Number], gone: Int64, room: int = 0) -> NDArray[_Number]:
     """Return planes `[r, N]` without the columns of ascending indices `[g]`.
 
-    Where there are none, these are the planes themselves.
+    Where there are none, and no room is wanted, these are the planes themselves.
+
+    Args:
+        planes: Of any kind.
+        gone: Which columns.
+        room: How many columns more there are to be behind those, for `append`.
     """
-    if gone.size == 0:
+    if gone.size == room == 0:
         return planes
+    kept = make_planes(planes.shape[0], planes.shape[1] - gone.size, room, planes.dtype)
     kernels = load_kernels(MOTION_KERNELS, planes.shape[1])
     if kernels is None:
-        return np.delete(planes, gone, axis=1)
-    kept: NDArray[_Number] = kernels.remove(planes, gone)
+        kept[:] = np.delete(planes, gone, axis=1)
+    else:
+        kernels.remove(planes, gone, whole(kept, room))
     return kept
+
+
+def make_planes(
+    rows: int, columns: int, room: int, kind: type[_Number] | np.dtype[_Number]
+) -> NDArray[_Number]:
+    """Return planes `[rows, columns]` to be written, and behind them room for `append`."""
+    return np.empty((rows, columns + room), dtype=kind)[:, :columns]
+
+
+def whole(planes: NDArray[_Number], room: int) -> NDArray[_Number]:
+    """Return planes with the room behind them, both in one piece."""
+    with_room: NDArray[_Number] | None = planes.base
+    return planes if room == 0 or with_room is None else with_room
+
+
+def append(planes: NDArray[_Number], columns: NDArray[_Number], room: int) -> NDArray[_Number]:
+    """Return planes `[r, N]` with columns `[r, n]` behind them.
+
+    Args:
+        planes: They stay as they are.
+        columns: What the room behind the planes, if any, was made for; once.
+        room: How many columns that is, n or none.
+    """
+    if room == 0:
+        return np.hstack([planes, columns])
+    grown = whole(planes, room)
+    grown[:, planes.shape[1] :] = columns
+    return grown

@@ -26,13 +26,13 @@ from tests.streams import make_births, make_gaussians, make_symbols
 pytest.importorskip("numba")
 
 
-def _run(header, count, seed, kernels, threads=1):
+def _run(header, count, seed, kernels, threads=1, room=0):
     """Three frames with motion, births and deaths; all that could differ."""
     shown = []
     with computing_with(kernels), threading_by(threads):
         state = begin_canonical(header, 0, make_gaussians(header, count, seed))
         for frame in range(1, 4):
-            begun = begin_frame(state, min(3, count - 1))
+            begun = begin_frame(state, min(3, count - 1), room)
             contexts = motion_contexts(begun, previous=True)
             moved = move(begun, make_symbols(begun, seed + frame))
             state = bear(moved, make_births(moved, 4, seed + frame))
@@ -43,11 +43,32 @@ def _run(header, count, seed, kernels, threads=1):
 
 
 @settings(max_examples=30)
-@given(strategies.headers(), st.integers(1, 60), st.integers(0, 1 << 30), st.sampled_from([1, 3]))
-def test_frames_by_compiled_kernels_are_those_of_numpy(header, count, seed, threads):
+@given(
+    strategies.headers(),
+    st.integers(1, 60),
+    st.integers(0, 1 << 30),
+    st.sampled_from([1, 3]),
+    st.sampled_from([0, 4]),
+)
+def test_frames_by_compiled_kernels_are_those_of_numpy(header, count, seed, threads, room):
     header = replace(header, position_step=1, rotation_unity=max(header.rotation_unity, 40))
 
-    assert _run(header, count, seed, COMPILED, threads) == _run(header, count, seed, PLAIN)
+    compiled = _run(header, count, seed, COMPILED, threads, room)
+
+    assert compiled == _run(header, count, seed, PLAIN, room=4 - room)
+
+
+def test_newborn_in_the_room_behind_planes_leave_what_was_before_them():
+    header = strategies.StreamHeader()
+    with computing_with(COMPILED):
+        begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 20)), 3, 4)
+        moved = move(begun, make_symbols(begun))
+        before = [compute_digest(state.scene) for state in (begun, moved)]
+        grown = bear(moved, make_births(moved, 4))
+
+    assert [compute_digest(state.scene) for state in (begun, moved)] == before
+    assert np.shares_memory(grown.scene.codes, begun.scene.codes)
+    assert np.shares_memory(grown.scene.positions, moved.scene.positions)
 
 
 @given(st.lists(st.integers(-4, 4), min_size=1, max_size=40), st.data())
