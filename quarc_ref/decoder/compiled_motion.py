@@ -34,7 +34,7 @@ def move_through(
         DegenerateRotationError: A sum of residuals is zero.
     """
     header = scene.header
-    rows = _pack(kernels, symbols)
+    packed = _pack(kernels, symbols)
     steps = (
         header.translation_step,
         header.rotation_unity * header.level_count,
@@ -50,7 +50,7 @@ def move_through(
 
     def move_part(part: int) -> tuple[bool, bool]:
         span = (borders[part], borders[part + 1])
-        found: tuple[bool, bool] = kernels.move(before, anchors.binding, rows, steps, span, after)
+        found: tuple[bool, bool] = kernels.move(before, anchors.binding, packed, steps, span, after)
         return found
 
     found = map_parts(move_part, range(parts))
@@ -64,11 +64,9 @@ def move_through(
 
 
 def _pack(kernels: ModuleType, symbols: list[Int64]) -> tuple[object, ...]:
-    """Return the symbols of all levels, a row to an anchor, which move, and where levels begin."""
-    sizes = [level.shape[1] for level in symbols]
-    rows = np.zeros((sum(sizes), kernels.SYMBOLS), dtype=np.int16)
-    moving = np.empty(sum(sizes), dtype=np.bool_)
-    starts = np.cumsum([0, *sizes[:-1]])
-    for start, level in zip(starts.tolist(), symbols, strict=True):
-        kernels.pack_symbols(np.ascontiguousarray(level), rows, moving, start)
-    return rows, moving, starts
+    """Return the symbols of all levels as the kernels take them, and where levels begin."""
+    borders = np.cumsum([0, *(level.shape[1] for level in symbols)])
+    packed = np.empty((2, borders[-1]), dtype=np.int64)
+    for first, level in zip(borders.tolist(), symbols, strict=False):
+        kernels.pack_symbols(np.ascontiguousarray(level), packed, first)
+    return packed, borders[:-1]

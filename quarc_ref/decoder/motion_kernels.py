@@ -6,8 +6,8 @@ from quarc_ref.decoder.turning_kernels import BLOCK, ONE, turn_block
 from quarc_ref.format.compiled import entrance, plain
 
 _CODE_LIMIT = (1 << 15) - 1
-# Symbols of a row: those of 7 channels at most, and a last one that is 0, for the sake of vectors.
-SYMBOLS = 8
+_AXES = 3  # of translation; the channels after them are the rotation's
+_DIGIT_BITS = 16
 
 
 @entrance
@@ -69,14 +69,19 @@ def recall(ids, owners, motion):
 
 
 @entrance
-def pack_symbols(symbols, packed, moving, first):
-    """Write a level's symbols int64 `[c, a]` to rows of `packed`, and which anchors move."""
-    for anchor in range(symbols.shape[1]):
-        moves = False
-        for channel in range(symbols.shape[0]):
-            packed[first + anchor, channel] = symbols[channel, anchor]
-            moves |= symbols[channel, anchor] != 0
-        moving[first + anchor] = moves
+def pack_symbols(symbols, packed, first):
+    """Write a level's symbols int64 `[c, a]` as pairs of numbers to int64 `[2, A]`, from `first`.
+
+    Symbols are the digits to the base 2^16, the lowest first, of the translation's
+    number and the rotation's. Digits may be negative, and so add up in one go.
+    """
+    last = first + symbols.shape[1]
+    packed[:, first:last] = 0
+    for row in range(symbols.shape[0]):
+        plane, numbers = symbols[row], packed[min(row // _AXES, 1), first:last]
+        shift = np.int64(_DIGIT_BITS * (row if row < _AXES else row - _AXES))
+        for anchor in range(plane.size):
+            numbers[anchor] += plane[anchor] << shift
 
 
 @entrance
@@ -86,8 +91,8 @@ def move(before, binding, anchors, steps, span, after):
     Args:
         before: int32 positions `[3, N]` and rotations `[4, N]`.
         binding: int32 `[L, N]`.
-        anchors: Rows of symbols int16 `[A, SYMBOLS]` of all levels, which of them
-            move bool `[A]`, and int64 `[L]` where each level begins.
+        anchors: Numbers int64 `[2, A]` of all levels as `pack_symbols` writes them, and
+            int64 `[L]` where each level begins.
         steps: Translation step, sum of the levels' unities, and the limit of a position.
         span: The first Gaussian, and the one after the last.
         after: int32 positions and rotations, and int16 motion `[c, N]`; written.
@@ -95,57 +100,64 @@ def move(before, binding, anchors, steps, span, after):
     Returns:
         Whether a Gaussian leaves the lattice, and whether a sum is degenerate.
     """
-    positions, rotations = before
-    rows, moving, starts = anchors
     step, unity, limit = steps
-    new_positions, new_rotations, motion = after
-    new_positions[:, span[0] : span[1]] = positions[:, span[0] : span[1]]
-    new_rotations[:, span[0] : span[1]] = rotations[:, span[0] : span[1]]
-    motion[:, span[0] : span[1]] = 0
-    moved = _list_moved(binding, moving, starts, span)
-    _add_up(moved, binding, rows, starts, motion)
+    positions, rotations, motion = after
+    sums = np.empty((2, BLOCK), dtype=np.int64)
+    turning = np.empty(span[1] - span[0], dtype=np.uint32)
+    found = np.uint64(0)  # as a number without a sign it is looked up at once
     leaves = False
-    for axis in range(3):
-        plane, sums = new_positions[axis], motion[axis]
-        for i in moved:
-            at = plane[i] + step * sums[i]
-            leaves |= abs(at) > limit
-            plane[i] = at
-    return leaves, _turn(moved, motion[3:], unity, new_rotations)
-
-
-@plain
-def _list_moved(binding, moving, starts, span):
-    """Return uint32 `[n]` which Gaussians of a span have an anchor that moves."""
-    moved = np.empty(span[1] - span[0], dtype=np.uint32)
-    found = 0
-    for i in range(span[0], span[1]):
-        moves = False
-        for level in range(binding.shape[0]):
-            moves |= moving[starts[level] + binding[level, i]]
-        moved[found] = i
-        found += moves
-    return moved[:found]
-
-
-@plain
-def _add_up(moved, binding, rows, starts, motion):
-    """Write the sums over the levels of the symbols of those that are listed."""
-    sums = np.empty(SYMBOLS, dtype=np.int16)
-    for i in moved:
-        sums[:] = 0
-        for level in range(binding.shape[0]):
-            row = rows[starts[level] + binding[level, i]]
-            for channel in range(SYMBOLS):
-                sums[channel] += row[channel]
+    for first in range(span[0], span[1], BLOCK):
+        last = min(first + BLOCK, span[1])
+        _add_up(binding, anchors, first, last, sums)
+        for j in range(last - first):
+            turning[found] = first + j
+            found += np.uint64(sums[1, j] != 0)
         for channel in range(motion.shape[0]):
-            motion[channel, i] = sums[channel]
+            _take_digit(sums[min(channel // _AXES, 1)], motion[channel, first:last])
+        for axis in range(_AXES):
+            plane, moves = before[0][axis, first:last], motion[axis, first:last]
+            leaves |= _shift(plane, moves, step, limit, positions[axis, first:last])
+    for row in range(4):
+        rotations[row, span[0] : span[1]] = before[1][row, span[0] : span[1]]
+    return leaves, _turn(turning[: np.int64(found)], motion[_AXES:], unity, rotations)
 
 
 @plain
-def _turn(moved, sums, unity, rotations):
-    """Turn those of rotations `[4, N]` that are listed and have a sum; tell whether one cannot."""
-    turning = _list_turning(moved, sums)
+def _add_up(binding, anchors, first, last, sums):
+    """Write the sums of the numbers of what some Gaussians follow."""
+    numbers, starts = anchors
+    sums[:] = 0
+    for which in range(2):
+        total = sums[which]
+        for level in range(binding.shape[0]):
+            followed, own = binding[level, first:last], numbers[which, starts[level] :]
+            for j in range(followed.size):
+                total[j] += own[np.uint32(followed[j])]
+
+
+@plain
+def _take_digit(numbers, digits):
+    """Move the lowest digit of each number to where digits go."""
+    for j in range(digits.size):
+        digit = np.int16(numbers[j])
+        digits[j] = digit
+        numbers[j] = (numbers[j] - digit) >> np.int64(_DIGIT_BITS)
+
+
+@plain
+def _shift(plane, sums, step, limit, shifted):
+    """Write a coordinate after the motion; tell whether one is beyond the limit."""
+    farthest = np.int32(0)
+    for j in range(plane.size):
+        at = np.int32(plane[j] + np.int32(step) * np.int32(sums[j]))
+        farthest = max(farthest, np.int32(abs(at)))
+        shifted[j] = at
+    return farthest > limit
+
+
+@plain
+def _turn(turning, sums, unity, rotations):
+    """Turn those of rotations `[4, N]` that are listed; tell whether one cannot be."""
     quaternions = np.empty((4, BLOCK), dtype=np.int64)
     residuals = np.empty((4, BLOCK), dtype=np.int64)
     spare = np.empty(BLOCK, dtype=np.int64)
@@ -153,30 +165,22 @@ def _turn(moved, sums, unity, rotations):
     degenerate = False
     for first in range(0, turning.size, BLOCK):
         block = turning[first : first + BLOCK]
-        residuals[0, : block.size] = 0
-        for j in range(block.size):
-            for row in range(4):
-                quaternions[row, j] = rotations[row, block[j]]
-            for row in range(sums.shape[0]):
-                residuals[without + row, j] = sums[row, block[j]]
-        residuals[0, : block.size] += unity
         quaternions[:, block.size :], residuals[:, block.size :] = ONE, 1  # as good as any
+        residuals[0, : block.size] = 0
+        for row in range(4):
+            _gather(rotations[row], block, quaternions[row])
+        for row in range(sums.shape[0]):
+            _gather(sums[row], block, residuals[without + row])
+        residuals[0, : block.size] += unity
         degenerate |= turn_block(quaternions, residuals, spare)
-        for j in range(block.size):
-            for row in range(4):
-                rotations[row, block[j]] = quaternions[row, j]
+        for row in range(4):
+            plane, turned = rotations[row], quaternions[row]
+            for j in range(block.size):
+                plane[block[j]] = turned[j]
     return degenerate
 
 
 @plain
-def _list_turning(moved, sums):
-    """Return uint32 `[n]` those that are listed and whose rotation has a sum that is not 0."""
-    turning = np.empty(moved.size, dtype=np.uint32)
-    found = 0
-    for i in moved:
-        turns = False
-        for row in range(sums.shape[0]):
-            turns |= sums[row, i] != 0
-        turning[found] = i
-        found += turns
-    return turning[:found]
+def _gather(plane, places, gathered):
+    for j in range(places.size):
+        gathered[j] = plane[places[j]]
