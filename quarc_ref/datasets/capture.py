@@ -56,6 +56,7 @@ class Capture:
         source: Where pictures come from.
         fingerprint: A digest of the files that the capture is made of, hex.
         cache_bytes: Pictures kept, at most.
+        whole: The capture that this is a part of; None if of none.
     """
 
     def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
@@ -68,6 +69,7 @@ class Capture:
         source: PictureSource,
         fingerprint: str,
         cache_bytes: int = _CACHE_BYTES,
+        whole: "Capture | None" = None,
     ) -> None:
         self.name = name
         self.cameras = tuple(cameras)
@@ -75,6 +77,7 @@ class Capture:
         self.frames_per_second = frames_per_second
         self.points = points
         self.fingerprint = fingerprint
+        self.whole = whole or self
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
         self._cache_bytes = cache_bytes

@@ -29,6 +29,7 @@ from quarc_ref.format.records import StreamHeader
 _OPACITY_AT_START = 0.1
 _NEIGHBORS = 3
 _LEAST_SPACING = 1e-7
+_CODES_EVERY = 2  # steps between two that price codes, at so many times the price: it takes long
 
 
 def train_canonical(
@@ -63,7 +64,8 @@ def train_canonical(
             stage.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
         loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.dssim)
         loss = loss + price_haze(trainer.attributes, settings)
-        loss = loss + price_codes(trainer.attributes, settings, header)
+        if step % _CODES_EVERY == 0:
+            loss = loss + _CODES_EVERY * price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add(gradient, rendering, stage.camera(view))
         if _densifies(settings, step):

@@ -33,13 +33,13 @@ class StepSettings(Checked):
     Attributes:
         position_pixels: Step of canonical and newborn positions; 0 leaves it as
             `stream` has it, in world units (paper).
-        translation_spacing: Step of translation residuals, in shares of the
-            distance at which `canonical.max_gaussians` would be spread over a
-            picture; 0 as above.
+        translation_change: Step of translation residuals: as far as the pictures
+            of frame 0 must shift to change by so much in the mean, in shares of
+            white, but at most a pixel; 0 as above.
     """
 
     position_pixels: Amount = 0.0
-    translation_spacing: Amount = 0.0
+    translation_change: Amount = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -181,12 +181,16 @@ class _Encoding:
 def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
     """Return settings whose stream has the steps that suit the capture's training views.
 
+    They are those of the whole capture, so that segments of it can be joined.
+
     Raises:
+        CaptureError: A picture cannot be read.
         EncodeError: No training view sees an initial point.
     """
-    views = [capture.cameras[index] for index in capture.training]
-    most = config.canonical.max_gaussians
-    stream = propose_steps(config.stream, config.steps, views, capture.points, most)
+    whole = capture.whole
+    views = [whole.cameras[index] for index in whole.training]
+    pictures = (whole.image(index, 0) for index in whole.training)
+    stream = propose_steps(config.stream, config.steps, views, whole.points, pictures)
     return replace(config, stream=stream)
 
 

@@ -14,6 +14,7 @@ from torch import Tensor
 
 _LEAST_GAIN, _MOST_GAIN = 0.5, 2.0
 _SATURATED = 0.98
+_APART = 4  # pixels from one that is compared to the next, both ways
 _LEAST_LIGHT = 1e-6
 
 
@@ -56,9 +57,9 @@ class Exposures:
 def find_gain(image: Tensor, picture: Tensor) -> Tensor:
     """Return `[3]` by how much an image is to be multiplied to be nearest to a picture.
 
-    Pixels that the camera has saturated say nothing; a quarter of the others says enough.
+    Pixels that the camera has saturated say nothing; a few of the others say enough.
     """
-    image, picture = image.detach()[::2, ::2], picture.detach()[::2, ::2]
+    image, picture = image.detach()[::_APART, ::_APART], picture.detach()[::_APART, ::_APART]
     shown = image * (picture < _SATURATED)
     light = (shown * image).sum(dim=(0, 1))
     gain = (shown * picture).sum(dim=(0, 1)) / light.clamp(min=_LEAST_LIGHT)

@@ -60,7 +60,7 @@ def fit_motion(
     residuals = _Residuals(symbols, following.borders, scene.header)
     statistics = ScreenStatistics(scene.count, studio.device)
     views = studio.views.shuffled(studio.generator(frame, "motion"))
-    adam = torch.optim.Adam(residuals.groups(settings), eps=ADAM_EPSILON)
+    adam = torch.optim.Adam(residuals.groups(settings), eps=ADAM_EPSILON, fused=True)
     for step in range(settings.iterations):
         residuals.set_rates(adam, settings, step)
         sums = following.sum_levels(residuals.quantized())

@@ -46,7 +46,7 @@ _MAIN = EncoderConfig(
         sh_dc_step=1 / 16,
         sh_rest_step=1 / 16,
     ),
-    steps=StepSettings(position_pixels=0.2, translation_spacing=0.15),
+    steps=StepSettings(position_pixels=0.2, translation_change=0.0024),
     canonical=CanonicalSettings(
         iterations=3000,
         initial_gaussians=20_000,
@@ -69,7 +69,7 @@ _MAIN = EncoderConfig(
     motion=MotionSettings(
         iterations=200,
         rate=1e-3,
-        step_rate=0.28,
+        step_rate=0.25,
         level_rate=2.0,
         rate_end=0.05,
         price="group_log",

@@ -118,6 +118,7 @@ def take_frames(capture: Capture, first: int, count: int) -> Capture:
         source=_Later(capture, first),
         fingerprint=capture.fingerprint,
         cache_bytes=0,  # the capture behind it has a cache
+        whole=capture.whole,
     )
 
 

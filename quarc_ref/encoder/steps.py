@@ -2,19 +2,19 @@
 
 World units say nothing: a capture may be in meters or in whatever a calibration
 left it in. What a step costs in quality shows in pixels, so that steps are asked
-for in pixels, or in shares of the distance between Gaussians there, and put on a
-lattice that is a little finer than they are. A scene of many Gaussians to a pixel
-is sharp and shows a small motion; one of few is not, and does not.
+for in pixels, or in how much the pictures change by them, and put on a lattice that
+is a little finer than they are. Sharp pictures show a small motion; blurred ones,
+or ones with more pixels than detail, do not.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.encoder.config import StepSettings
 from quarc_ref.encoder.straight_through import position_step, translation_step
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
@@ -23,6 +23,8 @@ from quarc_ref.format.records import Camera, StreamHeader
 
 _LEAST_UNITS = 8
 _MARGIN = 4
+_MOST_PIXELS = 1.0
+_WHITE = 255
 
 
 def propose_steps(
@@ -30,7 +32,7 @@ def propose_steps(
     settings: StepSettings,
     cameras: Sequence[Camera],
     points: Points,
-    gaussian_count: int,
+    pictures: Iterable[Image],
 ) -> StreamHeader:
     """Return a header whose lattice and steps suit a capture.
 
@@ -40,20 +42,22 @@ def propose_steps(
 
     Args:
         stream: Its world-unit steps stand where the settings are 0.
-        settings: Steps in pixels and in spacings.
+        settings: Steps in pixels and in changes of the pictures.
         cameras: The training views.
         points: Initial points.
-        gaussian_count: As many as the canonical scene may have.
+        pictures: `[H, W, 3]` of each view at frame 0.
 
     Raises:
         EncodeError: No view sees a point.
     """
-    if not (settings.position_pixels or settings.translation_spacing):
+    if not (settings.position_pixels or settings.translation_change):
         return stream
     pixel = measure_pixel(cameras, points)
-    spacing = pixel * measure_spacing(cameras, gaussian_count)
     position = settings.position_pixels * pixel or position_step(stream)
-    translation = settings.translation_spacing * spacing or translation_step(stream)
+    translation = translation_step(stream)
+    if settings.translation_change:
+        sharpness = max(measure_sharpness(pictures), settings.translation_change / _MOST_PIXELS)
+        translation = settings.translation_change / sharpness * pixel
     exponent = _choose_exponent(min(position, translation), _measure_reach(cameras, points))
     return replace(
         stream,
@@ -83,10 +87,24 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     return float(np.median(widths))
 
 
-def measure_spacing(cameras: Sequence[Camera], gaussian_count: int) -> float:
-    """Return how far apart Gaussians are that are spread over a picture, pixels."""
-    areas = [camera.width * camera.height for camera in cameras]
-    return math.sqrt(float(np.median(areas)) / gaussian_count)
+def measure_sharpness(pictures: Iterable[Image]) -> float:
+    """Return how much pictures change from a pixel to the next, in shares of white.
+
+    It is the mean over pixels, colors and both directions, once every pixel is
+    the mean of the nine about it, so that noise says little. All is counted in
+    whole numbers, so that every machine finds the same.
+
+    Args:
+        pictures: `[H, W, 3]`; those of less than 4 pixels a side say nothing.
+    """
+    total = count = 0
+    for picture in pictures:
+        rows = picture[:-2].astype(np.int64) + picture[1:-1] + picture[2:]
+        smooth = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+        for axis in (0, 1):
+            change = np.abs(np.diff(smooth, axis=axis))
+            total, count = total + int(change.sum()), count + change.size
+    return total / (9 * _WHITE * max(count, 1))
 
 
 def _seen_depths(camera: Camera, points: Points) -> NDArray[np.float64]:

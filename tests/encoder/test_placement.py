@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.config import BirthSettings
 from quarc_ref.encoder.fixed_scene import FixedScene
-from quarc_ref.encoder.placement import find_nearest, place_on_errors
+from quarc_ref.encoder.placement import find_largest_around, find_nearest, place_on_errors
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.rendering.pictures import render_picture
 from tests.encoder.toys import make_splats, make_studio
@@ -108,3 +108,13 @@ def _pixels_apart(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
     points = [p @ rotation.T + np.array(camera.translation) for p in (places, center[None])]
     first, second = (point[:, :2] / point[:, 2:] * camera.fx for point in points)
     return np.linalg.norm(first - second, axis=1)
+
+
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(0, 3), st.integers(0, 1 << 30))
+def test_the_largest_around_is_that_of_the_window(rows, columns, reach, seed):
+    numbers = torch.rand((rows, columns), generator=torch.Generator().manual_seed(seed))
+
+    wanted = torch.nn.functional.max_pool2d(
+        numbers[None, None], 2 * reach + 1, stride=1, padding=reach
+    )
+    assert torch.equal(find_largest_around(numbers, reach), wanted[0, 0])

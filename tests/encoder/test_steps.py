@@ -8,18 +8,25 @@ from hypothesis import strategies as st
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.encode_stream import suit_capture
-from quarc_ref.encoder.steps import measure_pixel, measure_spacing, propose_steps
+from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.steps import measure_pixel, measure_sharpness, propose_steps
 from quarc_ref.encoder.straight_through import position_step, translation_step
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from tests.encoder.toys import make_cameras, make_capture
 
-_COUNT = 1000
-_ASKED = StepSettings(position_pixels=0.25, translation_spacing=0.5)
-
-
+_ASKED = StepSettings(position_pixels=0.25, translation_change=0.004)
 _TOY = make_cameras(), make_capture().points
+
+
+def _fade(slope: float, shape: tuple[int, int] = (40, 60)):
+    """Return a picture that grows brighter to the right, by so much from pixel to pixel."""
+    row = np.round(np.arange(shape[1]) * slope * 255).astype(np.uint8)
+    return np.broadcast_to(row[None, :, None], (*shape, 3))
+
+
+_PICTURES = [_fade(2 / 255)]
 
 
 def _scaled(factor: float):
@@ -33,7 +40,7 @@ def _scaled(factor: float):
 
 
 def _propose(factor: float = 1.0, settings: StepSettings = _ASKED) -> StreamHeader:
-    return propose_steps(StreamHeader(), settings, *_scaled(factor), _COUNT)
+    return propose_steps(StreamHeader(), settings, *_scaled(factor), _PICTURES)
 
 
 def test_a_pixel_is_as_wide_as_the_median_point_is_far_over_the_focal_length():
@@ -45,21 +52,38 @@ def test_a_pixel_is_as_wide_as_the_median_point_is_far_over_the_focal_length():
     assert measure_pixel([camera], points) == pytest.approx(2 / 50)
 
 
-def test_gaussians_are_as_far_apart_as_the_pixels_to_each_say():
-    cameras = [replace(camera, width=60, height=40) for camera in make_cameras()]
+def test_a_picture_is_as_sharp_as_it_changes_from_pixel_to_pixel():
+    across = 2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)  # and nothing downward
 
-    assert measure_spacing(cameras, 600) == pytest.approx(2.0)
+    assert measure_sharpness([_fade(2 / 255)]) == pytest.approx(across)
+    assert measure_sharpness([_fade(2 / 255), _fade(0.0)]) == pytest.approx(across / 2)
 
 
-def test_steps_are_the_pixels_and_the_spacings_asked_for():
+def test_noise_makes_pictures_hardly_sharper():
+    rng = np.random.default_rng(1)
+    truth = _fade(4 / 255).astype(np.float64)
+    noisy = np.clip(np.round(truth + rng.normal(0, 2, truth.shape)), 0, 255).astype(np.uint8)
+
+    plain = np.abs(np.diff(noisy.astype(int), axis=0)).mean() / 255
+    assert measure_sharpness([noisy]) - measure_sharpness([_fade(4 / 255)]) < plain / 5
+
+
+def test_steps_are_the_pixels_and_the_change_of_pictures_asked_for():
     pixel = measure_pixel(*_TOY)
-    spacing = pixel * measure_spacing(_TOY[0], _COUNT)
+    shift = 0.002 / measure_sharpness(_PICTURES)
 
-    header = _propose()
+    header = _propose(settings=replace(_ASKED, translation_change=0.002))
 
     assert position_step(header) == pytest.approx(0.25 * pixel, rel=1 / 16)
-    assert translation_step(header) == pytest.approx(0.5 * spacing, rel=1 / 16)
+    assert translation_step(header) == pytest.approx(shift * pixel, rel=1 / 16)
     assert 8 <= header.position_step <= 16
+
+
+def test_a_step_is_a_pixel_at_most_however_little_there_is_to_see():
+    for flat in ([_fade(0.0)], [_fade(0.5, (3, 3))], []):
+        header = propose_steps(StreamHeader(), _ASKED, *_TOY, flat)
+
+        assert translation_step(header) == pytest.approx(measure_pixel(*_TOY), rel=1 / 16)
 
 
 def test_a_capture_in_units_of_an_eighth_differs_in_the_lattice_exponent_alone():
@@ -81,7 +105,7 @@ def test_the_lattice_reaches_beyond_the_cameras_and_the_points(pixels):
     cameras, points = _TOY
     far = Points(np.concatenate([points.positions, [[9e3, 0, 0]]]), points.colors)
 
-    header = propose_steps(StreamHeader(), StepSettings(pixels, pixels), cameras, far, _COUNT)
+    header = propose_steps(StreamHeader(), StepSettings(pixels, pixels), cameras, far, _PICTURES)
 
     assert 4 * 9e3 * 2.0**header.lattice_exponent <= POSITION_LIMIT
 
@@ -102,7 +126,7 @@ def test_points_that_no_view_sees_give_no_steps():
     behind = Points(points.positions + np.float32(1e3), points.colors)
 
     with pytest.raises(EncodeError, match="no training view"):
-        propose_steps(StreamHeader(), _ASKED, cameras, behind, _COUNT)
+        propose_steps(StreamHeader(), _ASKED, cameras, behind, _PICTURES)
 
 
 def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
@@ -111,6 +135,16 @@ def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
 
     suited = suit_capture(EncoderConfig(steps=_ASKED), capture)
 
-    most = EncoderConfig().canonical.max_gaussians
-    proposed = propose_steps(StreamHeader(), _ASKED, training, capture.points, most)
+    pictures = [capture.image(index, 0) for index in capture.training]
+    proposed = propose_steps(StreamHeader(), _ASKED, training, capture.points, pictures)
     assert suited.stream == proposed != StreamHeader()
+
+
+def test_a_part_of_a_capture_has_the_steps_of_the_whole():
+    capture = make_capture()
+    config = EncoderConfig(steps=_ASKED)
+
+    part = take_frames(take_frames(capture, 1, 2), 1, 1)
+
+    assert (part.image(1, 0) != capture.image(1, 0)).any()
+    assert suit_capture(config, part) == suit_capture(config, capture)
