@@ -15,8 +15,8 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+from canonical_once import CanonicalOnce
 from kept_files import keep_file
-from paper.canonical_once import CanonicalOnce
 from paper.float_bytes import summarize_floats
 from paper.perceptual import Lpips
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality

@@ -16,7 +16,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from paper.canonical_once import Train
+from canonical_once import Train
 from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors

@@ -3,7 +3,8 @@ from dataclasses import replace
 
 import pytest
 
-from paper import canonical_once, rows
+import canonical_once
+from paper import rows
 from paper.rows import Task, make_row, recall_row
 from paper.trials import Trial
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture

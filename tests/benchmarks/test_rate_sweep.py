@@ -3,9 +3,13 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.encoder.config import EncoderConfig, StepSettings
+from quarc_ref.encoder.encode_stream import suit_capture
 from quarc_ref.encoder.presets import PRESETS, change_setting
 from rate.hull import Point
-from rate.sweep import claim_hull, list_changes
+from rate.sweep import claim_hull, list_changes, settle_steps
+from tests.encoder.toys import make_capture
+
+_CAPTURE = make_capture()
 
 
 def _apply(config, changes):
@@ -14,33 +18,60 @@ def _apply(config, changes):
     return config
 
 
+def _settle(preset):
+    return _apply(PRESETS[preset], settle_steps(PRESETS[preset], _CAPTURE))
+
+
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_settled_steps_are_those_that_suit_the_capture(preset):
+    suited = suit_capture(PRESETS[preset], _CAPTURE)
+
+    assert _settle(preset) == replace(suited, steps=StepSettings())
+
+
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_every_point_is_another_setting_and_the_first_is_the_default(preset):
-    config = PRESETS[preset]
+    config = _settle(preset)
     configs = [_apply(config, changes) for changes in list_changes(config)]
 
     assert configs[0] == config
     assert len(set(configs)) == len(configs) >= 9
 
 
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_no_point_trains_another_frame_0(preset):
+    config = _settle(preset)
+
+    def canonical(each):
+        motion = {"translation_step": 1, "rotation_unity": 1, "gaussians_per_anchor": 1}
+        return each.canonical, each.rate_weight, each.seed, replace(each.stream, **motion)
+
+    swept = [_apply(config, changes) for changes in list_changes(config)]
+    assert all(canonical(each) == canonical(config) for each in swept)
+
+
 def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
-    config = EncoderConfig(rate_weight=2.0)
-    weights = {_apply(config, changes).rate_weight for changes in list_changes(config)}
-
-    assert weights == {0.5, 1.0, 2.0, 4.0, 8.0}
-
-
-@pytest.mark.parametrize("spacing", [0.0, 0.5])
-def test_the_rotation_step_is_swept_with_that_of_translation(spacing):
-    config = replace(EncoderConfig(), steps=StepSettings(translation_spacing=spacing))
+    config = PRESETS["main"]
     swept = [_apply(config, changes) for changes in list_changes(config)]
 
-    def width(each):
-        return each.steps.translation_spacing or each.stream.translation_step
+    def dear(each):
+        motion, births = each.motion, each.births
+        return {
+            round(motion.price_weight / config.motion.price_weight, 6),
+            round(births.byte_price / config.births.byte_price, 6),
+        }
 
-    factors = {(width(each) / width(config), each.stream.rotation_unity) for each in swept}
-    half = 0.5 if spacing else 4 / 7
-    assert factors == {(1.0, 100), (half, 200), (2.0, 50)}
+    assert [dear(each) for each in swept[:5]] == [{1.0}, {0.25}, {0.5}, {2.0}, {4.0}]
+    assert all(dear(each) == {1.0} for each in swept[5:])
+
+
+def test_the_rotation_step_is_swept_with_that_of_translation():
+    config = EncoderConfig()
+    swept = [_apply(config, changes) for changes in list_changes(config)]
+
+    step = config.stream.translation_step
+    factors = {(each.stream.translation_step / step, each.stream.rotation_unity) for each in swept}
+    assert factors == {(1.0, 100), (4 / 7, 200), (2.0, 50)}
 
 
 def test_the_default_is_the_first_of_the_points():
