@@ -50,21 +50,26 @@ def remove(planes, gone, kept):
 
 @entrance
 def recall(ids, owners, motion):
-    """Return int64 `[c, a]` the motion of anchors' Gaussians, 0 of those that are dead.
+    """Return int16 `[c, a]` the motion of anchors' Gaussians, 0 of those that are dead.
 
     Args:
         ids: int64 `[N]` ascending.
         owners: int64 `[a]` ascending.
         motion: int16 `[c, N]`.
     """
-    recalled = np.zeros((motion.shape[0], owners.size), dtype=np.int64)
+    recalled = np.empty((motion.shape[0], owners.size), dtype=np.int16)
+    places, alive = np.empty(BLOCK, dtype=np.uint32), np.empty(BLOCK, dtype=np.int16)
     place = 0
-    for anchor in range(owners.size):
-        while place < ids.size and ids[place] < owners[anchor]:
-            place += 1
-        if place < ids.size and ids[place] == owners[anchor]:
-            for channel in range(motion.shape[0]):
-                recalled[channel, anchor] = motion[channel, place]
+    for first in range(0, owners.size, BLOCK):
+        block = owners[first : first + BLOCK]
+        for j in range(block.size):
+            while place < ids.size - 1 and ids[place] < block[j]:
+                place += 1
+            places[j], alive[j] = place, ids[place] == block[j]
+        for channel in range(motion.shape[0]):
+            plane, own = motion[channel], recalled[channel, first : first + BLOCK]
+            for j in range(own.size):
+                own[j] = plane[places[j]] * alive[j]
     return recalled
 
 

@@ -144,7 +144,7 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
         if previous:
             motion = _recall(state, level.owners)
         else:
-            motion = np.zeros((state.motion.shape[0], level.owners.size), dtype=np.int64)
+            motion = np.zeros((state.motion.shape[0], level.owners.size), dtype=np.int16)
         contexts.append(LevelContext(level.parents, motion))
     return contexts
 
@@ -214,15 +214,15 @@ def bear(state: State, births: Births) -> State:
     return replace(state, scene=grown, motion=motion, births=births, next_id=next_id, room=0)
 
 
-def _recall(state: State, owners: Int64) -> Int64:
+def _recall(state: State, owners: Int64) -> Int16:
     """Return `[c, a]` the last motion of anchors' Gaussians, 0 of those that have died."""
     kernels = load_kernels(MOTION_KERNELS, state.scene.count)
     if kernels is not None:
-        recalled: Int64 = kernels.recall(state.scene.ids, owners, state.motion)
+        recalled: Int16 = kernels.recall(state.scene.ids, owners, state.motion)
         return recalled
     place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
     alive = state.scene.ids[place] == owners
-    return np.where(alive, state.motion[:, place], 0).astype(np.int64)
+    return state.motion[:, place] * alive
 
 
 def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int32:

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.arrays import Bits, Int16, Int64
 from quarc_ref.format.constants import COUNT_LIMIT, MODELLED_BITS, PROBABILITY_CODES
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError
@@ -85,7 +85,7 @@ class CompiledPlaneReader:
         return numbers
 
     def read_level(
-        self, name: str, parents: Int64, previous: Int64, above: tuple[Int64, Int64]
+        self, name: str, parents: Int64, previous: Int16, above: tuple[Int64, Int64]
     ) -> Int64:
         """Do as a walk of `motion_planes` over a level.
 
@@ -105,7 +105,7 @@ class CompiledPlaneReader:
         )
         symbols: Int64
         symbols, undefined = self._levels.read_level(
-            self._coder, parents, np.ascontiguousarray(previous), above, counts
+            self._coder, parents, np.ascontiguousarray(previous, np.int16), above, counts
         )
         _refuse(undefined)
         return symbols

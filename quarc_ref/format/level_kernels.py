@@ -5,6 +5,7 @@ import numpy as np
 from quarc_ref.format.compiled import entrance, plain
 from quarc_ref.format.plane_kernels import read_plane
 
+_BLOCK = 256
 _MOST = 3
 _MAGNITUDE_PLANES = 64
 _LAST_OWN_PLANE = 2
@@ -18,7 +19,7 @@ def read_level(coder, parents, previous, above, counts):
     Args:
         coder: Of `plane_kernels`; moves on.
         parents: int64 `[a]` of the anchors, a at least 1.
-        previous: int64 `[c, a]` the last motion of each anchor's Gaussian.
+        previous: int16 `[c, a]` the last motion of each anchor's Gaussian.
         above: int64 `[c, p]` what is done at each parent, and int64 `[p]` the
             sum of the magnitudes of its symbols.
         counts: int64 `[2, k]` of the models of moves, not 0 of translation, w
@@ -57,14 +58,19 @@ def _move_contexts(parents, previous, above):
     """Return uint8 `[a]` the contexts of the plane that asks which anchors move."""
     sums, magnitudes = above
     contexts = np.empty(parents.size, dtype=np.uint8)
-    for i in range(parents.size):
-        expected = 0
+    expected = np.empty(_BLOCK, dtype=np.int64)
+    for first in range(0, parents.size, _BLOCK):
+        block = parents[first : first + _BLOCK]
+        expected[:] = 0
         for channel in range(previous.shape[0]):
-            expected += abs(previous[channel, i] - sums[channel, parents[i]])
-        moved = magnitudes[parents[i]]
-        parent = (moved >= 1) + (moved >= 2) + (moved >= 4)
-        own = (expected >= 1) + (expected >= 2) + (expected >= 4) + (expected >= 8)
-        contexts[i] = 5 * parent + own
+            own, done = previous[channel, first : first + _BLOCK], sums[channel]
+            for j in range(block.size):
+                expected[j] += abs(own[j] - done[np.uint64(block[j])])
+        asked = contexts[first : first + _BLOCK]
+        for j in range(block.size):
+            far, moved = expected[j], magnitudes[np.uint64(block[j])]
+            parent = (moved >= 1) + (moved >= 2) + (moved >= 4)
+            asked[j] = 5 * parent + (far >= 1) + (far >= 2) + (far >= 4) + (far >= 8)
     return contexts
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.arrays import Bits, Int16, Int64
 from quarc_ref.format.compiled_planes import CompiledPlaneReader
 from quarc_ref.format.constants import MAGNITUDE_PLANES, SYMBOL_LIMIT
 from quarc_ref.format.contexts import ContextCounts
@@ -33,7 +33,7 @@ class LevelContext:
     """
 
     parents: Int64
-    previous: Int64
+    previous: Int16
 
 
 def write_motion(
@@ -112,7 +112,7 @@ class _Done:
 
     def and_then(self, parents: Int64, symbols: Int64) -> "_Done":
         """Return what the next level hands down."""
-        return _Done(self.sums[:, parents] + symbols, np.abs(symbols).sum(axis=0))
+        return _Done(self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0))
 
 
 class _Level:
