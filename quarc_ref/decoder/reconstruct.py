@@ -222,7 +222,8 @@ def _recall(state: State, owners: Int64) -> Int16:
         return recalled
     place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
     alive = state.scene.ids[place] == owners
-    return state.motion[:, place] * alive
+    remembered: Int16 = state.motion[:, place] * alive
+    return remembered
 
 
 def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int32:
