@@ -11,6 +11,7 @@ from collections.abc import Iterable
 
 import torch
 from torch import Tensor
+from torch.utils.weak import WeakTensorKeyDictionary
 
 _LEAST_GAIN, _MOST_GAIN = 0.5, 2.0
 _SATURATED = 0.98
@@ -31,10 +32,17 @@ class Exposures:
 
     def __init__(self, view_count: int, device: torch.device) -> None:
         self.gains = torch.ones((view_count, 3), device=device)
+        self._corrected = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
-        """Return a view's picture `[H, W, 3]` as the mean camera would have taken it."""
-        return picture / self.gains[view]
+        """Return a view's picture `[H, W, 3]` as the mean camera would have taken it.
+
+        As long as the gains stay what they are, it is the same tensor every time.
+        """
+        if picture not in self._corrected:
+            self._corrected[picture] = picture / self.gains[view]
+        corrected: Tensor = self._corrected[picture]
+        return corrected
 
     def observe(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
         """Let a view's gain go a share of its way to what one comparison finds.
@@ -46,12 +54,17 @@ class Exposures:
             rate: The share.
         """
         self.gains[view] = self.gains[view].lerp(find_gain(image, picture), rate)
-        self.gains /= self.gains.mean(dim=0)
+        self._balance()
 
     def settle(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Find all gains anew, from what the scene shows and what the camera took, view by view."""
         self.gains = torch.stack([find_gain(image, picture) for image, picture in pairs])
+        self._balance()
+
+    def _balance(self) -> None:
+        """Make the mean of the gains 1; what was corrected by others is let go."""
         self.gains /= self.gains.mean(dim=0)
+        self._corrected = WeakTensorKeyDictionary()
 
 
 def find_gain(image: Tensor, picture: Tensor) -> Tensor:

@@ -1,22 +1,27 @@
 """The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
 
 On a CPU the SSIM and its gradient are numba's; elsewhere, and in float64, they
-are torch's convolutions. Both are the same SSIM to float precision.
+are torch's convolutions. Both are the same SSIM to float precision. A truth is
+compared with many pictures: what the SSIM needs of it alone is found once, and
+kept as long as the truth is.
 """
 
 from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd import Function
 from torch.autograd.function import once_differentiable
+from torch.utils.weak import WeakTensorKeyDictionary
 
 from quarc_ref.rendering import ssim_kernels
 from quarc_ref.rendering.pipeline import KERNEL_LOCK
 
 _C1 = 0.01**2
 _C2 = 0.03**2
+_MOMENTS = WeakTensorKeyDictionary()
 
 
 def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
@@ -24,7 +29,7 @@ def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
 
     Args:
         image: `[H, W, 3]` rendered.
-        truth: `[H, W, 3]` from 0 to 1.
+        truth: `[H, W, 3]` from 0 to 1; its numbers are never changed.
         dssim: Weight of 1 - SSIM; the rest is L1.
     """
     return (1 - dssim) * (image - truth).abs().mean() + dssim * (1 - mean_ssim(image, truth))
@@ -43,11 +48,11 @@ class _NumbaSsim(Function):
     def forward(ctx: Any, image: Tensor, truth: Tensor) -> Tensor:  # noqa: ANN401
         shape = (image.shape[0], -1)
         first = image.detach().contiguous().numpy().reshape(shape)
-        second = truth.detach().contiguous().numpy().reshape(shape)
+        second, moments = _recall_moments(truth)
         ssim = np.empty_like(first)
         slopes = np.empty((3, *first.shape), dtype=np.float32)
         with KERNEL_LOCK:
-            ssim_kernels.ssim_forward(first, second, ssim, slopes)
+            ssim_kernels.ssim_forward(first, second, moments, ssim, slopes)
         ctx.saved = (first, second, slopes)
         return image.new_tensor(ssim.mean(dtype=np.float64))
 
@@ -60,6 +65,17 @@ class _NumbaSsim(Function):
             ssim_kernels.ssim_backward(first, second, slopes, by_first)
         scaled = torch.from_numpy(by_first) * (gradient / by_first.size)
         return scaled.reshape(first.shape[0], -1, 3), None
+
+
+def _recall_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return a truth `[H, 3 W]`, and its moments `[2, H, 3 W]`."""
+    picture = truth.detach().contiguous().numpy().reshape(truth.shape[0], -1)
+    if truth not in _MOMENTS:
+        moments = np.empty((2, *picture.shape), dtype=np.float32)
+        with KERNEL_LOCK:
+            ssim_kernels.ssim_moments(picture, moments)
+        _MOMENTS[truth] = moments
+    return picture, _MOMENTS[truth]
 
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:

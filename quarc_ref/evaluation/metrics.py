@@ -35,6 +35,8 @@ def measure_ssim(picture: Picture, truth: Picture) -> float:
     second = np.ascontiguousarray(truth, dtype=np.float32).reshape(shape)
     ssim = np.empty_like(first)
     slopes = np.empty((3, *first.shape), dtype=np.float32)
+    moments = np.empty((2, *first.shape), dtype=np.float32)
     with KERNEL_LOCK:
-        ssim_kernels.ssim_forward(first, second, ssim, slopes)
+        ssim_kernels.ssim_moments(second, moments)
+        ssim_kernels.ssim_forward(first, second, moments, ssim, slopes)
     return float(ssim.mean(dtype=np.float64))

@@ -54,20 +54,23 @@ def _add_product(out, tap, row, other):
 
 
 @fused
-def _moments_down(first, second, y, sums):
-    """Filter the five products of two pictures along y into padded rows."""
-    sums[:] = 0
+def _moments_down(picture, y, sums):
+    """Filter a picture and its square along y into padded rows."""
     # Slices of single rows: of the whole, the compiler would not know the stride.
-    start, stop = 3 * RADIUS, 3 * RADIUS + first.shape[1]
-    a, b, aa = sums[0][start:stop], sums[1][start:stop], sums[2][start:stop]
-    bb, ab = sums[3][start:stop], sums[4][start:stop]
-    for k in range(max(0, RADIUS - y), min(2 * RADIUS + 1, first.shape[0] + RADIUS - y)):
-        tap, p, q = WINDOW[k], first[y + k - RADIUS], second[y + k - RADIUS]
+    start, stop = 3 * RADIUS, 3 * RADIUS + picture.shape[1]
+    a, aa = sums[0][start:stop], sums[1][start:stop]
+    for k in range(max(0, RADIUS - y), min(2 * RADIUS + 1, picture.shape[0] + RADIUS - y)):
+        tap, p = WINDOW[k], picture[y + k - RADIUS]
         _add(a, tap, p)
-        _add(b, tap, q)
         _add_product(aa, tap, p, p)
-        _add_product(bb, tap, q, q)
-        _add_product(ab, tap, p, q)
+
+
+@fused
+def _mixed_moment_down(first, second, y, out):
+    """Filter the product of two pictures along y into a padded row."""
+    ab = out[3 * RADIUS : 3 * RADIUS + first.shape[1]]
+    for k in range(max(0, RADIUS - y), min(2 * RADIUS + 1, first.shape[0] + RADIUS - y)):
+        _add_product(ab, WINDOW[k], first[y + k - RADIUS], second[y + k - RADIUS])
 
 
 @plain
@@ -80,11 +83,11 @@ def _copy(source, target):
 def _slopes(rows, block):
     """Turn the moments of a row into its SSIM and the derivatives by a, aa and ab.
 
-    The moments a, b, aa, bb, ab are taken through a block of fixed size, whose
+    The moments a, aa, ab, b, bb are taken through a block of fixed size, whose
     parts the compiler knows apart: many arrays at once it would not vectorize.
 
     Args:
-        rows: `[5, width]`; the first four rows are overwritten.
+        rows: `[5, width]`; the first four are overwritten.
         block: `[5 BLOCK]` working memory.
     """
     for start in range(0, rows.shape[1], BLOCK):
@@ -92,11 +95,11 @@ def _slopes(rows, block):
         for k in range(5):
             _copy(rows[k][start : start + size], block[k * BLOCK : (k + 1) * BLOCK])
         for x in range(BLOCK):
-            m, n = block[x], block[BLOCK + x]
+            m, n = block[x], block[3 * BLOCK + x]
             mm, nn, mn = m * m, n * n, m * n
-            top_1, top_2 = _2 * mn + _C1, _2 * (block[4 * BLOCK + x] - mn) + _C2
+            top_1, top_2 = _2 * mn + _C1, _2 * (block[2 * BLOCK + x] - mn) + _C2
             low_1 = mm + nn + _C1
-            low_2 = block[2 * BLOCK + x] - mm + block[3 * BLOCK + x] - nn + _C2
+            low_2 = block[BLOCK + x] - mm + block[4 * BLOCK + x] - nn + _C2
             shared = _1 / (low_1 * low_2)
             value = top_1 * top_2 * shared
             by_ab = _2 * top_1 * shared
@@ -111,23 +114,37 @@ def _slopes(rows, block):
 
 
 @parallel_entrance
-def ssim_forward(first, second, ssim, slopes):
+def ssim_moments(picture, moments):
+    """Fill `[2, H, 3 W]` a picture `[H, 3 W]` filtered, and its filtered square."""
+    height, width = picture.shape
+    for y in numba.prange(height):
+        sums = np.zeros((2, width + 6 * RADIUS), dtype=np.float32)
+        _moments_down(picture, y, sums)
+        for k in range(2):
+            _blur_along(sums[k], moments[k, y])
+
+
+@parallel_entrance
+def ssim_forward(first, second, moments, ssim, slopes):
     """Fill the SSIM of every number of two pictures, and its slopes.
 
     Args:
         first: `[H, 3 W]`.
         second: `[H, 3 W]`.
+        moments: `[2, H, 3 W]` of the second, by `ssim_moments`.
         ssim: `[H, 3 W]` to fill.
         slopes: `[3, H, 3 W]` to fill: derivatives by the first picture's
             filtered self, its filtered square and the filtered product.
     """
     height, width = first.shape
     for y in numba.prange(height):
-        sums = np.empty((5, width + 6 * RADIUS), dtype=np.float32)
+        sums = np.zeros((3, width + 6 * RADIUS), dtype=np.float32)
         rows = np.empty((5, width), dtype=np.float32)
-        _moments_down(first, second, y, sums)
-        for k in range(5):
+        _moments_down(first, y, sums)
+        _mixed_moment_down(first, second, y, sums[2])
+        for k in range(3):
             _blur_along(sums[k], rows[k])
+        rows[3:] = moments[:, y]
         _slopes(rows, np.ones(5 * BLOCK, dtype=np.float32))
         ssim[y] = rows[0]
         slopes[:, y] = rows[1:4]

@@ -61,6 +61,16 @@ def test_the_gains_of_the_views_are_found_and_their_mean_is_one(settled):
     assert torch.allclose(corrected, pairs[2][0], atol=2e-3)
 
 
+def test_a_corrected_picture_is_kept_until_the_gains_change():
+    exposures, picture = Exposures(2, _CPU), _image()
+    corrected = exposures.correct(picture, 1)
+
+    assert exposures.correct(picture, 1) is corrected
+    exposures.observe(0, picture, picture * 0.8, rate=1.0)
+    assert torch.allclose(exposures.correct(picture, 1), picture / exposures.gains[1])
+    assert not torch.equal(exposures.correct(picture, 1), corrected)
+
+
 class _Uneven:
     """The toy's pictures as cameras of different exposure take them."""
 

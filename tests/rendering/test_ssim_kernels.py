@@ -3,7 +3,9 @@ import pytest
 import torch
 from skimage.metrics import structural_similarity
 
+from quarc_ref.encoder import losses
 from quarc_ref.encoder.losses import _convolved_ssim, mean_ssim, photometric_loss
+from quarc_ref.rendering import ssim_kernels
 
 
 def _pictures(height, width, dtype, seed=0):
@@ -54,3 +56,16 @@ def test_the_loss_weighs_l1_and_dssim():
         0.8 * l1 + 0.2 * dssim, rel=1e-5
     )
     assert float(photometric_loss(truth, truth, 0.2)) == pytest.approx(0, abs=1e-6)
+
+
+def test_what_is_kept_of_a_truth_goes_with_it(monkeypatch):
+    image, truth = _pictures(20, 30, torch.float32)
+    known = len(losses._MOMENTS)
+
+    first = mean_ssim(image, truth)
+    monkeypatch.setattr(ssim_kernels, "ssim_moments", None)
+
+    assert mean_ssim(image, truth) == first
+    assert len(losses._MOMENTS) == known + 1
+    del truth
+    assert len(losses._MOMENTS) == known
