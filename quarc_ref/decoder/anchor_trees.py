@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.acceleration import count_threads, map_parts
-from quarc_ref.format.arrays import Bits, Int32, Int64
+from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import PHILOX_DOMAIN_SAMPLER
 
 # Where the parts of each run begin, and the boxes `[r, 6]` of the runs.
@@ -59,24 +59,28 @@ class CompiledSampler:
     ) -> None:
         self._drawing, self._growing, self._binding = drawing, growing, binding
         seed = np.uint64(scene.header.seed)
-        self._words = drawing.draw_words(scene.ids, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
-        self._order, self._merges = drawing.sort_cells(scene.positions)
+        self._order, self._merges = order, merges = drawing.sort_cells(scene.positions)
+        self._joined = np.bincount(merges, minlength=drawing.MERGES)
+        words = drawing.draw_words(scene.ids, order, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
+        self._words = words
         self._points = growing.list_points(scene.positions, self._order)
 
     def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
         """Return what was drawn of every level, level 1 first, and the binding `[L, N]`."""
         levels = map_parts(lambda level: self._draw(level, counts[level]), range(len(counts)))
         binding = self._bind([(tree, ranks) for _, tree, ranks in levels])
-        return [(np.flatnonzero(flags), tree) for flags, tree, _ in levels], binding
+        return [(indices, tree) for indices, tree, _ in levels], binding
 
-    def _draw(self, level: int, count: int) -> tuple[Bits, AnchorTree, Int32]:
-        """Return which Gaussians are anchors of a level, their tree, and their ranks."""
-        flags = self._drawing.choose(self._words[level], self._order, self._merges, count)
-        anchors, merges, ranks = self._growing.list_anchors(
-            flags, self._order, self._merges, self._points
+    def _draw(self, level: int, count: int) -> tuple[Int64, AnchorTree, Int32]:
+        """Return the indices of the Gaussians that are anchors, their tree, and their ranks."""
+        chosen = self._drawing.choose(
+            self._words[level], self._order, self._merges, self._joined, count
+        )
+        indices, anchors, merges, ranks = self._growing.list_anchors(
+            chosen, self._order, self._merges, self._points, count
         )
         runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
-        return flags, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
+        return indices, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
 
     def _bind(self, levels: list[tuple[AnchorTree, Int32]]) -> Int32:
         walk, tops = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))

@@ -1,6 +1,6 @@
 """The sampler of SPEC 6.2 and 6.3, compiled; `anchors` holds the plain twin.
 
-Gaussians are sorted once by their Morton keys: by the 18 highest bits of the
+Gaussians are sorted once by their Morton keys: by the 21 highest bits of the
 three axes that are not the same in all, and the few that are still together
 within a cell by the bits below.
 """
@@ -10,11 +10,13 @@ import numpy as np
 from quarc_ref.format.compiled import entrance, plain
 
 _OFFSET = 1 << 23
-_AXIS_BITS = 18
+_AXIS_BITS = 21
 _KEY_BITS = 72
+MERGES = _KEY_BITS + 2  # how many numbers there are, of bits
 _FEW = 24
-_DIGIT_BITS = 14
+_DIGIT_BITS = 16
 _DIGITS = 1 << _DIGIT_BITS
+_PASSES = 4
 _BUCKET_BITS = np.uint32(20)
 _BUCKETS = 1 << 12
 _WORD = np.uint64(0xFFFFFFFF)
@@ -22,11 +24,14 @@ _HALF = np.uint64(32)
 
 
 @entrance
-def draw_words(ids, phase, seed, domain):
-    """Return uint32 `[3, N]`: the first three Philox words of every Gaussian (SPEC 6.2)."""
-    words = np.empty((3, ids.size), dtype=np.uint32)
-    for i in range(ids.size):
-        c0, c1 = np.uint64(ids[i]), np.uint64(phase)
+def draw_words(ids, order, phase, seed, domain):
+    """Return uint32 `[3, N]`: the first three Philox words of Gaussians in an order (SPEC 6.2)."""
+    words = np.empty((3, order.size), dtype=np.uint32)
+    drawn_for = np.empty(order.size, dtype=np.uint32)
+    for i in range(order.size):
+        drawn_for[i] = ids[order[i]]
+    for i in range(order.size):
+        c0, c1 = np.uint64(drawn_for[i]), np.uint64(phase)
         c2, c3 = np.uint64(0), np.uint64(domain)
         k0, k1 = np.uint64(seed) & _WORD, np.uint64(seed) >> _HALF
         for _ in range(10):
@@ -75,43 +80,44 @@ def sort_cells(positions):
 
 
 @entrance
-def choose(words, order, merges, count):
+def choose(words, order, merges, joined, count):
     """Choose the anchors of a level (SPEC 6.3).
 
     Args:
-        words: uint32 `[N]` of the level.
+        words: uint32 `[N]` of the level, in Morton order.
         order: As `sort_cells` gives it.
         merges: The same.
+        joined: int64 `[74]` how often each number is among these.
         count: How many anchors.
 
     Returns:
-        bool `[N]` which Gaussians are anchors.
+        bool `[N]` which Gaussians are anchors, in Morton order.
     """
-    joined = np.zeros(_KEY_BITS + 2, dtype=np.int64)
-    for merge in merges:
-        joined[merge] += 1
     shared, occupied = 0, merges.size - joined[0]
     while occupied > count:
         occupied -= joined[shared + 1 : shared + 4].sum()
         shared += 3
-    chosen = np.zeros(words.size, dtype=np.bool_)
-    least = (np.uint64(words[order[0]]) << _HALF) | np.uint64(order[0])
-    for i in range(1, order.size):
-        rank = (np.uint64(words[order[i]]) << _HALF) | np.uint64(order[i])
-        if merges[i] > shared:
-            chosen[least & _WORD] = True
-            least = rank
+    firsts = np.empty(occupied + 1, dtype=np.uint32)
+    found, least, place = np.uint64(0), np.uint64(0), np.uint32(0)
+    for i in range(order.size):  # without a branch; the last to be written of a cell stays
+        rank = (np.uint64(words[i]) << _HALF) | np.uint64(order[i])
+        begins = np.uint64(merges[i] > shared)
+        found += begins
+        least |= np.uint64(0) - begins  # more than any rank where a cell begins
+        place = np.uint32(i) if rank < least else place
         least = min(least, rank)
-    chosen[least & _WORD] = True
-    _fill(words, chosen, count - occupied)
+        firsts[found] = place
+    chosen = np.zeros(words.size, dtype=np.bool_)
+    for k in range(1, occupied + 1):
+        chosen[firsts[k]] = True
+    if count > occupied:
+        _fill(words, order, chosen, count - occupied)
     return chosen
 
 
 @plain
-def _fill(words, chosen, missing):
+def _fill(words, order, chosen, missing):
     """Choose the least (word, index) of those that are not chosen yet."""
-    if missing == 0:
-        return
     buckets = np.zeros(_BUCKETS, dtype=np.int32)
     for i in range(words.size):
         buckets[words[i] >> _BUCKET_BITS] += not chosen[i]
@@ -119,17 +125,18 @@ def _fill(words, chosen, missing):
     while buckets[bucket] < missing:
         missing -= buckets[bucket]
         bucket += 1
-    last = np.empty(buckets[bucket], dtype=np.int64)
+    ranks = np.empty(buckets[bucket], dtype=np.int64)
+    places = np.empty(ranks.size, dtype=np.uint32)
     found = 0
     for i in range(words.size):
         if words[i] >> _BUCKET_BITS == bucket and not chosen[i]:
-            last[found] = (np.int64(words[i]) << 32) | i
+            ranks[found], places[found] = (np.int64(words[i]) << 32) | order[i], i
             found += 1
     for i in range(words.size):
         chosen[i] |= words[i] >> _BUCKET_BITS < bucket
-    last = np.sort(last)
-    for rank in last[:missing]:
-        chosen[rank & 0xFFFFFFFF] = True
+    last = np.sort(ranks)[missing - 1]
+    for k in range(ranks.size):
+        chosen[places[k]] |= ranks[k] <= last
 
 
 @plain
@@ -168,28 +175,26 @@ def _sort_cell(positions, low, order, merges, keys, start, end):
 @plain
 def _sort(keys, order):
     """Return keys in ascending order, an order that went along, and room for keys; stable."""
-    count = order.size
-    differing = np.uint64(0)
-    for key in keys:
-        differing |= key ^ keys[0]
     spare_keys, spare_order = np.empty_like(keys), np.empty_like(order)
-    shift = np.uint64(0)
     digits = np.uint64(_DIGITS - 1)
-    starts = np.empty(_DIGITS + 1, dtype=np.int32)
-    while differing >> shift:
-        starts[:] = 0
-        for key in keys:
-            starts[((key >> shift) & digits) + np.uint64(1)] += 1
+    begins = np.zeros((_PASSES, _DIGITS + 1), dtype=np.int32)
+    for key in keys:
+        for number in range(_PASSES):
+            digit = (key >> np.uint64(number * _DIGIT_BITS)) & digits
+            begins[number, digit + np.uint64(1)] += 1
+    for number in range(_PASSES):
+        shift, starts = np.uint64(number * _DIGIT_BITS), begins[number]
+        if starts[((keys[0] >> shift) & digits) + np.uint64(1)] == keys.size:
+            continue
         for digit in range(_DIGITS):
             starts[digit + 1] += starts[digit]
-        for i in range(count):
+        for i in range(keys.size):
             digit = (keys[i] >> shift) & digits  # without a sign it is looked up at once
-            place = starts[digit]
+            place = np.uint32(starts[digit])
             starts[digit] = place + 1
             spare_keys[place], spare_order[place] = keys[i], order[i]
         keys, spare_keys = spare_keys, keys
         order, spare_order = spare_order, order
-        shift += np.uint64(_DIGIT_BITS)
     return keys, order, spare_keys
 
 

@@ -7,7 +7,7 @@ cut from runs in the same way.
 
 import numpy as np
 
-from quarc_ref.format.compiled import entrance
+from quarc_ref.format.compiled import entrance, plain
 
 
 @entrance
@@ -81,37 +81,54 @@ def bound_boxes(boxes, starts):
 
 
 @entrance
-def list_anchors(chosen, order, merges, points):
+def list_anchors(chosen, order, merges, points, count):
     """Return the anchors in Morton order, of those at one place the first alone.
 
     Args:
-        chosen: bool `[N]` which Gaussians are anchors.
+        chosen: bool `[N]` which Gaussians are anchors, in Morton order.
         order: int32 `[N]` Gaussians in Morton order, those of equal positions ascending.
         merges: uint8 `[N]` as `sort_cells` gives them.
         points: int32 `[3, N]` positions in that order.
+        count: How many anchors there are.
 
     Returns:
-        int32 `[4, b + 16]` their positions and numbers, and 16 more that mean
-        nothing; uint8 `[b]` their merges; and int32 `[N + 1]` how many stand
-        before each Gaussian of the order.
+        int64 `[count]` indices of the Gaussians that are anchors, ascending; int32
+        `[4, b + 16]` positions and numbers, and 16 more that mean nothing; uint8
+        `[b]` their merges; and int32 `[N + 1]` how many stand before each Gaussian
+        of the order.
     """
-    count = 0
-    number_of = np.empty(chosen.size, dtype=np.int32)
-    for i in range(chosen.size):
-        number_of[i] = count
-        count += chosen[i]
-    anchors, widest = np.empty((4, count + 16), dtype=np.int32), np.empty(count, dtype=np.uint8)
+    indices, number_of = _number_anchors(chosen, order, count)
+    places, widest = np.empty(count + 1, np.uint32), np.empty(count + 1, np.uint8)
     ranks = np.empty(order.size + 1, dtype=np.int32)
-    found, merge = 0, np.uint8(0)
-    for place in range(order.size):
+    found, merge = np.uint64(0), np.uint8(0)
+    for place in range(order.size):  # without a branch: what is not taken is written over
         ranks[place] = found
         merge = max(merge, merges[place])
-        if merge and chosen[order[place]]:
-            for axis in range(3):
-                anchors[axis, found] = points[axis, place]
-            anchors[3, found] = number_of[order[place]]
-            widest[found] = merge
-            found, merge = found + 1, np.uint8(0)
+        places[found], widest[found] = place, merge
+        taken = chosen[place] and merge > 0
+        found += np.uint64(taken)
+        merge = np.uint8(0) if taken else merge
     ranks[order.size] = found
-    anchors[:, found:] = 0
-    return anchors[:, : found + 16].copy(), widest[:found].copy(), ranks
+    last = np.int64(found)
+    anchors = np.zeros((4, last + 16), dtype=np.int32)
+    for i in range(last):
+        for axis in range(3):
+            anchors[axis, i] = points[axis, places[i]]
+        anchors[3, i] = number_of[order[places[i]]]
+    return indices, anchors, widest[:last].copy(), ranks
+
+
+@plain
+def _number_anchors(chosen, order, count):
+    """Return int64 `[count]` the indices of anchors, ascending, and int32 `[N]` their numbers."""
+    is_anchor = np.zeros(order.size, dtype=np.bool_)
+    for place in range(order.size):
+        is_anchor[np.uint32(order[place])] = chosen[place]
+    indices, number_of = np.empty(count + 1, np.int64), np.empty(order.size, np.int32)
+    found = np.uint64(0)
+    for i in range(order.size):
+        indices[found] = i
+        found += np.uint64(is_anchor[i])
+    for number in range(count):
+        number_of[indices[number]] = number
+    return indices[:count].copy(), number_of
