@@ -20,13 +20,14 @@ from kept_files import keep_file
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.canonical import train_canonical
+from quarc_ref.encoder.checkpoint import Checkpoint
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.straight_through import position_step
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
-Train = Callable[[Studio, Points, CanonicalSettings, StreamHeader], Attributes]
+Train = Callable[..., Attributes]  # as `train_canonical`
 _SECONDS = "seconds"
 _NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 
@@ -48,13 +49,18 @@ class CanonicalOnce:
         self.seconds = 0.0
 
     def train(
-        self, studio: Studio, points: Points, settings: CanonicalSettings, header: StreamHeader
+        self,
+        studio: Studio,
+        points: Points,
+        settings: CanonicalSettings,
+        header: StreamHeader,
+        checkpoint: Checkpoint | None = None,
     ) -> Attributes:
         """Return what `train_canonical` does."""
         path = self._folder / f"{self._digest(settings, header)}.npz"
         if not path.is_file():
             begun = time.perf_counter()
-            attributes = train_canonical(studio, points, settings, header)
+            attributes = train_canonical(studio, points, settings, header, checkpoint)
             _keep(path, attributes, time.perf_counter() - begun)
         with np.load(path) as kept:
             self.seconds = float(kept[_SECONDS])

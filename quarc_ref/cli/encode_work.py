@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.segments import Segment
     from quarc_ref.jobs import Where
 
-_SEGMENT_FILES = ("frames_*.quarc",)
+_SEGMENT_FILES = ("frames_*.quarc", "frames_*.quarc.training*")
 
 
 @dataclass(frozen=True, slots=True)

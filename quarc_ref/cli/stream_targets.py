@@ -8,6 +8,7 @@ from typing import NoReturn
 
 from quarc_ref.cli.faults import UsageError
 from quarc_ref.cli.targets import refuse_foreign, refuse_target
+from quarc_ref.encoder.checkpoint import name_checkpoint
 
 _PART = ".part"
 _SEGMENTS = ".segments"
@@ -18,7 +19,8 @@ def growing_stream(target: Path, *, force: bool, live: bool, resume: bool) -> It
     """Name the file to write a stream into; it may have the beginning of that stream.
 
     The file is `<target>.part` and takes the target's place when the stream is
-    whole. Whatever happens before, it stays, unless it is empty.
+    whole. Whatever happens before, it stays, unless it is empty; so does the
+    training of its frame 0 beside it.
 
     Args:
         target: Where the stream is to be.
@@ -84,11 +86,14 @@ def _said_to_stay(place: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        if not _holds_something(place):
+        training = name_checkpoint(place)
+        if _holds_something(place):
+            kept = f"{place} holds the frames that were written: --resume goes on with them"
+        elif _holds_something(training):
+            kept = f"{training} holds the training of frame 0: --resume goes on with it"
+        else:
             raise
-        message = (
-            f"interrupted; {place} holds the frames that were written: --resume goes on with them"
-        )
+        message = f"interrupted; {kept}"
         raise KeyboardInterrupt(message) from error
 
 
@@ -98,15 +103,16 @@ def _choose_new(target: Path, *, live: bool) -> Path:
 
 def _choose_resumed(target: Path, *, live: bool) -> Path:
     part = _name_part(target)
-    at_target = live or (_holds_something(target) and not _holds_something(part))
+    at_target = live or (_holds_something(target) and not _is_begun(part))
     return target if at_target else part
 
 
 def _clear(place: Path, *, force: bool) -> None:
-    """Remove what is in a place; who reads it keeps it."""
-    if _holds_something(place) and not force:
-        _refuse_left(place)
-    place.unlink(missing_ok=True)
+    """Remove what is in a place, and beside it; who reads it keeps it."""
+    for path in (place, name_checkpoint(place)):
+        if _holds_something(path) and not force:
+            _refuse_left(path)
+        path.unlink(missing_ok=True)
 
 
 def _refuse_left(place: Path) -> NoReturn:
@@ -116,6 +122,10 @@ def _refuse_left(place: Path) -> NoReturn:
 
 def _name_part(target: Path) -> Path:
     return target.with_name(target.name + _PART)
+
+
+def _is_begun(place: Path) -> bool:
+    return any(map(_holds_something, (place, name_checkpoint(place))))
 
 
 def _holds_something(path: Path) -> bool:

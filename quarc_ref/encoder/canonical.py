@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder.checkpoint import Arrays, Checkpoint
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.density import ScreenStatistics, densify
 from quarc_ref.encoder.losses import photometric_loss
@@ -33,7 +34,11 @@ _CODES_EVERY = 2  # steps between two that price codes, at so many times the pri
 
 
 def train_canonical(
-    studio: Studio, points: Points, settings: CanonicalSettings, header: StreamHeader
+    studio: Studio,
+    points: Points,
+    settings: CanonicalSettings,
+    header: StreamHeader,
+    checkpoint: Checkpoint | None = None,
 ) -> Attributes:
     """Return the trained attributes of frame 0, on the grid of the format.
 
@@ -42,22 +47,87 @@ def train_canonical(
         points: Initial points.
         settings: Schedule and thresholds.
         header: The steps to end on.
+        checkpoint: Where the training is kept, and gone on from; None for nowhere.
+
+    Raises:
+        OSError: The checkpoint cannot be written.
     """
-    generator = studio.generator(0, "canonical")
-    start = start_from_points(points, settings, generator, studio.device)
-    trainer = Trainer(start, canonical_rates(settings, studio.extent))
-    statistics = ScreenStatistics(trainer.count, studio.device)
-    views = studio.views.shuffled(generator)
-    stage = studio.halved() if settings.halved_until else studio
-    for step in range(settings.iterations):
-        stage = studio if step >= settings.halved_until else stage
+    training = _Training(studio, points, settings, header)
+    if checkpoint is not None and (saved := checkpoint.load()) is not None:
+        training.restore(saved)
+    while training.step < settings.iterations:
+        training.take_step()
+        if checkpoint is not None:
+            checkpoint.save_if_due(training.describe)
+        studio.progress.advance("canonical", training.step, settings.iterations)
+    final = training.attributes.quantized(header)
+    return final.rows(torch.sigmoid(final.opacities) >= settings.keep_opacity)
+
+
+class _Training:
+    """Frame 0 in training.
+
+    Attributes:
+        step: The next one.
+    """
+
+    def __init__(
+        self, studio: Studio, points: Points, settings: CanonicalSettings, header: StreamHeader
+    ) -> None:
+        self.step = 0
+        self._studio, self._settings, self._header = studio, settings, header
+        self._halved = studio.halved() if settings.halved_until else studio
+        self._generator = studio.generator(0, "canonical")
+        self._views = studio.views.shuffled(self._generator)
+        start = start_from_points(points, settings, self._generator, studio.device)
+        self._trainer = Trainer(start, canonical_rates(settings, studio.extent))
+        self._statistics = ScreenStatistics(self._trainer.count, studio.device)
+
+    @property
+    def attributes(self) -> Attributes:
+        """What there is so far."""
+        return self._trainer.attributes.detached()
+
+    def take_step(self) -> None:
+        """Compare one view, and go down the slope; at times, drop and add Gaussians."""
+        studio, settings, trainer, step = self._studio, self._settings, self._trainer, self.step
         price = _price_at(settings, step)
         if price:
-            prune_unmissed(trainer, studio, price, generator)
-            statistics = ScreenStatistics(trainer.count, studio.device)
+            prune_unmissed(trainer, studio, price, self._generator)
+            self._statistics = ScreenStatistics(trainer.count, studio.device)
         trainer.set_rates(rates_at(settings, studio.extent, step))
-        attributes = _as_drawn(trainer.attributes, settings, header, step, generator)
-        view = next(views)
+        self._compare(self._halved if step < settings.halved_until else studio)
+        if _densifies(settings, step):
+            densify(trainer, self._statistics, settings, studio.extent, self._generator)
+            self._statistics = ScreenStatistics(trainer.count, studio.device)
+        self.step += 1
+
+    def describe(self) -> Arrays:
+        """Return all that the next step hangs on."""
+        tensors = {
+            "generator": self._generator.get_state(),
+            "gains": self._studio.exposures.gains,
+            **self._trainer.state(),
+            **self._statistics.state(),
+        }
+        arrays: Arrays = {name: tensor.cpu().numpy() for name, tensor in tensors.items()}
+        return arrays | {"step": np.array(self.step), "left": np.array(self._views.left, np.int64)}
+
+    def restore(self, saved: Arrays) -> None:
+        """Go on from what `describe` has returned."""
+        tensors = {name: torch.from_numpy(array) for name, array in saved.items()}
+        self.step = int(saved["step"])
+        self._views.left = saved["left"].tolist()
+        self._generator.set_state(tensors["generator"])
+        self._studio.exposures.restore(tensors["gains"])
+        self._trainer.restore(tensors)
+        self._statistics.restore(tensors)
+
+    def _compare(self, stage: Studio) -> None:
+        """Compare the next view with its picture, and take the step."""
+        settings, header, trainer, step = self._settings, self._header, self._trainer, self.step
+        attributes = _as_drawn(trainer.attributes, settings, header, step, self._generator)
+        view = next(self._views)
         rendering = stage.render(attributes.activated(), view)
         if settings.exposure_rate and step >= settings.exposure_from:
             picture = stage.views.picture(view, 0)
@@ -67,13 +137,7 @@ def train_canonical(
         if step % _CODES_EVERY == 0:
             loss = loss + _CODES_EVERY * price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
-        statistics.add(gradient, rendering, stage.camera(view))
-        if _densifies(settings, step):
-            densify(trainer, statistics, settings, studio.extent, generator)
-            statistics = ScreenStatistics(trainer.count, studio.device)
-        studio.progress.advance("canonical", step + 1, settings.iterations)
-    final = trainer.attributes.detached().quantized(header)
-    return final.rows(torch.sigmoid(final.opacities) >= settings.keep_opacity)
+        self._statistics.add(gradient, rendering, stage.camera(view))
 
 
 def start_from_points(

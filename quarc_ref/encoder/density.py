@@ -56,6 +56,16 @@ class ScreenStatistics:
         """Return `[N]` in NDC; 0 where no view has seen the Gaussian."""
         return self._sums / self._views.clamp(min=1)
 
+    def state(self) -> dict[str, Tensor]:
+        """Return all that was added up, each `[N]`."""
+        return {"sums": self._sums, "views": self._views, "radii": self._radii}
+
+    def restore(self, state: dict[str, Tensor]) -> None:
+        """Go on from what `state` has returned."""
+        self._sums, self._views, self._radii = (
+            state[name].to(self._sums.device) for name in ("sums", "views", "radii")
+        )
+
     def largest_radii(self) -> Tensor:
         """Return `[N]` pixels."""
         return self._radii

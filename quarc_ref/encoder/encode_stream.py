@@ -8,7 +8,8 @@ state ──> begin_frame ──> fit_motion ──> commit_motion
 Every `canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
@@ -19,6 +20,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
+from quarc_ref.encoder.checkpoint import Checkpoint
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.config import BirthSettings, EncoderConfig, make_header
 from quarc_ref.encoder.description import describe_encode
@@ -48,12 +50,16 @@ class EncodeOptions:
         frames: How many, from the first; None for all.
         device: `cpu`, `cuda`, or `auto`: CUDA where there is one and gsplat with it.
         progress: Is told of every step.
+        checkpoint: File that keeps the training of frame 0 from minute to minute,
+            until the frame is written; what it holds of this encode is gone on
+            with. None to keep nothing.
     """
 
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
     frames: int | None = None
     device: str = "auto"
     progress: Progress = field(default_factory=Silence)
+    checkpoint: Path | None = None
 
 
 def encode(
@@ -112,6 +118,7 @@ class _Encoding:
         self._studio = _make_studio(capture, options)
         self._config = suit_capture(options.config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
+        self._checkpoint = self._open_checkpoint(options.checkpoint)
         self._sizes: list[int] = []
 
     def begin(self, sink: BinaryIO) -> None:
@@ -119,7 +126,7 @@ class _Encoding:
         config, capture = self._config, self._capture
         header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
         priced = price_bytes(config, []).canonical
-        attributes = train_canonical(self._studio, capture.points, priced, header)
+        attributes = train_canonical(self._studio, capture.points, priced, header, self._checkpoint)
         gaussians = quantize_gaussians(keep_representable(attributes, header), header)
         self._open(sink, gaussians.count)
         self._settle(self._loop.commit_canonical(gaussians, frame=0))
@@ -176,6 +183,13 @@ class _Encoding:
         if self._config.canonical.exposure_rate:
             settle_exposures(self._studio, state)
         self.next_frame = 1
+        if self._checkpoint is not None:
+            self._checkpoint.remove()
+
+    def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
+        """Return the checkpoint of what is encoded here, and of nothing else."""
+        cameras = [asdict(camera) for camera in self._capture.cameras]
+        return None if path is None else Checkpoint(path, [self._metadata, cameras])
 
 
 def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:

@@ -61,6 +61,11 @@ class Exposures:
         self.gains = torch.stack([find_gain(image, picture) for image, picture in pairs])
         self._balance()
 
+    def restore(self, gains: Tensor) -> None:
+        """Go on from gains `[V, 3]` found before."""
+        self.gains = gains.to(self.gains)
+        self._corrected = WeakTensorKeyDictionary()
+
     def _balance(self) -> None:
         """Make the mean of the gains 1; what was corrected by others is let go."""
         self.gains /= self.gains.mean(dim=0)

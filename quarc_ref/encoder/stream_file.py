@@ -3,11 +3,13 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.sources import FileSource
+from quarc_ref.encoder.checkpoint import name_checkpoint
 from quarc_ref.encoder.encode_stream import EncodeOptions, encode
 from quarc_ref.encoder.resume import read_begun
 from quarc_ref.format.errors import ResumeError
@@ -17,12 +19,13 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
     """Encode a capture into a file; what this has of the stream already is gone on with.
 
     However the work breaks off, the file is good for another call, which ends
-    with the same bytes. One that holds the whole stream is left as it is.
+    with the same bytes. One that holds the whole stream is left as it is. Until
+    frame 0 is written, its training is kept in a file beside (`name_checkpoint`).
 
     Args:
         capture: As `encode` takes it.
         path: Of the file, which is made if it is not there.
-        options: Settings.
+        options: Settings; the checkpoint is chosen here.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -35,7 +38,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         begun = read_begun(FileSource(file))
         if begun is None:
             file.truncate(file.seek(0))
-        encode(capture, file, options, begun)
+        encode(capture, file, replace(options, checkpoint=name_checkpoint(path)), begun)
 
 
 @contextmanager

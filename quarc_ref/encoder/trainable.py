@@ -6,7 +6,7 @@ stays with them.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from torch import Tensor
@@ -17,6 +17,7 @@ from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 ADAM_EPSILON = 1e-15
+_ADAM_KNOWS = ("step", "exp_avg", "exp_avg_sq")
 _SH_C0 = 0.28209479177387814
 
 
@@ -86,6 +87,9 @@ class Attributes:
         )
 
 
+_NAMES = tuple(field.name for field in fields(Attributes))
+
+
 def from_splats(splats: Splats, device: torch.device) -> Attributes:
     """Return a decoded scene as attributes; SH degree 1 is 0 where the stream has none."""
     sh = torch.zeros((splats.positions.shape[0], 4, 3), device=device)
@@ -137,6 +141,28 @@ class Trainer:
             leaf.grad = gradient
         self._adam.step()
         return by_extra
+
+    def state(self) -> dict[str, Tensor]:
+        """Return all that the next step hangs on: the attributes, and what Adam knows of each."""
+        state = {}
+        for name, leaf in zip(_NAMES, self._leaves, strict=True):
+            state[name] = leaf.detach()
+            known = self._adam.state.get(leaf, {})
+            state |= {f"{name}.{part}": value for part, value in known.items()}
+        return state
+
+    def restore(self, state: dict[str, Tensor]) -> None:
+        """Go on from what `state` has returned."""
+        device = self._leaves[0].device
+        self._leaves = [_leaf(state[name].to(device)) for name in _NAMES]
+        self._adam.state.clear()
+        groups = zip(_NAMES, self._leaves, self._adam.param_groups, strict=True)
+        for name, leaf, group in groups:
+            group["params"] = [leaf]
+            known = {part: state.get(f"{name}.{part}") for part in _ADAM_KNOWS}
+            self._adam.state[leaf] = {
+                part: value.to(device) for part, value in known.items() if value is not None
+            }
 
     def replace_rows(self, kept: Tensor, added: Attributes) -> None:
         """Keep the rows of a mask `[N]` and append others, whose Adam state is zero."""

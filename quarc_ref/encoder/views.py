@@ -61,10 +61,32 @@ class TrainingViews:
         """Let go of the pictures of earlier frames."""
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
 
-    def shuffled(self, generator: torch.Generator) -> Iterator[int]:
-        """Yield views for ever, each once before any comes again."""
-        while True:
-            yield from torch.randperm(len(self._indices), generator=generator).tolist()
+    def shuffled(self, generator: torch.Generator) -> "Shuffle":
+        """Return all views in random order, for ever."""
+        return Shuffle(len(self._indices), generator)
+
+
+class Shuffle(Iterator[int]):
+    """Numbers below a bound in random order, each once before any comes again, for ever.
+
+    Args:
+        count: The bound.
+        generator: Of the orders.
+
+    Attributes:
+        left: What comes before the next order is drawn.
+    """
+
+    def __init__(self, count: int, generator: torch.Generator) -> None:
+        self._count = count
+        self._generator = generator
+        self.left: list[int] = []
+
+    def __next__(self) -> int:
+        """Return the next number."""
+        if not self.left:
+            self.left = torch.randperm(self._count, generator=self._generator).tolist()
+        return self.left.pop(0)
 
 
 def _average(picture: Tensor, downscale: int) -> Tensor:

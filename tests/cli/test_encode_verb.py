@@ -8,7 +8,7 @@ import pytest
 
 from quarc_ref.cli import output as shown
 from quarc_ref.decoder import StreamDecoder, decode
-from quarc_ref.encoder import encode_stream
+from quarc_ref.encoder import checkpoint, encode_stream
 from quarc_ref.format.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, run, run_json
 
@@ -219,6 +219,44 @@ def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
     assert encoding.returncode == 3
     assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
     assert _names(tmp_path) == []
+
+
+def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
+    capture, encoded, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+    file, training = tmp_path / "a.quarc", tmp_path / "a.quarc.part.training"
+    command = ["encode", capture, "-o", file, *TINY_OPTIONS]
+    save = checkpoint.Checkpoint.save_if_due
+
+    def save_and_stop(*arguments):
+        save(*arguments)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint.Checkpoint, "save_if_due", save_and_stop)
+        result = run(*command)
+
+    assert (result.exit_code, _names(tmp_path)) == (3, [training.name])
+    assert result.stderr.splitlines()[-1] == (
+        f"quarc-ref: interrupted; {training} holds the training of frame 0: "
+        "--resume goes on with it"
+    )
+    refused = run(*command)
+    assert refused.exit_code == 2
+    assert f"{training} is what an encode has left" in refused.stderr
+    assert run(*command, "--resume").exit_code == 0
+    assert file.read_bytes() == encoded.file.read_bytes()
+    assert _names(tmp_path) == [file.name]
+
+
+def test_forced_to_begin_anew_an_encode_forgets_a_training(capture, encoded, tmp_path):
+    file = tmp_path / "a.quarc"
+    (tmp_path / "a.quarc.part.training").write_text("of another")
+
+    assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--force").exit_code == 0
+    assert file.read_bytes() == encoded.file.read_bytes()
+    assert _names(tmp_path) == [file.name]
 
 
 def test_every_nth_frame_can_be_canonical_and_the_metadata_says_so(capture, tmp_path):
