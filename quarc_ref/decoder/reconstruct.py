@@ -17,7 +17,7 @@ from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove
 from quarc_ref.decoder.stopwatch import stage
-from quarc_ref.format.acceleration import load_kernels
+from quarc_ref.format.acceleration import load_kernels, map_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
@@ -228,11 +228,11 @@ def _recall(state: State, owners: Int64) -> Int16:
 
 def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int32:
     """Return the binding of a frame that does not sample: only the newborn are bound."""
-    known = anchors.binding.shape[1]
-    bound = remove(anchors.binding, gone[gone < known])
-    newborn = positions[:, bound.shape[1] :]
-    answers = [bind_newborn(level, newborn) for level in anchors.levels]
-    return np.hstack([bound, np.stack(answers).astype(np.int32)])
+    lost = gone[gone < anchors.binding.shape[1]]
+    newborn = positions[:, anchors.binding.shape[1] - lost.size :]
+    bound = remove(anchors.binding, lost, newborn.shape[1])
+    answers = map_parts(lambda level: bind_newborn(level, newborn), anchors.levels)
+    return append(bound, np.stack(answers).astype(np.int32), newborn.shape[1])
 
 
 def _turn_all(scene: Scene, sums: Int64) -> Int32:

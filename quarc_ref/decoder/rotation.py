@@ -72,16 +72,25 @@ def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
     Raises:
         RotationRangeError: Three components are longer than a unit quaternion.
     """
+    count = coded.shape[1]
+    expanded = np.empty((4, count), dtype=np.int32)
+    for first in range(0, count, _BLOCK):
+        block = slice(first, first + _BLOCK)
+        expanded[:, block] = _expand(coded[:, block], fraction_bits)
+    return expanded
+
+
+def _expand(coded: Int64, fraction_bits: int) -> Int64:
     unity = 1 << fraction_bits
     others = coded[1:] * (ROTATION_ONE // unity)
     left = ROTATION_ONE * ROTATION_ONE - (others * others).sum(axis=0)
     if np.any(np.abs(coded[1:]) > unity) or np.any(left < 0):
         message = "three components of a rotation are longer than a unit quaternion"
         raise RotationRangeError(message)
-    largest = coded[0]
-    quaternions = np.empty_like(coded)
-    np.put_along_axis(quaternions, _PLACES[:, largest], np.stack([isqrt(left), *others]), axis=0)
-    return _normalize(quaternions, PRODUCT_GUARD_BITS).astype(np.int32)
+    # The others stand in their order around the largest: those behind it are one row further.
+    largest, row = coded[0], np.arange(4)[:, None]
+    around = np.where(largest < row, others[[0, 0, 1, 2]], others[[0, 1, 2, 2]])
+    return _normalize(np.where(largest == row, isqrt(left), around), PRODUCT_GUARD_BITS)
 
 
 def _normalize(vectors: Int64, guard_bits: int) -> Int64:
@@ -93,5 +102,4 @@ def _normalize(vectors: Int64, guard_bits: int) -> Int64:
     return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norm)
 
 
-# Column i: where the largest component goes if it is i, and then the others.
-_PLACES = np.array([[0, 1, 2, 3], [1, 0, 0, 0], [2, 2, 1, 1], [3, 3, 3, 2]])
+_BLOCK = 1 << 13  # whose numbers stay in the cache from step to step

@@ -7,14 +7,30 @@ calls in turn, until any kernel of the package is changed.
 
 import hashlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import numba
+
+@contextmanager
+def _hiding(module: str) -> Iterator[None]:
+    """Have a module not be found that has not been imported yet."""
+    if module in sys.modules:
+        yield
+        return
+    sys.modules[module] = None  # type: ignore[assignment] # as the import system has it
+    try:
+        yield
+    finally:
+        del sys.modules[module]
+
+
+with _hiding("coverage"):  # which numba looks for, and takes as long for as for a kernel
+    import numba
 
 
 def _prepare() -> None:

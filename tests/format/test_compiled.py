@@ -16,6 +16,7 @@ _SCRIPT = """
 import sys
 import quarc_ref.format.plane_kernels
 assert "scipy.linalg" not in sys.modules
+assert "coverage" not in sys.modules
 
 import numba
 import numpy as np
