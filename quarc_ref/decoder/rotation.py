@@ -89,8 +89,8 @@ def _expand(coded: Int64, fraction_bits: int) -> Int64:
         raise RotationRangeError(message)
     # The others stand in their order around the largest: those behind it are one row further.
     largest, row = coded[0], np.arange(4)[:, None]
-    around = np.where(largest < row, others[[0, 0, 1, 2]], others[[0, 1, 2, 2]])
-    return _normalize(np.where(largest == row, isqrt(left), around), PRODUCT_GUARD_BITS)
+    beside = np.where(largest < row, others[[0, 0, 1, 2]], others[[0, 1, 2, 2]])
+    return _normalize(np.where(largest == row, isqrt(left), beside), PRODUCT_GUARD_BITS)
 
 
 def _normalize(vectors: Int64, guard_bits: int) -> Int64:
