@@ -27,25 +27,26 @@ _STEP_FACTORS = (0.5, 2.0)
 _ANCHOR_FACTORS = (0.5, 2.0)
 
 
-def list_changes(config: EncoderConfig) -> Iterator[Changes]:
-    """Yield what is changed of the default, one thing at a time; first nothing.
+def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
+    """Yield what is changed of the default, in words and by name; first nothing.
 
     None of it is a thing that the training of frame 0 hangs on.
 
     Args:
         config: Its steps are in world units, as `settle_steps` makes them.
     """
-    yield ()
+    yield "", ()
     for factor in _RATE_FACTORS:
-        yield (
+        prices = (
             ("motion.price_weight", f"{config.motion.price_weight * factor:g}"),
             ("births.byte_price", f"{config.births.byte_price * factor:g}"),
         )
+        yield f"prices x {factor:g}", prices
     for factor in _STEP_FACTORS:
-        yield _change_step(config, factor)
+        yield f"steps x {factor:g}", _change_step(config, factor)
     for factor in _ANCHOR_FACTORS:
         count = _scale(config.stream.gaussians_per_anchor, factor)
-        yield (("stream.gaussians_per_anchor", f"{count}"),)
+        yield f"{count} to an anchor", (("stream.gaussians_per_anchor", f"{count}"),)
 
 
 def settle_steps(config: EncoderConfig, capture: Capture) -> Changes:
@@ -68,9 +69,8 @@ def sweep(job: Job, folder: Path) -> list[Point]:
     said = [capture.fingerprint, asdict(options), job.config().seed]
     points = []
     with CanonicalOnce(folder / "canonical", said).within_encode():
-        for changes in list_changes(job.config()):
+        for label, changes in list_changes(job.config()):
             made = measure(replace(job, changes=(*job.changes, *changes)), folder)
-            label = ", ".join(f"{name}={value}" for name, value in changes)
             points.append(Point(label, amortize_file(made.summary) / 1024, fmean(made.psnr)))
     return points
 

@@ -32,10 +32,11 @@ def test_settled_steps_are_those_that_suit_the_capture(preset):
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_every_point_is_another_setting_and_the_first_is_the_default(preset):
     config = _settle(preset)
-    configs = [_apply(config, changes) for changes in list_changes(config)]
+    configs = [_apply(config, changes) for _, changes in list_changes(config)]
 
     assert configs[0] == config
     assert len(set(configs)) == len(configs) >= 9
+    assert len({label for label, _ in list_changes(config)}) == len(configs)
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
@@ -46,13 +47,13 @@ def test_no_point_trains_another_frame_0(preset):
         motion = {"translation_step": 1, "rotation_unity": 1, "gaussians_per_anchor": 1}
         return each.canonical, each.rate_weight, each.seed, replace(each.stream, **motion)
 
-    swept = [_apply(config, changes) for changes in list_changes(config)]
+    swept = [_apply(config, changes) for _, changes in list_changes(config)]
     assert all(canonical(each) == canonical(config) for each in swept)
 
 
 def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
     config = PRESETS["main"]
-    swept = [_apply(config, changes) for changes in list_changes(config)]
+    swept = [_apply(config, changes) for _, changes in list_changes(config)]
 
     def dear(each):
         motion, births = each.motion, each.births
@@ -67,7 +68,7 @@ def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
 
 def test_the_rotation_step_is_swept_with_that_of_translation():
     config = EncoderConfig()
-    swept = [_apply(config, changes) for changes in list_changes(config)]
+    swept = [_apply(config, changes) for _, changes in list_changes(config)]
 
     step = config.stream.translation_step
     factors = {(each.stream.translation_step / step, each.stream.rotation_unity) for each in swept}
