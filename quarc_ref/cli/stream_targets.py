@@ -8,7 +8,6 @@ from typing import NoReturn
 
 from quarc_ref.cli.faults import UsageError
 from quarc_ref.cli.targets import refuse_foreign, refuse_target
-from quarc_ref.encoder.checkpoint import name_checkpoint
 
 _PART = ".part"
 _SEGMENTS = ".segments"
@@ -86,7 +85,7 @@ def _said_to_stay(place: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        training = name_checkpoint(place)
+        training = _name_training(place)
         if _holds_something(place):
             kept = f"{place} holds the frames that were written: --resume goes on with them"
         elif _holds_something(training):
@@ -109,7 +108,7 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 
 def _clear(place: Path, *, force: bool) -> None:
     """Remove what is in a place, and beside it; who reads it keeps it."""
-    for path in (place, name_checkpoint(place)):
+    for path in (place, _name_training(place)):
         if _holds_something(path) and not force:
             _refuse_left(path)
         path.unlink(missing_ok=True)
@@ -120,12 +119,18 @@ def _refuse_left(place: Path) -> NoReturn:
     raise UsageError(message)
 
 
+def _name_training(place: Path) -> Path:
+    from quarc_ref.encoder.checkpoint import name_checkpoint
+
+    return name_checkpoint(place)
+
+
 def _name_part(target: Path) -> Path:
     return target.with_name(target.name + _PART)
 
 
 def _is_begun(place: Path) -> bool:
-    return any(map(_holds_something, (place, name_checkpoint(place))))
+    return any(map(_holds_something, (place, _name_training(place))))
 
 
 def _holds_something(path: Path) -> bool:
