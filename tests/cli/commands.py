@@ -35,3 +35,8 @@ def run_json(*arguments):
     result = run(*arguments, "--json")
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
+
+
+def list_names(folder):
+    """What a folder holds, sorted."""
+    return sorted(path.name for path in folder.iterdir())

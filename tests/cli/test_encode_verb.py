@@ -1,28 +1,12 @@
-import errno
 import json
-import signal
-import subprocess
-import sys
 
 import pytest
 
 from quarc_ref.cli import output as shown
 from quarc_ref.decoder import StreamDecoder, decode
-from quarc_ref.encoder import checkpoint, encode_stream
+from quarc_ref.encoder import encode_stream
 from quarc_ref.format.chunk_reader import split_chunks
-from tests.cli.commands import TINY_OPTIONS, run, run_json
-
-_TALKATIVE = """
-import sys
-from quarc_ref.cli import app, output
-output._SECONDS_BETWEEN_LINES = 0.0
-sys.argv = ["quarc-ref", *sys.argv[1:]]
-app.main()
-"""
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
+from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
 def _read_cameras(path):
@@ -94,7 +78,7 @@ def test_a_bad_option_is_a_usage_error_and_makes_nothing(options, said, capture,
 
     assert result.exit_code == 2
     assert said in result.stderr
-    assert _names(tmp_path) == []
+    assert list_names(tmp_path) == []
 
 
 def test_a_device_that_is_not_there_is_a_usage_error(capture, tmp_path):
@@ -115,7 +99,7 @@ def test_an_unreadable_capture_is_the_tools_failure_and_leaves_nothing(tmp_path)
 
     assert result.exit_code == 3
     assert "no capture that is known" in result.stderr
-    assert _names(tmp_path) == ["empty"]
+    assert list_names(tmp_path) == ["empty"]
 
 
 def test_an_output_that_exists_is_refused_before_anything_is_read(tmp_path):
@@ -126,137 +110,6 @@ def test_an_output_that_exists_is_refused_before_anything_is_read(tmp_path):
     assert result.exit_code == 2
     assert "--force" in result.stderr
     assert (tmp_path / "a.quarc").read_text() == "mine"
-
-
-@pytest.mark.parametrize(
-    ("fault", "said"),
-    [
-        (KeyboardInterrupt(), "--resume goes on"),
-        (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
-        (RuntimeError("out of memory"), "out of memory"),
-    ],
-)
-def test_a_failed_encode_leaves_the_old_file_whole_and_a_part_to_go_on_with(
-    fault, said, capture, encoded, tmp_path
-):
-    (tmp_path / "old.quarc").write_text("mine")
-    command = ["encode", capture, *TINY_OPTIONS, "-o"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(encode_stream, "fit_births", _failing(fault))
-        results = [run(*command, tmp_path / name, "--force") for name in ("old.quarc", "new.quarc")]
-    left = _names(tmp_path)
-    again = [run(*command, tmp_path / name) for name in ("old.quarc", "new.quarc")]
-    resumed = [
-        run(*command, tmp_path / "old.quarc", "--resume", "--force"),
-        run(*command, tmp_path / "new.quarc", "--resume"),
-    ]
-
-    assert [result.exit_code for result in results] == [3, 3]
-    assert all(said in result.stderr for result in results)
-    assert left == ["new.quarc.part", "old.quarc", "old.quarc.part"]
-    assert [result.exit_code for result in again] == [2, 2]
-    assert ["--force" in result.stderr for result in again] == [True, True]
-    assert [result.exit_code for result in resumed] == [0, 0]
-    assert _names(tmp_path) == ["new.quarc", "old.quarc"]
-    for name in _names(tmp_path):
-        assert (tmp_path / name).read_bytes() == encoded.file.read_bytes()
-
-
-def _failing(fault):
-    def fail(*_arguments):
-        raise fault
-
-    return fail
-
-
-def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
-    (tmp_path / "a.quarc.part").write_text("not a stream")
-    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
-    refused = run(*command, "--resume")
-
-    assert refused.exit_code == 1
-    assert (tmp_path / "a.quarc.part").read_text() == "not a stream"
-    assert run(*command, "--force").exit_code == 0
-    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
-    assert _names(tmp_path) == ["a.quarc"]
-
-
-def test_resume_without_anything_to_go_on_with_begins(capture, encoded, tmp_path):
-    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--resume"]
-
-    assert run(*command).exit_code == 0
-    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
-
-
-def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
-    capture, encoded, tmp_path
-):
-    file = tmp_path / "a.quarc"
-    file.write_bytes(encoded.file.read_bytes())
-    before = file.stat().st_mtime_ns
-    command = ["encode", capture, "-o", file, *TINY_OPTIONS, "--resume"]
-    printed = run_json(*command)
-    refused = run(*command, "--set", "motion.rate=0.5")
-
-    assert {**printed, "seconds": 0, "file": ""} == {**encoded.printed, "seconds": 0, "file": ""}
-    assert refused.exit_code == 2
-    assert refused.stderr.splitlines()[-1].endswith("with another motion.rate")
-    assert file.stat().st_mtime_ns == before
-
-
-def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
-    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
-    long = ["--set", "canonical.iterations=1000000", "--device", "cpu"]
-    program = [sys.executable, "-c", _TALKATIVE, *map(str, command), *long]
-    with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as encoding:
-        first = encoding.stderr.readline()
-        begun = _names(tmp_path)
-        encoding.send_signal(signal.SIGTERM)
-        said = encoding.communicate(timeout=60)[1]
-
-    assert first.startswith("canonical ")
-    assert begun == ["a.quarc.part"]
-    assert encoding.returncode == 3
-    assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
-    assert _names(tmp_path) == []
-
-
-def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
-    capture, encoded, tmp_path, monkeypatch
-):
-    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
-    file, training = tmp_path / "a.quarc", tmp_path / "a.quarc.part.training"
-    command = ["encode", capture, "-o", file, *TINY_OPTIONS]
-    save = checkpoint.Checkpoint.save_if_due
-
-    def save_and_stop(*arguments):
-        save(*arguments)
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(checkpoint.Checkpoint, "save_if_due", save_and_stop)
-        result = run(*command)
-
-    assert (result.exit_code, _names(tmp_path)) == (3, [training.name])
-    assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {training} holds the training of frame 0: "
-        "--resume goes on with it"
-    )
-    refused = run(*command)
-    assert refused.exit_code == 2
-    assert f"{training} is what an encode has left" in refused.stderr
-    assert run(*command, "--resume").exit_code == 0
-    assert file.read_bytes() == encoded.file.read_bytes()
-    assert _names(tmp_path) == [file.name]
-
-
-def test_forced_to_begin_anew_an_encode_forgets_a_training(capture, encoded, tmp_path):
-    file = tmp_path / "a.quarc"
-    (tmp_path / "a.quarc.part.training").write_text("of another")
-
-    assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--force").exit_code == 0
-    assert file.read_bytes() == encoded.file.read_bytes()
-    assert _names(tmp_path) == [file.name]
 
 
 def test_every_nth_frame_can_be_canonical_and_the_metadata_says_so(capture, tmp_path):
@@ -325,4 +178,4 @@ def test_a_live_encode_that_ends_is_as_any_other(capture, encoded, tmp_path):
     assert (refused.exit_code, kept) == (2, "old")
     assert run(*command, "--force").exit_code == 0
     assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
-    assert _names(tmp_path) == ["a.quarc"]
+    assert list_names(tmp_path) == ["a.quarc"]

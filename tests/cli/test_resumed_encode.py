@@ -1,0 +1,150 @@
+"""An encode that fails, is interrupted or is told to end: what it leaves for `--resume`."""
+
+import errno
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from quarc_ref.encoder import checkpoint, encode_stream
+from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
+
+_TALKATIVE = """
+import sys
+from quarc_ref.cli import app, output
+output._SECONDS_BETWEEN_LINES = 0.0
+sys.argv = ["quarc-ref", *sys.argv[1:]]
+app.main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (KeyboardInterrupt(), "--resume goes on"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
+        (RuntimeError("out of memory"), "out of memory"),
+    ],
+)
+def test_a_failed_encode_leaves_the_old_file_whole_and_a_part_to_go_on_with(
+    fault, said, capture, encoded, tmp_path
+):
+    (tmp_path / "old.quarc").write_text("mine")
+    command = ["encode", capture, *TINY_OPTIONS, "-o"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(encode_stream, "fit_births", _failing(fault))
+        results = [run(*command, tmp_path / name, "--force") for name in ("old.quarc", "new.quarc")]
+    left = list_names(tmp_path)
+    again = [run(*command, tmp_path / name) for name in ("old.quarc", "new.quarc")]
+    resumed = [
+        run(*command, tmp_path / "old.quarc", "--resume", "--force"),
+        run(*command, tmp_path / "new.quarc", "--resume"),
+    ]
+
+    assert [result.exit_code for result in results] == [3, 3]
+    assert all(said in result.stderr for result in results)
+    assert left == ["new.quarc.part", "old.quarc", "old.quarc.part"]
+    assert [result.exit_code for result in again] == [2, 2]
+    assert ["--force" in result.stderr for result in again] == [True, True]
+    assert [result.exit_code for result in resumed] == [0, 0]
+    assert list_names(tmp_path) == ["new.quarc", "old.quarc"]
+    for name in list_names(tmp_path):
+        assert (tmp_path / name).read_bytes() == encoded.file.read_bytes()
+
+
+def _failing(fault):
+    def fail(*_arguments):
+        raise fault
+
+    return fail
+
+
+def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
+    (tmp_path / "a.quarc.part").write_text("not a stream")
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
+    refused = run(*command, "--resume")
+
+    assert refused.exit_code == 1
+    assert (tmp_path / "a.quarc.part").read_text() == "not a stream"
+    assert run(*command, "--force").exit_code == 0
+    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+    assert list_names(tmp_path) == ["a.quarc"]
+
+
+def test_resume_without_anything_to_go_on_with_begins(capture, encoded, tmp_path):
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--resume"]
+
+    assert run(*command).exit_code == 0
+    assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
+
+
+def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
+    capture, encoded, tmp_path
+):
+    file = tmp_path / "a.quarc"
+    file.write_bytes(encoded.file.read_bytes())
+    before = file.stat().st_mtime_ns
+    command = ["encode", capture, "-o", file, *TINY_OPTIONS, "--resume"]
+    printed = run_json(*command)
+    refused = run(*command, "--set", "motion.rate=0.5")
+
+    assert {**printed, "seconds": 0, "file": ""} == {**encoded.printed, "seconds": 0, "file": ""}
+    assert refused.exit_code == 2
+    assert refused.stderr.splitlines()[-1].endswith("with another motion.rate")
+    assert file.stat().st_mtime_ns == before
+
+
+def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
+    long = ["--set", "canonical.iterations=1000000", "--device", "cpu"]
+    program = [sys.executable, "-c", _TALKATIVE, *map(str, command), *long]
+    with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as encoding:
+        first = encoding.stderr.readline()
+        begun = list_names(tmp_path)
+        encoding.send_signal(signal.SIGTERM)
+        said = encoding.communicate(timeout=60)[1]
+
+    assert first.startswith("canonical ")
+    assert begun == ["a.quarc.part"]
+    assert encoding.returncode == 3
+    assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
+    assert list_names(tmp_path) == []
+
+
+def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
+    capture, encoded, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+    file, training = tmp_path / "a.quarc", tmp_path / "a.quarc.part.training"
+    command = ["encode", capture, "-o", file, *TINY_OPTIONS]
+    save = checkpoint.Checkpoint.save_if_due
+
+    def save_and_stop(*arguments):
+        save(*arguments)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint.Checkpoint, "save_if_due", save_and_stop)
+        result = run(*command)
+
+    assert (result.exit_code, list_names(tmp_path)) == (3, [training.name])
+    assert result.stderr.splitlines()[-1] == (
+        f"quarc-ref: interrupted; {training} holds the training of frame 0: "
+        "--resume goes on with it"
+    )
+    refused = run(*command)
+    assert refused.exit_code == 2
+    assert f"{training} is what an encode has left" in refused.stderr
+    assert run(*command, "--resume").exit_code == 0
+    assert file.read_bytes() == encoded.file.read_bytes()
+    assert list_names(tmp_path) == [file.name]
+
+
+def test_forced_to_begin_anew_an_encode_forgets_a_training(capture, encoded, tmp_path):
+    file = tmp_path / "a.quarc"
+    (tmp_path / "a.quarc.part.training").write_text("of another")
+
+    assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--force").exit_code == 0
+    assert file.read_bytes() == encoded.file.read_bytes()
+    assert list_names(tmp_path) == [file.name]
