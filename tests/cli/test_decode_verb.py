@@ -4,11 +4,7 @@ import pytest
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.arrays_npz import build_npz
 from quarc_ref.export.gaussian_ply import build_ply
-from tests.cli.commands import run, run_json
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
+from tests.cli.commands import list_names, run, run_json
 
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
@@ -17,7 +13,7 @@ def test_decode_writes_what_the_exporters_make_of_every_frame(kind, stream_file,
 
     names = [f"frame_{frame:04}.{kind}" for frame in range(4)]
     assert printed == {"folder": str(tmp_path / "out"), "files": names}
-    assert _names(tmp_path / "out") == names
+    assert list_names(tmp_path / "out") == names
     for name, state in zip(names, made.states, strict=True):
         splats = dequantize(state.scene)
         exported = build_ply(splats) if kind == "ply" else build_npz(state.scene, splats)
@@ -32,7 +28,7 @@ def test_a_range_of_frames_is_decoded_alone(frames, wanted, stream_file, tmp_pat
     printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--frames", frames)
 
     assert printed["files"] == [f"frame_{frame:04}.ply" for frame in wanted]
-    assert _names(tmp_path / "out") == printed["files"]
+    assert list_names(tmp_path / "out") == printed["files"]
 
 
 @pytest.mark.parametrize("frames", ["4:", "9:12", "3:1", "2:2", "a:b", "2", "", "-1:2", "1:2:3"])
@@ -41,7 +37,7 @@ def test_a_range_without_frames_makes_nothing(frames, stream_file, tmp_path):
 
     assert result.exit_code == 2
     assert result.stderr
-    assert _names(tmp_path) == ["small.quarc"]
+    assert list_names(tmp_path) == ["small.quarc"]
 
 
 def test_a_stream_that_is_still_growing_gives_the_frames_asked_for(stream_file, made, tmp_path):
@@ -60,7 +56,7 @@ def test_a_damaged_stream_leaves_no_folder_behind_and_the_old_one_whole(
 
     assert run("decode", stream_file, "-o", tmp_path / "new").exit_code == 1
     assert run("decode", stream_file, "-o", tmp_path / "out", "--force").exit_code == 1
-    assert _names(tmp_path) == ["out", "small.quarc"]
+    assert list_names(tmp_path) == ["out", "small.quarc"]
     assert (tmp_path / "out" / "frame_0000.ply").read_text() == "old"
 
 
@@ -69,14 +65,14 @@ def test_frames_of_another_decode_are_replaced_when_asked_for_alone(stream_file,
     assert run(*command).exit_code == 0
 
     refused = run(*command, "--frames", "1:2")
-    kept = _names(tmp_path / "out")
+    kept = list_names(tmp_path / "out")
     forced = run(*command, "--frames", "1:2", "--to", "npz", "--force")
 
     assert refused.exit_code == 2
     assert "--force" in refused.stderr
     assert len(kept) == 4
     assert forced.exit_code == 0
-    assert _names(tmp_path / "out") == ["frame_0001.npz"]
+    assert list_names(tmp_path / "out") == ["frame_0001.npz"]
 
 
 def test_decoded_arrays_are_those_of_the_scene(stream_file, made, tmp_path):

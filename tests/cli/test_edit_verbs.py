@@ -2,7 +2,7 @@ import pytest
 
 from quarc_ref.decoder import compute_digest, decode
 from quarc_ref.format.records import StreamHeader
-from tests.cli.commands import run, run_json
+from tests.cli.commands import list_names, run, run_json
 from tests.streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
@@ -14,10 +14,6 @@ def long_file(tmp_path):
     path = tmp_path / "long.quarc"
     path.write_bytes(_DATA)
     return path
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -68,7 +64,7 @@ def test_a_cut_that_cannot_be_made_is_a_usage_error_and_makes_nothing(
 
     assert result.exit_code == 2
     assert said in result.stderr
-    assert _names(tmp_path) == ["long.quarc"]
+    assert list_names(tmp_path) == ["long.quarc"]
 
 
 def test_streams_that_do_not_fit_are_a_usage_error_that_names_why(long_file, tmp_path):
@@ -78,7 +74,7 @@ def test_streams_that_do_not_fit_are_a_usage_error_that_names_why(long_file, tmp
 
     assert result.exit_code == 2
     assert "stream 2 differs from the first in position_step (4 and 3)" in result.stderr
-    assert _names(tmp_path) == ["long.quarc", "other.quarc"]
+    assert list_names(tmp_path) == ["long.quarc", "other.quarc"]
 
 
 def test_a_damaged_stream_is_neither_cut_nor_joined(long_file, tmp_path):
@@ -88,7 +84,7 @@ def test_a_damaged_stream_is_neither_cut_nor_joined(long_file, tmp_path):
 
     assert (cut.exit_code, joined.exit_code) == (1, 1)
     assert "truncated" in cut.stderr
-    assert _names(tmp_path) == ["long.quarc"]
+    assert list_names(tmp_path) == ["long.quarc"]
 
 
 def test_the_frames_before_damage_can_be_cut_out(long_file, tmp_path):

@@ -3,12 +3,8 @@ from statistics import mean
 
 import pytest
 
-from tests.cli.commands import run, run_json
+from tests.cli.commands import list_names, run, run_json
 from tests.datasets import scenes
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +32,8 @@ def test_the_report_lies_where_it_was_asked_for(measured):
 
     assert printed["report"] == str(folder / "index.html")
     assert (folder / "index.html").is_file()
-    assert "cam00_0000_truth.png" in _names(folder)
-    assert _names(folder.parent) == ["report"]
+    assert "cam00_0000_truth.png" in list_names(folder)
+    assert list_names(folder.parent) == ["report"]
 
 
 def test_people_are_shown_the_means_and_the_report(encoded, capture, measured, tmp_path):
@@ -64,8 +60,8 @@ def test_a_report_is_replaced_by_force(encoded, capture, tmp_path):
     result = run("eval", encoded.file, capture, "--report", tmp_path / "report", "--force")
 
     assert result.exit_code == 0
-    assert "old.png" not in _names(tmp_path / "report")
-    assert "index.html" in _names(tmp_path / "report")
+    assert "old.png" not in list_names(tmp_path / "report")
+    assert "index.html" in list_names(tmp_path / "report")
 
 
 def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path):
@@ -75,7 +71,7 @@ def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path
 
     assert result.exit_code == 2
     assert "other cameras" in result.stderr
-    assert _names(tmp_path) == ["other"]
+    assert list_names(tmp_path) == ["other"]
 
 
 def test_an_unreadable_capture_is_the_tools_failure(encoded, capture, tmp_path):

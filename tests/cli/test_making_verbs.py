@@ -3,11 +3,7 @@
 import pytest
 
 from quarc_ref.datasets.open_capture import open_capture
-from tests.cli.commands import TINY_OPTIONS, run, run_json
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
+from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
 def test_synth_makes_a_capture_of_the_size_asked_for(tmp_path):
@@ -48,7 +44,7 @@ def test_a_size_that_no_video_has_is_a_usage_error(options, said, tmp_path):
 
     assert result.exit_code == 2
     assert said in result.stderr
-    assert _names(tmp_path) == []
+    assert list_names(tmp_path) == []
 
 
 def test_synth_refuses_a_folder_with_something_in_it(tmp_path):
@@ -57,7 +53,7 @@ def test_synth_refuses_a_folder_with_something_in_it(tmp_path):
 
     assert result.exit_code == 2
     assert "new or empty" in result.stderr
-    assert _names(tmp_path) == ["mine.txt"]
+    assert list_names(tmp_path) == ["mine.txt"]
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +66,8 @@ def shown(tmp_path_factory):
 def test_the_demo_makes_capture_stream_and_report(shown):
     printed, folder = shown
 
-    assert _names(folder) == ["capture", "demo.quarc", "report"]
-    assert _names(folder.parent) == ["out"]
+    assert list_names(folder) == ["capture", "demo.quarc", "report"]
+    assert list_names(folder.parent) == ["out"]
     assert printed["file"] == str(folder / "demo.quarc")
     assert printed["report"] == str(folder / "report" / "index.html")
     assert (folder / "report" / "index.html").is_file()
@@ -95,7 +91,7 @@ def test_a_demo_is_replaced_by_force_alone(shown, monkeypatch):
 
     assert refused.exit_code == 2
     assert "--force" in refused.stderr
-    assert _names(folder) == ["capture", "demo.quarc", "report"]
+    assert list_names(folder) == ["capture", "demo.quarc", "report"]
 
 
 def test_a_demo_that_fails_leaves_the_old_one_whole(shown, monkeypatch):
@@ -109,5 +105,5 @@ def test_a_demo_that_fails_leaves_the_old_one_whole(shown, monkeypatch):
     results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]
 
     assert [result.exit_code for result in results] == [3, 3]
-    assert _names(folder.parent) == ["out"]
+    assert list_names(folder.parent) == ["out"]
     assert (folder / "demo.quarc").read_bytes() == before

@@ -6,16 +6,12 @@ import time
 import pytest
 
 from quarc_ref.decoder import compute_digest, decode
-from tests.cli.commands import run, run_json
+from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import SLOW_ENCODER, run_piped, start
 from tests.streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _LAST = compute_digest(_STATES[-1].scene)
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 def _wait_for(condition):
@@ -49,10 +45,10 @@ def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
     past = run_piped("decode", "-", "-o", tmp_path / "past", "--recover", data=_DATA[:-1])
 
     assert [each.returncode for each in (done, cut, past)] == [0, 1, 1]
-    assert _names(tmp_path / "out") == ["frame_0004.ply", "frame_0005.ply"]
+    assert list_names(tmp_path / "out") == ["frame_0004.ply", "frame_0005.ply"]
     assert b"truncated" in cut.stderr
-    assert _names(tmp_path) == ["out", "past"]
-    assert len(_names(tmp_path / "past")) == 9
+    assert list_names(tmp_path) == ["out", "past"]
+    assert len(list_names(tmp_path / "past")) == 9
 
 
 def test_a_cut_goes_from_pipe_to_pipe_and_nothing_else_with_it():
@@ -109,7 +105,7 @@ def test_a_stream_is_played_while_another_process_writes_it(growing, tmp_path):
         printed = json.loads(player.communicate(timeout=60)[0])
 
     assert player.returncode == 0
-    assert printed["files"] == _names(out) == [f"frame_{frame:04}.ply" for frame in range(4)]
+    assert printed["files"] == list_names(out) == [f"frame_{frame:04}.ply" for frame in range(4)]
     run("decode", path, "-o", tmp_path / "after")
     for name in printed["files"]:
         assert (out / name).read_bytes() == (tmp_path / "after" / name).read_bytes()
@@ -129,7 +125,7 @@ def test_a_stream_that_stops_growing_is_cut_once_patience_is_over(growing, tmp_p
     assert time.monotonic() - begun >= 0.9
     assert [result.exit_code for result in results] == [1, 1, 1]
     assert all("truncated" in result.stderr for result in results)
-    assert _names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
+    assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
 
 
 def test_a_stream_is_verified_as_it_grows(growing):
@@ -151,7 +147,7 @@ def test_whole_frames_are_left_of_an_encoder_that_is_killed(growing, tmp_path):
     result = run("decode", path, "-o", tmp_path / "out", "--recover")
 
     assert result.exit_code == 1
-    assert _names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
+    assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
 
 
 @pytest.mark.parametrize("options", [["--force"], []])
@@ -162,4 +158,4 @@ def test_a_followed_folder_is_emptied_by_force_alone(options, tmp_path):
     result = run("decode", tmp_path / "a.quarc", "-o", tmp_path / "out", "--follow", *options)
 
     assert result.exit_code == (0 if options else 2)
-    assert _names(tmp_path / "out") == ["frame_0000.ply" if options else "frame_0007.ply"]
+    assert list_names(tmp_path / "out") == ["frame_0000.ply" if options else "frame_0007.ply"]

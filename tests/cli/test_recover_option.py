@@ -4,7 +4,7 @@ import pytest
 
 from quarc_ref.decoder import Gap, recover
 from quarc_ref.format.chunk_reader import split_chunks
-from tests.cli.commands import run, run_json
+from tests.cli.commands import list_names, run, run_json
 from tests.streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
@@ -19,10 +19,6 @@ def _damage(frame, data=_DATA):
 
 def _files(*frames):
     return [f"frame_{frame:04}.ply" for frame in frames]
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.fixture
@@ -46,7 +42,7 @@ def test_frames_past_damage_are_written_and_gaps_reported(data, kept, file, tmp_
     gaps = [item for item in recover(data) if isinstance(item, Gap)]
     printed = json.loads(result.stdout)
     assert result.exit_code == 1
-    assert printed["files"] == _files(*kept) == _names(tmp_path / "out")
+    assert printed["files"] == _files(*kept) == list_names(tmp_path / "out")
     assert [(gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in printed["gaps"]] == [
         (gap.offset, gap.byte_count, gap.reject_id) for gap in gaps
     ]
@@ -71,7 +67,7 @@ def test_a_range_past_damage_has_the_frames_that_are_left_of_it(file, tmp_path):
 
     assert result.exit_code == 1
     assert "gaps" in result.stdout
-    assert _names(tmp_path / "out") == _files(3, 4)
+    assert list_names(tmp_path / "out") == _files(3, 4)
 
 
 def test_damage_behind_the_range_is_not_met(file, tmp_path):
@@ -88,7 +84,7 @@ def test_where_nothing_is_left_nothing_is_made(file, tmp_path):
     assert result.exit_code == 1
     assert json.loads(result.stdout)["files"] == []
     assert json.loads(result.stdout)["gaps"] != []
-    assert _names(tmp_path) == ["some.quarc"]
+    assert list_names(tmp_path) == ["some.quarc"]
 
 
 def test_a_stream_without_a_head_is_refused(file, tmp_path):
@@ -97,4 +93,4 @@ def test_a_stream_without_a_head_is_refused(file, tmp_path):
 
     assert result.exit_code == 1
     assert "refused: truncated" in result.stderr
-    assert _names(tmp_path) == ["some.quarc"]
+    assert list_names(tmp_path) == ["some.quarc"]

@@ -5,13 +5,9 @@ import pytest
 
 from quarc_ref.datasets.video import VideoReader, read_still
 from quarc_ref.evaluation.metrics import measure_psnr
-from tests.cli.commands import run, run_json
+from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import run_piped
 from tests.datasets import scenes
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 def _measure(pictures, truths):
@@ -41,7 +37,7 @@ def test_a_range_is_rendered_as_files_that_keep_their_numbers(stream_file, tmp_p
     printed = run_json("render", stream_file, "-o", tmp_path / "out", "--frames", "1:3")
 
     assert printed["files"] == ["frame_0001.png", "frame_0002.png"]
-    assert _names(tmp_path / "out") == printed["files"]
+    assert list_names(tmp_path / "out") == printed["files"]
     assert read_still(tmp_path / "out" / "frame_0001.png").shape == (48, 64, 3)
 
 
@@ -83,7 +79,7 @@ def test_what_cannot_be_rendered_makes_nothing_and_is_explained(
 
     assert result.exit_code == 2
     assert said in result.stderr
-    assert _names(tmp_path) == ["small.quarc"]
+    assert list_names(tmp_path) == ["small.quarc"]
 
 
 def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
@@ -91,7 +87,7 @@ def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
 
     assert run("render", stream_file, "-o", tmp_path / "a.mp4").exit_code == 1
     assert run("render", stream_file, "-o", tmp_path / "a").exit_code == 1
-    assert _names(tmp_path) == ["small.quarc"]
+    assert list_names(tmp_path) == ["small.quarc"]
 
 
 def test_what_exists_is_replaced_by_force_alone(stream_file, tmp_path):

@@ -10,12 +10,8 @@ from quarc_ref.encoder.presets import change_setting, choose_preset
 from quarc_ref.encoder.segments import take_frames
 from quarc_ref.jobs import JobsError, Where
 from quarc_ref.jobs.job import Outcome
-from tests.cli.commands import TINY, TINY_OPTIONS, run, run_json
+from tests.cli.commands import TINY, TINY_OPTIONS, list_names, run, run_json
 from tests.editing.edits import join_bytes, list_digests
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 def _command(capture, file, *options):
@@ -55,7 +51,7 @@ def test_segments_are_encoded_apart_and_joined(capture, encoded, parts, tmp_path
     assert [frame["kind"] for frame in frames] == ["canonical", "canonical", "moved"]
     assert list_digests(file.read_bytes())[0] == list_digests(encoded.file.read_bytes())[0]
     assert printed["metadata"] == encoded.printed["metadata"]
-    assert _names(tmp_path) == ["a.quarc"]
+    assert list_names(tmp_path) == ["a.quarc"]
 
 
 def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
@@ -64,7 +60,7 @@ def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
     file, folder = tmp_path / "a.quarc", tmp_path / "a.quarc.segments"
     monkeypatch.setattr(segments, "encode_segments", _interrupt)
     broken = run(*_command(capture, file, "--segments", 2))
-    left = _names(tmp_path)
+    left = list_names(tmp_path)
     folder.mkdir()
     (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
     (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
@@ -78,7 +74,7 @@ def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
     assert (refused.exit_code, "--resume goes on" in refused.stderr) == (2, True)
     assert resumed.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)
-    assert _names(tmp_path) == ["a.quarc"]
+    assert list_names(tmp_path) == ["a.quarc"]
 
 
 def _interrupt(*_arguments):
@@ -95,7 +91,7 @@ def test_a_finished_file_is_left_as_it_is(capture, parts, tmp_path):
     assert run(*command, "--seed", 1).exit_code == 2
     assert run(*command, "--frames", 2).exit_code == 2
     assert file.stat().st_mtime_ns == before
-    assert _names(tmp_path) == ["a.quarc"]
+    assert list_names(tmp_path) == ["a.quarc"]
 
 
 def test_a_segment_that_cannot_be_encoded_is_named_and_the_others_are_kept(
@@ -110,8 +106,8 @@ def test_a_segment_that_cannot_be_encoded_is_named_and_the_others_are_kept(
 
     assert result.exit_code == 3
     assert "1 of 2 jobs failed; frames 1 to 2: BadMagicError: no stream" in result.stderr
-    assert _names(tmp_path) == ["a.quarc.segments"]
-    assert _names(tmp_path / "a.quarc.segments") == ["frames_000000_000001.quarc"]
+    assert list_names(tmp_path) == ["a.quarc.segments"]
+    assert list_names(tmp_path / "a.quarc.segments") == ["frames_000000_000001.quarc"]
 
 
 def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
@@ -122,7 +118,7 @@ def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
     results = [run(*command, option) for option in ("--force", "--resume")]
 
     assert [result.exit_code for result in results] == [2, 2]
-    assert _names(folder) == ["thesis.tex"]
+    assert list_names(folder) == ["thesis.tex"]
 
 
 @pytest.mark.parametrize(
@@ -143,7 +139,7 @@ def test_what_does_not_fit_segments_is_a_usage_error_and_makes_nothing(
 
     assert result.exit_code == 2
     assert said in result.stderr
-    assert _names(tmp_path) == []
+    assert list_names(tmp_path) == []
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,8 @@ from quarc_ref.cli import output
 from quarc_ref.decoder import compute_digest
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.records import StreamHeader
-from tests.cli.commands import run, run_json
+from tests.cli.commands import list_names, run, run_json
 from tests.streams import CAMERA, make_gaussians
-
-
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 def _write_stream(path, metadata, frames=1):
@@ -110,7 +106,7 @@ def test_what_is_no_stream_is_refused_by_every_verb(verb, tmp_path):
     assert result.exit_code == 1
     assert "bad-magic" in result.stderr
     assert result.stdout == ""
-    assert _names(tmp_path) == ["text.quarc"]
+    assert list_names(tmp_path) == ["text.quarc"]
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])

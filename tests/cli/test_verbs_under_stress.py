@@ -12,7 +12,7 @@ import pytest
 
 from quarc_ref.cli.app import app
 from quarc_ref.cli.faults import heed_termination
-from tests.cli.commands import run
+from tests.cli.commands import list_names, run
 from tests.cli.stress import (
     MAKING,
     READING,
@@ -48,10 +48,6 @@ def _said(result, code):
     return " ".join(result.stderr.replace("│", " ").split())
 
 
-def _names(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
 def test_every_verb_has_a_row():
     assert set(VERBS) == {command.name for command in app.registered_commands}
 
@@ -61,7 +57,7 @@ def test_what_is_not_there_cannot_be_read(name, what, place):
     result = _run(name, place, **{what: place.beside / "no_such_thing"})
 
     assert "does not exist" in _said(result, 2)
-    assert _names(place.made) == []
+    assert list_names(place.made) == []
 
 
 @pytest.mark.parametrize(("name", "what"), READING)
@@ -71,7 +67,7 @@ def test_a_folder_is_no_stream_and_a_file_no_capture(name, what, place):
 
     said = _said(result, 2)
     assert any(f"is a {kind}" in said for kind in ("folder", "directory", "file"))
-    assert _names(place.made) == []
+    assert list_names(place.made) == []
 
 
 @pytest.mark.parametrize(("name", "what"), READING)
@@ -106,7 +102,7 @@ def test_nothing_is_made_in_a_folder_that_is_not_there(name, place):
     result = _run(name, place, out=place.made / "no" / "out")
 
     assert "no folder" in _said(result, 2)
-    assert _names(place.made) == []
+    assert list_names(place.made) == []
 
 
 @pytest.mark.parametrize("name", MAKING)
@@ -116,7 +112,7 @@ def test_what_is_there_is_not_replaced_unasked(name, place):
 
     _said(result, 2)
     assert old.read_text() == "old"
-    assert _names(place.made) == ["out"]
+    assert list_names(place.made) == ["out"]
 
 
 def _put_old(name, folder):
@@ -139,7 +135,7 @@ def test_a_file_takes_no_folder_s_place_and_no_folder_a_file_s(name, place):
     result = _run(name, place, *["--force"] * VERBS[name].replaces)
 
     _said(result, 2)
-    assert _names(place.made) == ["out"]
+    assert list_names(place.made) == ["out"]
 
 
 @pytest.mark.parametrize("name", MAKING)
@@ -148,7 +144,7 @@ def test_where_nothing_may_be_written_nothing_is(name, place):
         result = _run(name, place)
 
         assert "ermission denied" in (said := _said(result, 3)) or "Read-only" in said
-        assert _names(place.made) == []
+        assert list_names(place.made) == []
 
 
 @pytest.mark.parametrize("name", MAKING)
@@ -156,12 +152,12 @@ def test_a_full_disk_leaves_what_was_there_as_it_was(name, place):
     replaces = VERBS[name].replaces
     with mounted(place.made, "size=64k"):
         old = _put_old(name, place.made) if replaces else None
-        before = [*_names(place.made), "filler"]
+        before = [*list_names(place.made), "filler"]
         fill_up(place.made)
         result = _run(name, place, *["--force"] * replaces)
 
         assert "No space left on device" in _said(result, 3)
-        assert _names(place.made) == sorted(before)
+        assert list_names(place.made) == sorted(before)
         assert old is None or old.read_text() == "old"
 
 
@@ -187,7 +183,7 @@ def test_an_interruption_in_the_middle_leaves_nothing_half_made(name, ending, pl
     assert reached
     assert result.exit_code == verb.ended, result.stderr
     assert ("interrupted" in result.stderr) == (verb.ended == 3)
-    assert {*_names(place.made)} <= {*(["out"] if old else []), *verb.leaves}
+    assert {*list_names(place.made)} <= {*(["out"] if old else []), *verb.leaves}
     assert old is None or old.read_text() == "old"
 
 
