@@ -106,7 +106,7 @@ def plan_study(arguments: argparse.Namespace) -> Study:
             arguments.lpips,
             arguments.device,
         )
-        for trial in list_trials([*list_experiments(base, ["full"]), *experiments])
+        for trial in list_trials(experiments)
     ]
     name, preset = capture.name, ", ".join([arguments.preset, *arguments.set])
     return Study(name, capture.fingerprint, preset, experiments, tasks, arguments.out)

@@ -56,7 +56,7 @@ def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Expe
 
     Args:
         base: The full method, its steps in world units.
-        only: Names of those wanted; none for all.
+        only: Names of those wanted beside the full method; none for all.
 
     Raises:
         ValueError: There is no such experiment.
@@ -65,7 +65,8 @@ def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Expe
     if unknown:
         message = f"no experiment {', '.join(unknown)}; there are {', '.join(EXPERIMENTS)}"
         raise ValueError(message)
-    return [make(base) for name, make in EXPERIMENTS.items() if name in only or not only]
+    wanted = {_FULL, *only} if only else set(EXPERIMENTS)
+    return [make(base) for name, make in EXPERIMENTS.items() if name in wanted]
 
 
 def list_trials(experiments: Sequence[Experiment]) -> list[Trial]:

@@ -12,7 +12,7 @@ BASES = {name: replace(config, steps=StepSettings()) for name, config in PRESETS
 
 
 def _points(base, name):
-    (experiment,) = list_experiments(base, [name])
+    *_, experiment = list_experiments(base, [name])
     return experiment.points
 
 
@@ -42,6 +42,11 @@ def test_the_sweep_changes_the_step_of_translations_and_nothing_else_in_world_un
         assert position_step(stream) == position_step(base.stream)
         assert math.isclose(motion.step_rate * translation_step(stream), rate)
     assert points[3].trial.config == base
+
+
+def test_the_full_method_is_always_there_so_that_a_page_can_be_written_after_its_row():
+    experiments = list_experiments(BASES["main"], ["gate"])
+    assert [experiment.name for experiment in experiments] == ["full", "gate"]
 
 
 def test_the_gate_is_all_that_differs_between_its_two_trials():
