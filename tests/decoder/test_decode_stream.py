@@ -1,10 +1,3 @@
-import io
-import json
-import runpy
-import subprocess
-import sys
-import types
-
 import numpy as np
 import pytest
 
@@ -232,27 +225,6 @@ def test_nothing_is_skipped_where_nothing_was_sought():
     assert decoder.tail is not None
 
 
-@pytest.mark.parametrize(("data", "code"), [(_DATA, 0), (_DATA[:-1], 1)])
-def test_the_conformance_command_ends_with_a_code(data, code, monkeypatch, capsys):
-    monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(data)))
-    monkeypatch.setattr(sys, "argv", ["quarc_ref.decoder"])
-
-    with pytest.raises(SystemExit) as end:
-        runpy.run_module("quarc_ref.decoder", run_name="__main__")
-
-    assert end.value.code == code
-    assert len(capsys.readouterr().out.splitlines()) == len(_STATES) + code
-
-
-def test_the_conformance_command_does_nothing_when_it_is_only_loaded(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "stdin", None)
-
-    loaded = runpy.run_module("quarc_ref.decoder.__main__")
-
-    assert callable(loaded["main"])
-    assert capsys.readouterr().out == ""
-
-
 def test_a_payload_beyond_the_level_is_refused():
     decoder = StreamDecoder()
     decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
@@ -274,26 +246,6 @@ def test_a_refused_frame_leaves_the_decoder_as_it_was():
 
     assert state is not None
     assert compute_digest(state.scene) == compute_digest(_STATES[1].scene)
-
-
-def test_the_conformance_command_prints_a_line_to_each_frame():
-    program = (
-        "import sys\n"
-        "for name in ('torch', 'cv2', 'matplotlib', 'numba', 'scipy', 'av'):\n"
-        "    sys.modules[name] = None\n"
-        "from quarc_ref.decoder.__main__ import main\n"
-        "sys.exit(main())\n"
-    )
-    run = [sys.executable, "-c", program]
-
-    whole = subprocess.run(run, input=_DATA, capture_output=True, check=True)
-    cut = subprocess.run(run, input=_DATA[:-1], capture_output=True, check=False)
-
-    lines = [json.loads(line) for line in whole.stdout.splitlines()]
-    assert [line["sha256"] for line in lines] == [compute_digest(s.scene) for s in _STATES]
-    assert [line["gaussians"] for line in lines] == [s.scene.count for s in _STATES]
-    assert cut.returncode == 1
-    assert json.loads(cut.stdout.splitlines()[-1])["refused"] == "truncated"
 
 
 @pytest.mark.parametrize(
