@@ -43,11 +43,12 @@ def _judge_quantization(rows: list[Row]) -> Iterator[Claim]:
 
 
 def _judge_gate(rows: list[Row]) -> Iterator[Claim]:
-    gated, opened = rows
-    births = [fmean(row["births"][1:]) for row in rows]
-    share = births[0] / births[1] if births[1] else None
-    yield Claim("births with the gate / without", share, _GATE_SHARE)
-    yield Claim("dB that the gate costs", _psnr(opened) - _psnr(gated), _GATE_DB)
+    for gated, opened in zip(rows[::2], rows[1::2], strict=True):
+        births = [fmean(row["births"][1:]) for row in (gated, opened)]
+        share = births[0] / births[1] if births[1] else None
+        where = gated["label"]
+        yield Claim(f"{where}: births / those without", share, _GATE_SHARE)
+        yield Claim(f"{where}: dB that it costs", _psnr(opened) - _psnr(gated), _GATE_DB)
 
 
 def _judge_step(rows: list[Row]) -> Iterator[Claim]:

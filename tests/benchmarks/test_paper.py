@@ -56,7 +56,17 @@ def study(folder, tmp_path_factory):
     out = tmp_path_factory.mktemp("study") / "out"
     with _run_here() as ran:
         assert _run(folder, out, *ONLY) == 0
-    assert ran == ["full", "float-motion", "float", "gate", "gate-open", "levels-1", "levels-2"]
+    assert ran == [
+        "full",
+        "float-motion",
+        "float",
+        "gate",
+        "gate-open",
+        "gate-2",
+        "gate-open-2",
+        "levels-1",
+        "levels-2",
+    ]
     return out
 
 
@@ -109,7 +119,7 @@ def test_the_page_carries_its_pictures_and_tells_the_protocol(study):
 
     assert text.count("data:image/png;base64,") == 4
     assert "cam00, which training never saw" in words
-    assert "births with the gate / without" in words
+    assert "change gate: births / those without" in words
     assert protocol["fingerprint"] in words
     assert protocol["versions"]["torch"] in words
 

@@ -33,6 +33,7 @@ def test_the_gate_halves_births_for_nothing_or_not():
 
     assert _judge("gate", gated, opened) == [(0.4, True), (0.05, True)]
     assert _judge("gate", _row(29.0), opened) == [(1.0, False), (1.05, False)]
+    assert _judge("gate", _row(29.0), opened, gated, opened)[2:] == [(0.4, True), (0.05, True)]
 
 
 def test_a_sweep_has_a_knee_where_finer_gains_nothing_and_wider_loses():
