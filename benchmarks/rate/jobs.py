@@ -1,5 +1,6 @@
 """Which streams the rate tables need, and the folder that keeps them: a run resumes from there."""
 
+import hashlib
 import os
 import re
 import sys
@@ -16,6 +17,8 @@ from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
 
 BUILT_IN = "synth"
+_LONGEST_NAME = 180
+_DIGEST_LENGTH = 12
 _SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
 
 
@@ -40,7 +43,10 @@ class Job:
     held_out: tuple[str, ...] = ()
 
     def file_name(self) -> str:
-        """Return a name that tells this stream from all others of the folder."""
+        """Return a name that tells this stream from all others of the folder.
+
+        A long one ends in a digest: file systems take no more than 255 bytes.
+        """
         parts = [self.capture.resolve().name, self.preset]
         parts += [f"{name}={value}" for name, value in self.changes]
         if self.frames is not None:
@@ -49,7 +55,11 @@ class Job:
             parts.append(f"downscale={self.downscale}")
         if self.held_out:
             parts.append(f"without={'+'.join(self.held_out)}")
-        return ".".join([*parts, "quarc"])
+        name = ".".join(parts)
+        if len(name) > _LONGEST_NAME:
+            digest = hashlib.sha256(name.encode()).hexdigest()[:_DIGEST_LENGTH]
+            name = f"{name[: _LONGEST_NAME - _DIGEST_LENGTH - 1]}-{digest}"
+        return f"{name}.quarc"
 
     def config(self) -> EncoderConfig:
         """Return the settings of the encode.

@@ -29,6 +29,18 @@ def test_every_difference_between_jobs_is_in_the_name():
     assert len({job.file_name() for job in different}) == len(different)
 
 
+def test_many_changes_leave_a_name_that_a_file_can_have():
+    many = tuple((f"motion.setting_{place}", "0.125") for place in range(20))
+    both = [replace(JOB, changes=many), replace(JOB, changes=many[:-1])]
+    names = [job.file_name() for job in both]
+
+    assert names[0] != names[1]
+    for name in names:
+        assert name.startswith("plane.main.motion.setting_0=0.125.")
+        assert name.endswith(".quarc")
+        assert len(f"{name}.psnr.json.4194304.part") < 255
+
+
 def test_changes_are_made_to_the_settings():
     config = replace(JOB, changes=(("motion.rate", "0.5"), ("seed", "7"))).config()
 
