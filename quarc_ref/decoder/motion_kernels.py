@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from quarc_ref.decoder.turning_kernels import BLOCK, ONE, turn_block
+from quarc_ref.decoder.turning_kernels import BLOCK, ONE, make_spare, turn_block
 from quarc_ref.format.compiled import entrance, plain
 
 _CODE_LIMIT = (1 << 15) - 1
 _AXES = 3  # of translation; the channels after them are the rotation's
 _DIGIT_BITS = 16
+_DIGIT_ZERO = 1 << (_DIGIT_BITS - 2)  # added to digits, so that none is below 0
+_ALL_ZERO = _DIGIT_ZERO * ((1 << (4 * _DIGIT_BITS)) // ((1 << _DIGIT_BITS) - 1))
 
 
 @entrance
@@ -15,7 +17,7 @@ def find_least(codes, count):
     """Return int64 `[count]` the indices, ascending, of the least (code, index).
 
     Args:
-        codes: int32 `[N]`, magnitudes up to 2^15 - 1.
+        codes: int16 `[N]`, magnitudes up to 2^15 - 1.
         count: How many, up to N.
     """
     buckets = np.zeros(2 * _CODE_LIMIT + 1, dtype=np.int64)
@@ -84,9 +86,15 @@ def pack_symbols(symbols, packed, first):
     packed[:, first:last] = 0
     for row in range(symbols.shape[0]):
         plane, numbers = symbols[row], packed[min(row // _AXES, 1), first:last]
-        shift = np.int64(_DIGIT_BITS * (row if row < _AXES else row - _AXES))
+        place = np.int64(_place_of(row))
         for anchor in range(plane.size):
-            numbers[anchor] += plane[anchor] << shift
+            numbers[anchor] += plane[anchor] << place
+
+
+@plain
+def _place_of(channel):
+    """Return the lowest bit of a channel's digit."""
+    return _DIGIT_BITS * (channel if channel < _AXES else channel - _AXES)
 
 
 @entrance
@@ -116,9 +124,10 @@ def move(before, binding, anchors, steps, span, after):
         _add_up(binding, anchors, first, last, sums)
         for j in range(last - first):
             turning[found] = first + j
-            found += np.uint64(sums[1, j] != 0)
+            found += np.uint64(sums[1, j] != _ALL_ZERO)
         for channel in range(motion.shape[0]):
-            _take_digit(sums[min(channel // _AXES, 1)], motion[channel, first:last])
+            numbers, place = sums[min(channel // _AXES, 1)], _place_of(channel)
+            _take_digits(numbers, place, motion[channel, first:last])
         for axis in range(_AXES):
             plane, moves = before[0][axis, first:last], motion[axis, first:last]
             leaves |= _shift(plane, moves, step, limit, positions[axis, first:last])
@@ -129,9 +138,9 @@ def move(before, binding, anchors, steps, span, after):
 
 @plain
 def _add_up(binding, anchors, first, last, sums):
-    """Write the sums of the numbers of what some Gaussians follow."""
+    """Write the sums of the numbers of what some Gaussians follow, `_ALL_ZERO` added."""
     numbers, starts = anchors
-    sums[:] = 0
+    sums[:] = _ALL_ZERO
     for which in range(2):
         total = sums[which]
         for level in range(binding.shape[0]):
@@ -141,12 +150,11 @@ def _add_up(binding, anchors, first, last, sums):
 
 
 @plain
-def _take_digit(numbers, digits):
-    """Move the lowest digit of each number to where digits go."""
+def _take_digits(numbers, place, digits):
+    """Write the digits of numbers at a place."""
     for j in range(digits.size):
-        digit = np.int16(numbers[j])
-        digits[j] = digit
-        numbers[j] = (numbers[j] - digit) >> np.int64(_DIGIT_BITS)
+        number = np.uint64(numbers[j])  # what is shifted without a sign becomes vectors
+        digits[j] = np.int16(np.uint16(number >> np.uint64(place))) - np.int16(_DIGIT_ZERO)
 
 
 @plain
@@ -165,7 +173,7 @@ def _turn(turning, sums, unity, rotations):
     """Turn those of rotations `[4, N]` that are listed; tell whether one cannot be."""
     quaternions = np.empty((4, BLOCK), dtype=np.int64)
     residuals = np.empty((4, BLOCK), dtype=np.int64)
-    spare = np.empty(BLOCK, dtype=np.int64)
+    spare = make_spare()
     without = 4 - sums.shape[0]
     degenerate = False
     for first in range(0, turning.size, BLOCK):

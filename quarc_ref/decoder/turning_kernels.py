@@ -17,13 +17,19 @@ _PRODUCT_GUARD = 8
 
 
 @plain
+def make_spare():
+    """Return room for the norms of a block of vectors, and for the reciprocal of each."""
+    return np.empty(BLOCK, dtype=np.int64), np.empty(BLOCK, dtype=np.float64)
+
+
+@plain
 def turn_block(rotations, residuals, spare):
     """Turn rotations by sums of residuals.
 
     Args:
         rotations: int64 `[4, BLOCK]` wxyz, Q22; turned in place.
         residuals: int64 `[4, BLOCK]` wxyz, sums in rotation steps; written over.
-        spare: int64 `[BLOCK]`, written.
+        spare: As of `make_spare`, written.
 
     Returns:
         Whether a sum or a product has norm zero.
@@ -34,18 +40,22 @@ def turn_block(rotations, residuals, spare):
 
 
 @plain
-def _normalize(vectors, guard, norms):
+def _normalize(vectors, guard, spare):
     """Make unit quaternions of vectors; tell whether one has norm zero."""
     w, x, y, z = vectors[0], vectors[1], vectors[2], vectors[3]
+    norms, shares = spare
     degenerate = 0
     for i in range(BLOCK):
         squared = w[i] * w[i] + x[i] * x[i] + y[i] * y[i] + z[i] * z[i]
         degenerate |= squared == 0
         norms[i] = _isqrt(max(squared, 1) << (2 * guard))
+        shares[i] = np.float64(1 << (_FRACTION_BITS + guard)) / np.float64(norms[i])
     for row in range(4):
         part = vectors[row]
         for i in range(BLOCK):
-            part[i] = _divide_round(part[i] << (_FRACTION_BITS + guard), norms[i])
+            # Numbers of 32 bits, as these are, become floats and back side by side.
+            guess = np.int32(np.float64(np.int32(abs(part[i]))) * shares[i])
+            part[i] = _divide_round(part[i] << (_FRACTION_BITS + guard), norms[i], guess)
     return degenerate != 0
 
 
@@ -70,12 +80,11 @@ def _to_unit(product):
 
 
 @plain
-def _divide_round(numerator, denominator):
-    doubled = 2 * abs(numerator) + denominator
-    divisor = 2 * denominator
-    quotient = np.int64(np.float64(doubled) / np.float64(divisor))
-    left = doubled - quotient * divisor
-    quotient += np.int64(left >= divisor) - np.int64(left < 0)
+def _divide_round(numerator, denominator, guess):
+    """Divide, halves away from zero; the guess is the answer's magnitude, or 1 less."""
+    doubled, divisor = 2 * abs(numerator) + denominator, 2 * denominator
+    left = doubled - np.int64(guess) * divisor
+    quotient = np.int64(guess) + np.int64(left >= divisor)
     return quotient if numerator >= 0 else -quotient
 
 

@@ -92,13 +92,13 @@ _TURNS = st.lists(st.tuples(*[_SUM] * 8), min_size=1, max_size=8)
 
 @given(_TURNS.filter(lambda turns: all(any(turn[:4]) and any(turn[4:]) for turn in turns)))
 def test_rotations_turned_in_blocks_are_those_of_numpy(turns):
-    from quarc_ref.decoder.turning_kernels import BLOCK, turn_block
+    from quarc_ref.decoder.turning_kernels import BLOCK, make_spare, turn_block
 
     numbers = np.array(turns)[np.arange(BLOCK) % len(turns)].T
     rotations, residuals = normalize_sums(numbers[:4]), numbers[4:].copy()
     expected = turn(rotations.astype(np.int32), normalize_sums(residuals))
 
-    degenerate = turn_block(rotations, residuals, np.empty(BLOCK, dtype=np.int64))
+    degenerate = turn_block(rotations, residuals, make_spare())
 
     assert rotations.tolist() == expected.tolist()
     assert not degenerate
