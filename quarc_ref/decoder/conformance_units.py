@@ -94,7 +94,7 @@ def _deaths(opacities: list[int], count: int) -> list[int]:
 def _scene(header: StreamHeader, ids: Any, positions: list[list[int]], phase: int = 1) -> Scene:  # noqa: ANN401
     rotations = np.zeros((4, len(positions)), dtype=np.int32)
     rotations[0] = ROTATION_ONE
-    codes = np.zeros((header.code_planes, len(positions)), dtype=np.int32)
+    codes = np.zeros((header.code_planes, len(positions)), dtype=np.int16)
     places = np.array(positions, dtype=np.int32).T
     return Scene(header, phase, phase, np.array(ids, dtype=np.int64), places, rotations, codes)
 
@@ -161,10 +161,11 @@ def _dequantize(code: int, step: str) -> str:
 def _digest(
     phase: int, ids: list[int], *, positions: list[Any], rotations: list[Any], codes: list[Any]
 ) -> dict[str, Any]:
-    rows = (np.array(field, dtype=np.int32).T for field in (positions, rotations, codes))
+    places, turns = (np.array(field, dtype=np.int32).T for field in (positions, rotations))
+    coded = np.array(codes, dtype=np.int16).T
     degree = int(len(codes[0]) > StreamHeader(sh_degree=0).code_planes)
     header = StreamHeader(sh_degree=degree)
-    scene = Scene(header, phase, phase, np.array(ids, dtype=np.int64), *rows)
+    scene = Scene(header, phase, phase, np.array(ids, dtype=np.int64), places, turns, coded)
     return {
         "crc_all": compute_state_crc(scene, all_fields=True),
         "crc_without_codes": compute_state_crc(scene, all_fields=False),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.acceleration import load_kernels
-from quarc_ref.format.arrays import Int32
+from quarc_ref.format.arrays import Int16, Int32
 from quarc_ref.format.constants import ROTATION_FRACTION_BITS, SH_DC_PLANES, SH_REST_PLANES
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
 
@@ -56,7 +56,7 @@ class Dequantizer:
     def __init__(self, last: int) -> None:
         self._moving = _Ring(last, (3, 4))
         self._coded = _Ring(last, (3, 1, SH_DC_PLANES, SH_DC_PLANES + SH_REST_PLANES))
-        self._codes: Int32 | None = None
+        self._codes: Int16 | None = None
         self._attributes: tuple[Float32, ...] = ()
 
     def __call__(self, scene: Scene) -> Splats:
@@ -95,7 +95,7 @@ class _Ring:
         return [array[:count] for array in arrays]
 
 
-def _scale(planes: Int32, step: float, rows: Float32, first: int = 0) -> None:
+def _scale(planes: Int16 | Int32, step: float, rows: Float32, first: int = 0) -> None:
     """Write planes `[r, N]`, scaled, to columns of rows; both factors are exact in binary32."""
     kernels = load_kernels(_KERNELS, planes.shape[1])
     if kernels is None:

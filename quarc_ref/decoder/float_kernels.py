@@ -9,7 +9,7 @@ _BLOCK = 128  # Gaussians whose rows stay in the nearest cache from plane to pla
 
 @entrance
 def scale(planes, step, rows, first):
-    """Write planes int32 `[r, N]`, times a step, to columns from `first` of float32 `[N, c]`."""
+    """Write planes `[r, N]`, times a step, to columns from `first` of float32 `[N, c]`."""
     for begin in range(0, planes.shape[1], _BLOCK):
         for row in range(planes.shape[0]):
             plane = planes[row, begin : begin + _BLOCK]

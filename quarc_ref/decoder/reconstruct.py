@@ -255,11 +255,11 @@ def _narrow_positions(positions: Int64) -> Int32:
     return positions.astype(np.int32)
 
 
-def _narrow_codes(codes: Int64) -> Int32:
+def _narrow_codes(codes: Int64) -> Int16:
     if np.any(np.abs(codes) > CODE_LIMIT):
         message = "an attribute code leaves its range"
         raise CodeRangeError(message)
-    return codes.astype(np.int32)
+    return codes.astype(np.int16)
 
 
 _WITHOUT_W = 3

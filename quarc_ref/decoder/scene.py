@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.format.acceleration import load_kernels
-from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.records import StreamHeader
 
 MOTION_KERNELS: Final = "quarc_ref.decoder.motion_kernels"
@@ -39,14 +39,18 @@ class Scene:
     ids: Int64
     positions: Int32
     rotations: Int32
-    codes: Int32
+    codes: Int16
 
     def __post_init__(self) -> None:
-        planes = {"positions": 3, "rotations": 4, "codes": self.header.code_planes}
-        for name, rows in planes.items():
-            array = getattr(self, name)
-            if array.shape != (rows, self.count) or array.dtype != np.int32:
-                message = f"{name} is {array.dtype}{array.shape}, not int32{(rows, self.count)}"
+        planes = (
+            ("positions", 3, np.int32),
+            ("rotations", 4, np.int32),
+            ("codes", self.header.code_planes, np.int16),
+        )
+        for name, rows, kind in planes:
+            array, shape = getattr(self, name), (rows, self.count)
+            if array.shape != shape or array.dtype != kind:
+                message = f"{name} is {array.dtype}{array.shape}, not {kind.__name__}{shape}"
                 raise ValueError(message)
 
     @property

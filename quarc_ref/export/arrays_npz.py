@@ -21,7 +21,7 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
         ids=scene.ids,
         state_positions=scene.positions,
         state_rotations=scene.rotations,
-        state_codes=scene.codes,
+        state_codes=scene.codes.astype(np.int32),
         positions=splats.positions,
         rotations=splats.rotations,
         log_scales=splats.log_scales,

@@ -21,7 +21,7 @@ def make_scene(header: StreamHeader, positions: list[tuple[int, int, int]], phas
         np.arange(count) * 3 + 1,
         np.array(positions, dtype=np.int32).T,
         np.zeros((4, count), dtype=np.int32),
-        np.zeros((header.code_planes, count), dtype=np.int32),
+        np.zeros((header.code_planes, count), dtype=np.int16),
     )
 
 

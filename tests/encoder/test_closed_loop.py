@@ -196,7 +196,7 @@ def test_a_scene_that_is_too_wide_for_a_canonical_frame_is_the_scenes_fault(widt
     header = StreamHeader(position_step=2, sh_degree=0)
     positions = np.array([[0, 2 * width], [0, 0], [0, 0]], np.int32) - 1000
     rotations = np.array([[ROTATION_ONE] * 2, [0] * 2, [0] * 2, [0] * 2], np.int32)
-    scene = Scene(header, 0, 0, np.arange(2), positions, rotations, np.zeros((7, 2), np.int32))
+    scene = Scene(header, 0, 0, np.arange(2), positions, rotations, np.zeros((7, 2), np.int16))
     if fits:
         assert np.ptp(put_on_grid(scene).positions[0]) == width
         return
@@ -213,7 +213,7 @@ def test_every_rotation_can_be_put_on_every_grid(bits, seed):
     unit = np.round(quaternions / np.linalg.norm(quaternions, axis=0) * ROTATION_ONE)
     scene = Scene(
         header, 0, 0, np.arange(200), np.zeros((3, 200), np.int32), unit.astype(np.int32),
-        np.zeros((7, 200), np.int32),
+        np.zeros((7, 200), np.int16),
     )  # fmt: skip
 
     again = expand_rotations(put_on_grid(scene).rotations, bits)

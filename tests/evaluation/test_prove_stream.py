@@ -55,7 +55,7 @@ def test_a_seek_point_that_leads_to_another_state_is_found(monkeypatch):
     def decode_another(source, start, stop):
         for scene in decode(source, start, stop):
             codes = scene.codes + (scene.frame == 4)
-            yield replace(scene, codes=codes.astype(np.int32))
+            yield replace(scene, codes=codes.astype(np.int16))
 
     monkeypatch.setattr(proving, "decode", decode_another)
     with pytest.raises(ProofError, match="frame 4 has another state from seek point 3"):

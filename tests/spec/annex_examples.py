@@ -94,7 +94,7 @@ def sampler() -> str:
     count, phase = len(_POINTS), 3
     ids = np.array([0, 1, 2, 4, 5, 8, 9])
     positions = np.array(_POINTS, dtype=np.int32).T
-    blank = np.zeros((header.code_planes, count), dtype=np.int32)
+    blank = np.zeros((header.code_planes, count), dtype=np.int16)
     scene = Scene(header, 3, phase, ids, positions, np.zeros((4, count), dtype=np.int32), blank)
     anchors = sample_anchors(scene)
     wanted = count_anchors(count, header)[0]
