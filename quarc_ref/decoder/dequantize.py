@@ -13,7 +13,7 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Int16, Int32
 from quarc_ref.format.constants import ROTATION_FRACTION_BITS, SH_DC_PLANES, SH_REST_PLANES
-from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
+from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC
 
 Float32 = NDArray[np.float32]
 
@@ -64,18 +64,18 @@ class Dequantizer:
         if scene.codes is not self._codes:
             self._codes, self._attributes = scene.codes, self._dequantize_codes(scene)
         positions, rotations = self._moving.take(scene.count)
-        _scale(scene.positions, 2.0**-scene.header.lattice_exponent, positions)
-        _scale(scene.rotations, 2.0**-ROTATION_FRACTION_BITS, rotations)
+        _scale(scene.positions, [2.0**-scene.header.lattice_exponent] * 3, positions)
+        _scale(scene.rotations, [2.0**-ROTATION_FRACTION_BITS] * 4, rotations)
         return Splats(positions, rotations, *self._attributes)
 
     def _dequantize_codes(self, scene: Scene) -> tuple[Float32, ...]:
         header, codes = scene.header, scene.codes
         log_scales, opacities, base, both = self._coded.take(scene.count)
         sh = both if header.sh_degree else base
-        _scale(codes[LOG_SCALES], header.log_scale_step, log_scales)
-        _scale(codes[OPACITY], header.opacity_step, opacities)
-        _scale(codes[SH_DC], header.sh_dc_step, sh)
-        _scale(codes[SH_REST], header.sh_rest_step, sh, SH_DC_PLANES)
+        steps = [header.sh_dc_step] * SH_DC_PLANES + [header.sh_rest_step] * SH_REST_PLANES
+        _scale(codes[LOG_SCALES], [header.log_scale_step] * 3, log_scales)
+        _scale(codes[OPACITY], [header.opacity_step], opacities)
+        _scale(codes[SH_DC.start :], steps[: sh.shape[1]], sh)
         return log_scales, opacities[:, 0], sh.reshape(scene.count, -1, SH_DC_PLANES)
 
 
@@ -95,13 +95,14 @@ class _Ring:
         return [array[:count] for array in arrays]
 
 
-def _scale(planes: Int16 | Int32, step: float, rows: Float32, first: int = 0) -> None:
-    """Write planes `[r, N]`, scaled, to columns of rows; both factors are exact in binary32."""
+def _scale(planes: Int16 | Int32, steps: list[float], rows: Float32) -> None:
+    """Write planes `[r, N]`, each times its step, to rows; both factors are exact in binary32."""
+    factors = np.array(steps, dtype=np.float32)
     kernels = load_kernels(_KERNELS, planes.shape[1])
     if kernels is None:
-        rows[:, first : first + planes.shape[0]] = planes.T.astype(np.float32) * np.float32(step)
+        rows[:] = planes.T.astype(np.float32) * factors
     else:
-        kernels.scale(planes, np.float32(step), rows, first)
+        kernels.scale(planes, factors, rows)
 
 
 _KERNELS = "quarc_ref.decoder.float_kernels"
