@@ -108,9 +108,10 @@ MUTANTS = (
     mutant(
         "newborn follow their parents' anchors",
         _RECONSTRUCT,
-        "_follow_on(anchors, gone, scene.positions))",
-        "np.delete(np.hstack([anchors.binding, anchors.binding[:, state.births.parents]"
-        " if state.births else anchors.binding[:, :0]]), gone, axis=1))",
+        "_follow_on(anchors, gone, scene.positions)\n",
+        "Anchors(anchors.levels, np.delete(np.hstack([anchors.binding,"
+        " anchors.binding[:, state.births.parents]"
+        " if state.births else anchors.binding[:, :0]]), gone, axis=1))\n",
     ),
     mutant(
         "ids of the dead given again",

@@ -5,6 +5,7 @@ them, inherit that order, so that a tree of boxes over them takes no further
 sorting; it is kept for the newborn of the frames until the next sampling.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.acceleration import count_threads, map_parts
+from quarc_ref.format.acceleration import count_threads, start_parts
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import PHILOX_DOMAIN_SAMPLER
 
@@ -39,6 +40,9 @@ class AnchorTree:
     widest: int
 
 
+# Returns when what other threads do is done.
+Wait = Callable[[], object]
+
 # Of a level: indices `[a]` of the Gaussians that are its anchors, ascending; and what
 # finds the nearest of them fast, if anything.
 Drawn = tuple[Int64, AnchorTree | None]
@@ -61,15 +65,22 @@ class CompiledSampler:
         seed = np.uint64(scene.header.seed)
         self._order, self._merges = order, merges = drawing.sort_cells(scene.positions)
         self._joined = np.bincount(merges, minlength=drawing.MERGES)
+        points = start_parts(lambda planes: growing.list_points(planes, order), [scene.positions])
         words = drawing.draw_words(scene.ids, order, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
-        self._words = words
-        self._points = growing.list_points(scene.positions, self._order)
+        self._words, (self._points,) = words, points()
 
-    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
-        """Return what was drawn of every level, level 1 first, and the binding `[L, N]`."""
-        levels = map_parts(lambda level: self._draw(level, counts[level]), range(len(counts)))
-        binding = self._bind([(tree, ranks) for _, tree, ranks in levels])
-        return [(indices, tree) for indices, tree, _ in levels], binding
+    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32, Wait]:
+        """Sample all levels, level 1 first.
+
+        Returns:
+            What was drawn of every level, the binding `[L, N]`, and what waits for that of
+            level 1: no parent of an anchor is found through it.
+        """
+        draw = start_parts(lambda level: self._draw(level, counts[level]), range(len(counts)))
+        runs = self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS)
+        levels = draw()
+        binding, wait = self._bind([(tree, ranks) for _, tree, ranks in levels], runs)
+        return [(indices, tree) for indices, tree, _ in levels], binding, wait
 
     def _draw(self, level: int, count: int) -> tuple[Int64, AnchorTree, Int32]:
         """Return the indices of the Gaussians that are anchors, their tree, and their ranks."""
@@ -82,8 +93,8 @@ class CompiledSampler:
         runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
         return indices, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
 
-    def _bind(self, levels: list[tuple[AnchorTree, Int32]]) -> Int32:
-        walk, tops = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))
+    def _bind(self, levels: list[tuple[AnchorTree, Int32]], runs: list[Runs]) -> tuple[Int32, Wait]:
+        walk, tops = _walk_runs(runs)
         gaussians = (self._points, self._order, walk)
         parts = min(tops.size - 1, _PARTS_OF_A_THREAD * count_threads())
         borders = tops[np.arange(parts + 1) * (tops.size - 1) // parts].tolist()
@@ -97,10 +108,11 @@ class CompiledSampler:
             room = _make_room(self._binding, len(tree.blocks), span[1] - span[0])
             self._binding.bind_runs(gaussians, anchors, span, room, binding[level])
 
-        map_parts(
-            bind_part, [(level, part) for level in range(len(levels)) for part in range(parts)]
-        )
-        return binding
+        coarse = [(level, part) for level in range(1, len(levels)) for part in range(parts)]
+        wait_for_parents = start_parts(bind_part, coarse)
+        wait = start_parts(bind_part, [(0, part) for part in range(parts)])
+        wait_for_parents()
+        return binding, wait
 
     def _make_tree(self, points: Int32, merges: Int32, sizes: tuple[int, ...]) -> list[Runs]:
         """Return runs of runs of points in Morton order, the widest first."""

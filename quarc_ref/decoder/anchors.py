@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Drawn, bind_through
+from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Drawn, Wait, bind_through
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
@@ -48,10 +48,12 @@ class Anchors:
     Attributes:
         levels: Level 1, the finest, first.
         binding: `[L, N]` index of each Gaussian's anchor at each level.
+        wait: Is called before the binding is read, which other threads may still write.
     """
 
     levels: tuple[AnchorLevel, ...]
     binding: Int32
+    wait: Wait = lambda: None
 
 
 def count_anchors(gaussian_count: int, header: StreamHeader) -> tuple[int, ...]:
@@ -67,8 +69,11 @@ def sample_anchors(scene: Scene) -> Anchors:
 
     Args:
         scene: Of the frame, its dead gone.
+
+    Returns:
+        The anchors; see `Anchors.wait`.
     """
-    drawn, binding = _choose_sampler(scene).sample(count_anchors(scene.count, scene.header))
+    drawn, binding, wait = _choose_sampler(scene).sample(count_anchors(scene.count, scene.header))
     levels = []
     for number, (chosen, tree) in enumerate(drawn):
         parents = np.zeros(chosen.size, dtype=np.int64)
@@ -76,7 +81,7 @@ def sample_anchors(scene: Scene) -> Anchors:
             parents[:] = binding[number + 1, chosen]
         positions = scene.positions.take(chosen, axis=1)
         levels.append(AnchorLevel(scene.ids[chosen], positions, parents, tree))
-    return Anchors(tuple(levels), binding)
+    return Anchors(tuple(levels), binding, wait)
 
 
 def bind_newborn(level: AnchorLevel, positions: Int32) -> Int64:
@@ -91,14 +96,15 @@ def bind_newborn(level: AnchorLevel, positions: Int32) -> Int64:
 class _Sampler(Protocol):
     """Samples the levels of a scene."""
 
-    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
+    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32, Wait]:
         """Sample all levels, level 1 first.
 
         Args:
             counts: How many anchors each is to have.
 
         Returns:
-            What was drawn of each level, and the binding `[L, N]`.
+            What was drawn of each level, the binding `[L, N]`, and what waits for it;
+            all but that of level 1 is there.
         """
         ...
 
@@ -111,7 +117,7 @@ class PlainSampler:
         self._ranks = _rank(scene)
         self._order, self._merges = _sort_cells(scene.positions)
 
-    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32]:
+    def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32, Wait]:
         """See `_Sampler.sample`."""
         drawn: list[Drawn] = []
         binding = np.empty((len(counts), self._positions.shape[1]), dtype=np.int32)
@@ -119,7 +125,7 @@ class PlainSampler:
             chosen, shift = _choose(self._ranks[level], self._order, self._merges, count)
             binding[level] = bind(self._positions, self._positions[:, chosen], shift)
             drawn.append((chosen, None))
-        return drawn, binding
+        return drawn, binding, lambda: None
 
 
 def _choose_sampler(scene: Scene) -> _Sampler:

@@ -95,7 +95,8 @@ def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) ->
         raise FrameOrderError(message)
     # Room for the newborn that are told of, if they are not too many: they are refused below.
     limits = (state.scene.header.limits.births, _OWN_LIMITS.births)
-    begun = begin_frame(state, chunk.death_count, min(chunk.birth_count, *limits))
+    room = min(chunk.birth_count, *limits)
+    begun = begin_frame(state, chunk.death_count, room, meanwhile=True)
     moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
     grown = decode_births(moved, chunk.births, chunk.birth_count)
     (prove or prove_state)(grown.scene, chunk.state_crc)

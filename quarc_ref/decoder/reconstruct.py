@@ -17,7 +17,7 @@ from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove
 from quarc_ref.decoder.stopwatch import stage
-from quarc_ref.format.acceleration import load_kernels, map_parts
+from quarc_ref.format.acceleration import load_kernels, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
@@ -93,13 +93,15 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
     return State(scene, motion, (), None, None, count, ContextCounts())
 
 
-def begin_frame(state: State, death_count: int, room: int = 0) -> State:
+def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: bool = False) -> State:
     """Return the state with the dead gone and every Gaussian bound (SPEC 7.4).
 
     Args:
         state: Of the frame before.
         death_count: Gaussians that leave, those of least (opacity code, id).
         room: As in `State`, if it is known.
+        meanwhile: Whether other threads may go on with the binding, which
+            nothing before `move` reads; it waits for them.
 
     Raises:
         CountError: No Gaussian would be left.
@@ -109,16 +111,19 @@ def begin_frame(state: State, death_count: int, room: int = 0) -> State:
         raise CountError(message)
     with stage("deaths"):
         before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
+        left = start_parts(lambda motion: remove(motion, gone), [state.motion])
         kept = before.without(gone, room)
         scene = replace(kept, frame=before.frame + 1, phase=before.phase + 1)
-        motion = remove(state.motion, gone)
+        (motion,) = left()
     anchors = state.anchors
     if anchors is None or before.phase % scene.header.resample_interval == 0:
         with stage("sampling"):
             anchors = sample_anchors(scene)
     else:
         with stage("newborn"):
-            anchors = Anchors(anchors.levels, _follow_on(anchors, gone, scene.positions))
+            anchors = _follow_on(anchors, gone, scene.positions)
+    if not meanwhile:
+        anchors.wait()
     return State(scene, motion, (), anchors, None, state.next_id, state.counts, room)
 
 
@@ -161,6 +166,8 @@ def move(state: State, symbols: list[Int64]) -> State:
         DegenerateRotationError: A sum of residuals is zero.
     """
     scene, anchors, room = state.scene, state.known_anchors, state.room
+    with stage("binding"):
+        anchors.wait()
     kernels = load_kernels(MOTION_KERNELS, scene.count)
     if kernels is None:
         room = 0
@@ -226,13 +233,17 @@ def _recall(state: State, owners: Int64) -> Int16:
     return remembered
 
 
-def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Int32:
-    """Return the binding of a frame that does not sample: only the newborn are bound."""
+def _follow_on(anchors: Anchors, gone: Int64, positions: Int32) -> Anchors:
+    """Return the anchors of a frame that does not sample: only the newborn are bound."""
     lost = gone[gone < anchors.binding.shape[1]]
-    newborn = positions[:, anchors.binding.shape[1] - lost.size :]
-    bound = remove(anchors.binding, lost, newborn.shape[1])
-    answers = map_parts(lambda level: bind_newborn(level, newborn), anchors.levels)
-    return append(bound, np.stack(answers).astype(np.int32), newborn.shape[1])
+    left = anchors.binding.shape[1] - lost.size
+    binding = np.empty((len(anchors.levels), positions.shape[1]), dtype=np.int32)
+
+    def follow(level: int) -> None:
+        binding[level, :left] = remove(anchors.binding[level][None], lost)[0]
+        binding[level, left:] = bind_newborn(anchors.levels[level], positions[:, left:])
+
+    return Anchors(anchors.levels, binding, start_parts(follow, range(len(anchors.levels))))
 
 
 def _turn_all(scene: Scene, sums: Int64) -> Int32:

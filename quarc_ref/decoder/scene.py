@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.format.acceleration import load_kernels
+from quarc_ref.format.acceleration import load_kernels, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.records import StreamHeader
 
@@ -63,15 +63,12 @@ class Scene:
 
         Behind each plane of codes there may be room: see `append`.
         """
-        return Scene(
-            self.header,
-            self.frame,
-            self.phase,
-            remove(self.ids[None], gone)[0],
-            remove(self.positions, gone),
-            remove(self.rotations, gone),
-            remove(self.codes, gone, room),
-        )
+        codes = start_parts(lambda planes: remove(planes, gone, room), [self.codes])
+        fields = (self.rotations, self.positions)
+        places = start_parts(lambda planes: remove(planes, gone), fields)
+        ids = remove(self.ids[None], gone)[0]
+        rotations, positions = places()
+        return Scene(self.header, self.frame, self.phase, ids, positions, rotations, *codes())
 
 
 def remove(planes: NDArray[_Number], gone: Int64, room: int = 0) -> NDArray[_Number]:

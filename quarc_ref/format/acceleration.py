@@ -67,10 +67,25 @@ def threading_by(count: int) -> Iterator[None]:
 
 def map_parts(action: Callable[[_Part], _Answer], parts: Sequence[_Part]) -> list[_Answer]:
     """Return what an action makes of each part, in order, by as many threads as there may be."""
-    threads = min(count_threads(), len(parts))
+    if len(parts) == 1:
+        return [action(parts[0])]
+    return start_parts(action, parts)()
+
+
+def start_parts(
+    action: Callable[[_Part], _Answer], parts: Sequence[_Part]
+) -> Callable[[], list[_Answer]]:
+    """Do as `map_parts`, and where there may be threads do not wait.
+
+    Returns:
+        What waits, and returns the answers; it may be called again.
+    """
+    threads = count_threads()
     if threads <= 1:
-        return [action(part) for part in parts]
-    return list(_pool(threads).map(action, parts))
+        answers = [action(part) for part in parts]
+        return lambda: answers
+    begun = [_pool(threads).submit(action, part) for part in parts]
+    return lambda: [each.result() for each in begun]
 
 
 @cache
