@@ -7,6 +7,7 @@ from then on. `QUARC_REF_KERNELS` says otherwise: `plain` or `compiled`.
 `QUARC_REF_THREADS` is the number of threads.
 """
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -96,9 +97,23 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 @cache
 def _import(module: str) -> ModuleType | None:
     try:
-        return import_module(module)
+        with _keeping_all():
+            return import_module(module)
     except ImportError:  # numba is not installed, or not for this NumPy
         return None
+
+
+@contextmanager
+def _keeping_all() -> Iterator[None]:
+    """Look for no garbage: what numba loads stays, and is looked through again and again."""
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 _kernels: ContextVar[str | None] = ContextVar("kernels", default=None)

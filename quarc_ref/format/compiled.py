@@ -31,23 +31,25 @@ def _hiding(module: str) -> Iterator[None]:
 
 with _hiding("coverage"):  # which numba looks for, and takes as long for as for a kernel
     import numba
+    from numba.core.registry import cpu_target
 
 
 def _prepare() -> None:
-    """Have numba load what it compiles with, but not all of `scipy.linalg`, which takes as long.
+    """Have numba load all it compiles with, but not all of `scipy.linalg`, which takes as long.
 
     numba imports SciPy's BLAS to see whether there is one, and once more, by its name, when
     something is compiled that needs it; no kernel here does. So the first time an empty
     module stands in for it.
     """
     blas = "scipy.linalg.cython_blas"
-    if blas in sys.modules or find_spec("scipy") is None:
-        return
-    sys.modules[blas] = ModuleType(blas)
-    try:
-        import numba.np.arraymath  # noqa: F401
-    finally:
-        del sys.modules[blas]
+    if blas not in sys.modules and find_spec("scipy") is not None:
+        sys.modules[blas] = ModuleType(blas)
+        try:
+            import numba.np.arraymath  # noqa: F401
+        finally:
+            del sys.modules[blas]
+    cpu_target.typing_context.refresh()
+    cpu_target.target_context.refresh()
 
 
 def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
