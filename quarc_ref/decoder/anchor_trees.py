@@ -175,7 +175,7 @@ def _make_room(kernels: ModuleType, blocks: int, runs: int) -> tuple[NDArray[np.
     """Return the lists that `pruning_kernels` works in."""
     return (
         np.empty((kernels.LISTS + 1, blocks), dtype=np.uint32),
-        np.empty((kernels.LISTS, 4, kernels.RUN * (kernels.RUN + 1)), dtype=np.int32),
+        np.empty((kernels.LISTS, 4, kernels.MOST), dtype=np.int32),
         np.empty((2, kernels.LISTS), dtype=np.int64),
         np.empty(kernels.RUN, dtype=np.uint8),
         np.empty((2, kernels.RUN), dtype=np.int64),

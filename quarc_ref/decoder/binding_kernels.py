@@ -13,6 +13,7 @@ import numpy as np
 
 from quarc_ref.decoder.pruning_kernels import (
     ANCHORS,
+    LISTED,
     LISTS,
     RUN,
     UNBOUND,
@@ -29,6 +30,7 @@ from quarc_ref.decoder.pruning_kernels import (
 )
 from quarc_ref.format.compiled import bare, bare_entrance
 
+MOST = RUN * (LISTED + 1)  # anchors of a list
 _LEAF = 2  # the depth of the least runs
 _FEW = 64  # anchors that need no finer list
 _CLOSE = 1 << 30
@@ -71,7 +73,11 @@ def bind_runs(gaussians, tree, span, room, binding):
             continue
         for part in range(first, last, RUN):
             end = min(part + RUN, last)
-            _search(points, part, end, tree, room)
+            if few:
+                nearest[:] = UNBOUND
+                _hold(points, part, anchors, 0, count, nearest[0], nearest[1])
+            else:
+                _search(points, part, end, tree, room)
             for i in range(part, end):
                 binding[order[i]] = nearest[1, i - part]
 

@@ -6,7 +6,7 @@ widest 0; tier 3 are anchors themselves.
 
 Lists are kept in a `room` that is there before, one to a depth: uint32
 `[LISTS + 1, b]` blocks, the last list for whoever is at work, and int32
-`[LISTS, 4, RUN * (RUN + 1)]` anchors; int64 `[2, LISTS]` how many each list
+`[LISTS, 4, RUN * (LISTED + 1)]` anchors; int64 `[2, LISTS]` how many each list
 has, and of which tier; uint8 `[RUN]` marks; int64 `[2, RUN]` and int32 the same,
 the squared distances and the numbers of the nearest; and int64 `[r]` bounds, one
 to a run.
@@ -17,7 +17,8 @@ import numpy as np
 from quarc_ref.format.compiled import bare
 
 ANCHORS = 3
-RUN = 16  # Gaussians side by side, anchors side by side, blocks whose anchors are listed
+RUN = 16  # Gaussians side by side, anchors side by side
+LISTED = 24  # blocks whose parts are listed, at most
 LISTS = 6
 UNBOUND = (1 << 63) - 1
 _BESIDE = 3
@@ -69,7 +70,7 @@ def narrow(box, bound, depth, room, anchors, blocks):
         length = _keep_anchors(box, listed[depth], length, bound, listed[depth + 1], reach)
     else:
         length = keep_blocks(box, blocks, ids[depth], length, bound, kept)
-    while tier < ANCHORS and length <= RUN:
+    while tier < ANCHORS and length <= LISTED:
         tier += 1
         if tier == ANCHORS:
             length = _list_anchors(
