@@ -66,7 +66,7 @@ def move_through(
 def _pack(kernels: ModuleType, symbols: list[Int64]) -> tuple[object, ...]:
     """Return the symbols of all levels as the kernels take them, and where levels begin."""
     borders = np.cumsum([0, *(level.shape[1] for level in symbols)])
-    packed = np.empty((2, borders[-1]), dtype=np.int64)
+    packed = np.empty((borders[-1], 2), dtype=np.int64)
     for first, level in zip(borders.tolist(), symbols, strict=False):
         kernels.pack_symbols(np.ascontiguousarray(level), packed, first)
     return packed, borders[:-1]

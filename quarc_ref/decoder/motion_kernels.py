@@ -77,15 +77,15 @@ def recall(ids, owners, motion):
 
 @entrance
 def pack_symbols(symbols, packed, first):
-    """Write a level's symbols int64 `[c, a]` as pairs of numbers to int64 `[2, A]`, from `first`.
+    """Write a level's symbols int64 `[c, a]` as pairs of numbers to int64 `[A, 2]`, from `first`.
 
     Symbols are the digits to the base 2^16, the lowest first, of the translation's
     number and the rotation's. Digits may be negative, and so add up in one go.
     """
     last = first + symbols.shape[1]
-    packed[:, first:last] = 0
+    packed[first:last] = 0
     for row in range(symbols.shape[0]):
-        plane, numbers = symbols[row], packed[min(row // _AXES, 1), first:last]
+        plane, numbers = symbols[row], packed[first:last, min(row // _AXES, 1)]
         place = np.int64(_place_of(row))
         for anchor in range(plane.size):
             numbers[anchor] += plane[anchor] << place
@@ -104,7 +104,7 @@ def move(before, binding, anchors, steps, span, after):
     Args:
         before: int32 positions `[3, N]` and rotations `[4, N]`.
         binding: int32 `[L, N]`.
-        anchors: Numbers int64 `[2, A]` of all levels as `pack_symbols` writes them, and
+        anchors: Numbers int64 `[A, 2]` of all levels as `pack_symbols` writes them, and
             int64 `[L]` where each level begins.
         steps: Translation step, sum of the levels' unities, and the limit of a position.
         span: The first Gaussian, and the one after the last.
@@ -141,12 +141,13 @@ def _add_up(binding, anchors, first, last, sums):
     """Write the sums of the numbers of what some Gaussians follow, `_ALL_ZERO` added."""
     numbers, starts = anchors
     sums[:] = _ALL_ZERO
-    for which in range(2):
-        total = sums[which]
-        for level in range(binding.shape[0]):
-            followed, own = binding[level, first:last], numbers[which, starts[level] :]
-            for j in range(followed.size):
-                total[j] += own[np.uint32(followed[j])]
+    shifts, turns = sums[0], sums[1]
+    for level in range(binding.shape[0]):
+        followed, own = binding[level, first:last], numbers[starts[level] :]
+        for j in range(followed.size):
+            anchor = np.uint32(followed[j])
+            shifts[j] += own[anchor, 0]
+            turns[j] += own[anchor, 1]
 
 
 @plain
