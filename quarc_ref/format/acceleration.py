@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from functools import cache
 from importlib import import_module
 from types import ModuleType
@@ -85,8 +85,14 @@ def start_parts(
     if threads <= 1:
         answers = [action(part) for part in parts]
         return lambda: answers
-    begun = [_pool(threads).submit(action, part) for part in parts]
+    begun = [_pool(threads).submit(copy_context().run, _alone, action, part) for part in parts]
     return lambda: [each.result() for each in begun]
+
+
+def _alone(action: Callable[[_Part], _Answer], part: _Part) -> _Answer:
+    """Act in one thread: one that waited for others might wait for itself."""
+    with threading_by(1):
+        return action(part)
 
 
 @cache

@@ -25,7 +25,9 @@ _HEADERS = st.builds(
 
 def _sample(scene, kernels, threads=1):
     with computing_with(kernels), threading_by(threads):
-        return sample_anchors(scene)
+        anchors = sample_anchors(scene)
+    anchors.wait()
+    return anchors
 
 
 def _check_alike(scene, threads=1):

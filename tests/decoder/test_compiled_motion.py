@@ -32,7 +32,7 @@ def _run(header, count, seed, kernels, threads=1, room=0):
     with computing_with(kernels), threading_by(threads):
         state = begin_canonical(header, 0, make_gaussians(header, count, seed))
         for frame in range(1, 4):
-            begun = begin_frame(state, min(3, count - 1), room)
+            begun = begin_frame(state, min(3, count - 1), room, meanwhile=frame > 1)
             contexts = motion_contexts(begun, previous=True)
             moved = move(begun, make_symbols(begun, seed + frame))
             state = bear(moved, make_births(moved, 4, seed + frame))

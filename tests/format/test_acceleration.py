@@ -13,6 +13,7 @@ from quarc_ref.format.acceleration import (
     count_threads,
     load_kernels,
     map_parts,
+    start_parts,
     threading_by,
 )
 from tests.streams import make_stream
@@ -83,3 +84,19 @@ def test_parts_come_back_in_order_from_as_many_threads_as_there_may_be(threads):
 
     assert len(seen) <= threads
     assert (seen == {threading.get_ident()}) == (threads == 1)
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_what_has_been_begun_can_be_waited_for_again_and_takes_no_more_threads(threads):
+    with threading_by(threads):
+        wait = start_parts(lambda part: (part, count_threads()), range(5))
+
+    assert wait() == wait() == [(part, 1) for part in range(5)]
+
+
+def test_what_goes_wrong_meanwhile_is_told_whoever_waits():
+    with threading_by(2):
+        wait = start_parts(lambda part: 1 // part, [1, 0])
+
+    with pytest.raises(ZeroDivisionError):
+        wait()
