@@ -32,7 +32,8 @@ def test_scipy_is_loaded_only_when_somebody_compiles_what_needs_it():
 _SCALE = """
 import numpy as np
 from quarc_ref.decoder.float_kernels import scale
-scale(np.ones((1, 2), dtype=np.int32), np.float32(3), np.empty((2, 1), dtype=np.float32), 0)
+floats = np.ones((2, 1), dtype=np.float32)
+scale(np.ones((1, 2), dtype=np.int32), floats[0], floats)
 print(sum(scale.stats.cache_hits.values()))
 """
 
