@@ -45,7 +45,7 @@ def remove(planes, gone, kept):
         first, place = 0, 0
         for i in range(gone.size + 1):
             last = gone[i] if i < gone.size else planes.shape[1]
-            kept[row, place : place + last - first] = planes[row, first:last]
+            _copy(planes[row, first:last], kept[row, place:])
             place += last - first
             first = last + 1
 
@@ -92,6 +92,13 @@ def pack_symbols(symbols, packed, first):
 
 
 @plain
+def _copy(numbers, to):
+    """Write numbers elsewhere: this becomes vectors, an assignment of slices does not."""
+    for j in range(numbers.size):
+        to[j] = numbers[j]
+
+
+@plain
 def _place_of(channel):
     """Return the lowest bit of a channel's digit."""
     return _DIGIT_BITS * (channel if channel < _AXES else channel - _AXES)
@@ -132,7 +139,7 @@ def move(before, binding, anchors, steps, span, after):
             plane, moves = before[0][axis, first:last], motion[axis, first:last]
             leaves |= _shift(plane, moves, step, limit, positions[axis, first:last])
     for row in range(4):
-        rotations[row, span[0] : span[1]] = before[1][row, span[0] : span[1]]
+        _copy(before[1][row, span[0] : span[1]], rotations[row, span[0] :])
     return leaves, _turn(turning[: np.int64(found)], motion[_AXES:], unity, rotations)
 
 
