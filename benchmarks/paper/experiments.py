@@ -8,7 +8,7 @@ from quarc_ref.encoder.config import BirthSettings, EncoderConfig
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 STEP_FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-GATE_FACTORS = (1, 2)
+GATE_FACTORS = (1, 2, 4, 8)
 _STEP_DOUBLINGS = 3  # of the lattice, so that the finest step is a whole number of its units
 _LEVELS = (1, 2, 3)
 _GAUSSIANS_PER_ANCHOR = (4, 16, 24)
