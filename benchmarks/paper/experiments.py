@@ -94,12 +94,13 @@ def _make_quantization(base: EncoderConfig) -> Experiment:
 
 
 def _make_gate(base: EncoderConfig) -> Experiment:
+    gated, opened = BirthSettings(), BirthSettings(gate_views=0)
     points = [
         point
         for factor in GATE_FACTORS
         for point in (
-            _place_by_gradient(base, "change gate", "gate", factor, {}),
-            _place_by_gradient(base, "no gate", "gate-open", factor, {"gate_views": 0}),
+            _place_by_gradient(base, gated, factor, "change gate", "gate"),
+            _place_by_gradient(base, opened, factor, "no gate", "gate-open"),
         )
     ]
     remark = (
@@ -112,10 +113,9 @@ def _make_gate(base: EncoderConfig) -> Experiment:
 
 
 def _place_by_gradient(
-    base: EncoderConfig, words: str, name: str, factor: int, changes: dict[str, int]
+    base: EncoderConfig, births: BirthSettings, factor: int, words: str, name: str
 ) -> Point:
-    """Return the paper's births above a least gradient of so many times the paper's."""
-    births = BirthSettings(**changes)
+    """Return births above a least gradient of so many times what it is."""
     births = replace(births, gradient=births.gradient * factor)
     if factor != 1:
         words, name = f"{words}, least gradient x {factor}", f"{name}-{factor}"
