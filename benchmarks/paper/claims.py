@@ -18,7 +18,7 @@ Rows = Mapping[str, Row]
 
 
 def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
-    """Return the claims that the rows at hand can tell of.
+    """Return the claims that the rows at hand can tell of, each once.
 
     Args:
         experiments: `{experiment: {label: row}}` in the experiments' order.
@@ -28,7 +28,7 @@ def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
         rows = list(experiments.get(name, {}).values())
         if len(rows) > 1:
             claims += judge(rows)
-    return claims
+    return list(dict.fromkeys(claims))
 
 
 def _judge_quantization(rows: list[Row]) -> Iterator[Claim]:
@@ -77,6 +77,7 @@ def _psnr(row: Row) -> float:
 _JUDGES = {
     "quantization": _judge_quantization,
     "gate": _judge_gate,
+    "gradient": _judge_gate,
     "step": _judge_step,
     "anchors": _judge_anchors,
 }

@@ -8,7 +8,7 @@ from quarc_ref.encoder.config import BirthSettings, EncoderConfig
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 STEP_FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-GATE_FACTORS = (1, 2, 4, 8)
+GRADIENT_FACTORS = (1, 2, 4, 8)
 _STEP_DOUBLINGS = 3  # of the lattice, so that the finest step is a whole number of its units
 _LEVELS = (1, 2, 3)
 _GAUSSIANS_PER_ANCHOR = (4, 16, 24)
@@ -26,11 +26,13 @@ class Point:
         label: What is changed.
         x: Along the axis; None where there is none.
         trial: What is measured.
+        series: Points of one are joined along the axis.
     """
 
     label: str
     x: float | None
     trial: Trial
+    series: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,32 +96,36 @@ def _make_quantization(base: EncoderConfig) -> Experiment:
 
 
 def _make_gate(base: EncoderConfig) -> Experiment:
-    gated, opened = BirthSettings(), BirthSettings(gate_views=0)
-    points = [
-        point
-        for factor in GATE_FACTORS
-        for point in (
-            _place_by_gradient(base, gated, factor, "change gate", "gate"),
-            _place_by_gradient(base, opened, factor, "no gate", "gate-open"),
-        )
-    ]
     remark = (
-        "All with the paper's births in all else: clones of the Gaussians of the largest screen "
-        "gradient, 100 iterations, and as many deaths as births. The paper's least gradient is "
-        "one for pictures of 1352 x 1014; in smaller ones a Gaussian has a larger share, and "
-        "more of them pass."
+        "Both with the paper's births in all else: clones of the Gaussians of the largest screen "
+        "gradient, 100 iterations, and as many deaths as births."
     )
-    return Experiment("gate", "Change gate", "", tuple(points), remark)
+    return Experiment("gate", "Change gate", "", _with_and_without_gate(base, 1), remark)
 
 
-def _place_by_gradient(
-    base: EncoderConfig, births: BirthSettings, factor: int, words: str, name: str
-) -> Point:
-    """Return births above a least gradient of so many times what it is."""
-    births = replace(births, gradient=births.gradient * factor)
-    if factor != 1:
-        words, name = f"{words}, least gradient x {factor}", f"{name}-{factor}"
-    return Point(words, None, _try(base, name, replace(base, births=births)))
+def _make_gradient(base: EncoderConfig) -> Experiment:
+    points = [
+        point for factor in GRADIENT_FACTORS for point in _with_and_without_gate(base, factor)
+    ]
+    axis = "least screen gradient of a parent, times the paper's"
+    remark = (
+        "The paper's births with and without the change gate. Its least gradient is one for "
+        "pictures of 1352 x 1014; in smaller ones a Gaussian has a larger share, and more of "
+        "them pass."
+    )
+    return Experiment("gradient", "Change gate and least gradient", axis, tuple(points), remark)
+
+
+def _with_and_without_gate(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
+    """Return the paper's births above so many times its least gradient, gated and not."""
+    gradient = BirthSettings().gradient * factor
+    above, ending = (f", gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
+    gated = replace(base, births=BirthSettings(gradient=gradient))
+    opened = replace(base, births=BirthSettings(gradient=gradient, gate_views=0))
+    return (
+        Point(f"change gate{above}", factor, _try(base, f"gate{ending}", gated), "change gate"),
+        Point(f"no gate{above}", factor, _try(base, f"gate-open{ending}", opened), "no gate"),
+    )
 
 
 def _make_step(base: EncoderConfig) -> Experiment:
@@ -218,6 +224,7 @@ EXPERIMENTS: dict[str, Callable[[EncoderConfig], Experiment]] = {
     _FULL: _make_full,
     "quantization": _make_quantization,
     "gate": _make_gate,
+    "gradient": _make_gradient,
     "step": _make_step,
     "levels": _sweep("levels", "Levels of anchors", "level_count", _LEVELS, "levels"),
     "anchors": _sweep(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from statistics import fmean
 
 from kept_files import keep_file
 from paper.claims import list_claims
@@ -13,6 +14,8 @@ from quarc_ref.evaluation.plots import Curve, plot_curves
 from rate.tables import format_claims
 
 Rows = Mapping[str, Row]
+
+_DOUBLED = ("step", "gradient")  # axes of which each value is twice the one before
 
 
 def write_results(
@@ -66,19 +69,27 @@ def _make_section(experiment: Experiment, rows: Rows) -> Section:
 def _plot(experiment: Experiment, done: Sequence[tuple[Point, Row]]) -> bytes:
     """Return what an experiment looks like: along its axis, or frame by frame if it has none."""
     if experiment.axis and len(done) > 1:
-        axis = [point.x for point, _ in done]
-        quality = [row["quality"]["psnr"] for _, row in done]
-        sizes = [row["bytes"]["kb_per_frame"] for _, row in done]
         panels = {
-            "PSNR, held out (dB)": {"": Curve(axis, quality)},
-            "KB per frame": {"": Curve(axis, sizes)},
+            "PSNR, held out (dB)": _join(done, lambda row: row["quality"]["psnr"]),
+            "KB per frame": _join(done, lambda row: row["bytes"]["kb_per_frame"]),
         }
-        return plot_curves(panels, experiment.axis, doublings=experiment.name == "step")
+        if experiment.name == "gradient":
+            panels["newborn per frame"] = _join(done, lambda row: fmean(row["births"][1:]))
+        return plot_curves(panels, experiment.axis, doublings=experiment.name in _DOUBLED)
     panels = {"PSNR, held out (dB)": _follow(done, lambda row: row["per_frame"]["psnr"])}
     if experiment.name in {"full", "gate"}:
         panels["newborn so far"] = _follow(done, _accumulate_births)
         panels["Gaussians"] = _follow(done, lambda row: row["gaussians"])
     return plot_curves(panels, "frame")
+
+
+def _join(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa: ANN001
+    """Return the curves along the axis, one to a series."""
+    curves = {}
+    for series in dict.fromkeys(point.series for point, _ in done):
+        mine = [(point.x, tell(row)) for point, row in done if point.series == series]
+        curves[series] = Curve(*(list(numbers) for numbers in zip(*mine, strict=True)))
+    return curves
 
 
 def _follow(done: Sequence[tuple[Point, Row]], tell) -> dict[str, Curve]:  # noqa: ANN001

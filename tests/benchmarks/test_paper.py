@@ -62,12 +62,6 @@ def study(folder, tmp_path_factory):
         "float",
         "gate",
         "gate-open",
-        "gate-2",
-        "gate-open-2",
-        "gate-4",
-        "gate-open-4",
-        "gate-8",
-        "gate-open-8",
         "levels-1",
         "levels-2",
     ]

@@ -36,6 +36,12 @@ def test_the_gate_halves_births_for_nothing_or_not():
     assert _judge("gate", _row(29.0), opened, gated, opened)[2:] == [(0.4, True), (0.05, True)]
 
 
+def test_what_two_experiments_tell_alike_is_claimed_once():
+    rows = {"change gate": _row(30.0, label="change gate"), "no gate": _row(30.0)}
+
+    assert len(list_claims({"gate": rows, "gradient": rows})) == 2
+
+
 def test_a_sweep_has_a_knee_where_finer_gains_nothing_and_wider_loses():
     sizes, psnr = (4, 3, 2, 1, 1, 1, 1), (30.05, 30, 30, 30, 29.9, 29.5, 29)
     knee = [_row(*each) for each in zip(psnr, sizes, strict=True)]

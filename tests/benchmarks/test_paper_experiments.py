@@ -5,7 +5,7 @@ import pytest
 
 from paper.experiments import (
     EXPERIMENTS,
-    GATE_FACTORS,
+    GRADIENT_FACTORS,
     STEP_FACTORS,
     list_experiments,
     list_trials,
@@ -56,12 +56,14 @@ def test_the_full_method_is_always_there_so_that_a_page_can_be_written_after_its
 
 
 def test_the_gate_is_all_that_differs_between_two_trials_of_one_least_gradient():
-    births = [point.trial.config.births for point in _points(BASES["demo"], "gate")]
+    births = [point.trial.config.births for point in _points(BASES["demo"], "gradient")]
 
     assert births[::2] == [
-        BirthSettings(gradient=BirthSettings().gradient * factor) for factor in GATE_FACTORS
+        BirthSettings(gradient=BirthSettings().gradient * factor) for factor in GRADIENT_FACTORS
     ]
     assert births[1::2] == [replace(gated, gate_views=0) for gated in births[::2]]
+    gate = [point.trial for point in _points(BASES["demo"], "gate")]
+    assert gate == [point.trial for point in _points(BASES["demo"], "gradient")[:2]]
 
 
 def test_a_value_that_the_full_method_has_is_the_full_method_s_row():
