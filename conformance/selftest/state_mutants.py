@@ -79,7 +79,7 @@ MUTANTS = (
                 "    gone = np.sort(choose_deaths(state.scene, chunk.death_count))\n"
                 "    binding = np.delete(moved.anchors.binding, gone, axis=1)\n"
                 "    motion = np.delete(moved.motion, gone, axis=1)\n"
-                "    moved = replace(moved, scene=moved.scene.without(gone), motion=motion)\n"
+                "    moved = replace(moved, scene=moved.scene.without(gone)[0], motion=motion)\n"
                 "    moved = replace(moved, anchors=replace(moved.anchors, binding=binding))\n"
                 "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
             ),

@@ -5,7 +5,6 @@ them, inherit that order, so that a tree of boxes over them takes no further
 sorting; it is kept for the newborn of the frames until the next sampling.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.acceleration import count_threads, start_parts
+from quarc_ref.format.acceleration import Wait, count_threads, start_parts
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import PHILOX_DOMAIN_SAMPLER
 
@@ -39,9 +38,6 @@ class AnchorTree:
     blocks: Int32
     widest: int
 
-
-# Returns when what other threads do is done.
-Wait = Callable[[], object]
 
 # Of a level: indices `[a]` of the Gaussians that are its anchors, ascending; and what
 # finds the nearest of them fast, if anything.

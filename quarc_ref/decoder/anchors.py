@@ -11,11 +11,11 @@ from typing import Protocol
 
 import numpy as np
 
-from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Drawn, Wait, bind_through
+from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Drawn, bind_through
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.acceleration import load_kernels
+from quarc_ref.format.acceleration import Wait, load_kernels
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import LATTICE_BITS, LATTICE_OFFSET, PHILOX_DOMAIN_SAMPLER

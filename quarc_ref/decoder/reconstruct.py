@@ -15,9 +15,9 @@ import numpy as np
 from quarc_ref.decoder.anchors import Anchors, bind_newborn, sample_anchors
 from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
-from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove
+from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove, start_removing
 from quarc_ref.decoder.stopwatch import stage
-from quarc_ref.format.acceleration import load_kernels, start_parts
+from quarc_ref.format.acceleration import Wait, load_kernels, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
@@ -30,6 +30,10 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.format.motion_planes import LevelContext
 from quarc_ref.format.records import OPACITY, Births, Gaussians, StreamHeader
+
+
+def _settled() -> None:
+    """Wait for nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,6 +53,8 @@ class State:
             last canonical frame.
         room: For how many newborn there is room behind the planes; `bear`,
             which fills it, is then called once.
+        wait: Is called before the binding, the rotations and the codes are read,
+            which other threads may still write.
     """
 
     scene: Scene
@@ -59,6 +65,7 @@ class State:
     next_id: int
     counts: ContextCounts
     room: int = 0
+    wait: Wait = _settled
 
     @property
     def known_anchors(self) -> Anchors:
@@ -100,8 +107,8 @@ def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: boo
         state: Of the frame before.
         death_count: Gaussians that leave, those of least (opacity code, id).
         room: As in `State`, if it is known.
-        meanwhile: Whether other threads may go on with the binding, which
-            nothing before `move` reads; it waits for them.
+        meanwhile: Whether other threads may go on with what nothing before `move` reads,
+            which waits for them.
 
     Raises:
         CountError: No Gaussian would be left.
@@ -111,10 +118,10 @@ def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: boo
         raise CountError(message)
     with stage("deaths"):
         before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
-        left = start_parts(lambda motion: remove(motion, gone), [state.motion])
-        kept = before.without(gone, room)
+        motion, wait_for_motion = start_removing(state.motion, gone)
+        kept, wait_for_planes = before.without(gone, room)
         scene = replace(kept, frame=before.frame + 1, phase=before.phase + 1)
-        (motion,) = left()
+        wait_for_motion()
     anchors = state.anchors
     if anchors is None or before.phase % scene.header.resample_interval == 0:
         with stage("sampling"):
@@ -122,9 +129,14 @@ def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: boo
     else:
         with stage("newborn"):
             anchors = _follow_on(anchors, gone, scene.positions)
-    if not meanwhile:
+
+    def wait() -> None:
+        wait_for_planes()
         anchors.wait()
-    return State(scene, motion, (), anchors, None, state.next_id, state.counts, room)
+
+    if not meanwhile:
+        wait()
+    return State(scene, motion, (), anchors, None, state.next_id, state.counts, room, wait)
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
@@ -167,7 +179,7 @@ def move(state: State, symbols: list[Int64]) -> State:
     """
     scene, anchors, room = state.scene, state.known_anchors, state.room
     with stage("binding"):
-        anchors.wait()
+        state.wait()
     kernels = load_kernels(MOTION_KERNELS, scene.count)
     if kernels is None:
         room = 0
@@ -178,7 +190,8 @@ def move(state: State, symbols: list[Int64]) -> State:
     else:
         positions, rotations, motion = move_through(kernels, scene, anchors, symbols, room)
     moved = replace(scene, positions=positions, rotations=rotations)
-    return replace(state, scene=moved, motion=motion, symbols=tuple(symbols), room=room)
+    done = tuple(symbols)
+    return replace(state, scene=moved, motion=motion, symbols=done, room=room, wait=_settled)
 
 
 def bear(state: State, births: Births) -> State:

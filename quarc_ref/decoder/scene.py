@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.format.acceleration import load_kernels, start_parts
+from quarc_ref.format.acceleration import Wait, load_kernels, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.records import StreamHeader
 
@@ -58,17 +58,24 @@ class Scene:
         """Number of Gaussians, N."""
         return int(self.ids.size)
 
-    def without(self, gone: Int64, room: int = 0) -> "Scene":
+    def without(self, gone: Int64, room: int = 0) -> "tuple[Scene, Wait]":
         """Return the scene without the Gaussians of ascending indices `[g]`; order is kept.
 
-        Behind each plane of codes there may be room: see `append`.
+        Args:
+            gone: Which.
+            room: Behind each plane of codes: see `append`.
+
+        Returns:
+            The scene, and what waits for its rotations and codes, which other threads
+            may still write.
         """
-        codes = start_parts(lambda planes: remove(planes, gone, room), [self.codes])
-        fields = (self.rotations, self.positions)
-        places = start_parts(lambda planes: remove(planes, gone), fields)
+        positions, wait_for_positions = start_removing(self.positions, gone)
+        rotations, wait_for_rotations = start_removing(self.rotations, gone)
+        codes, wait_for_codes = start_removing(self.codes, gone, room)
         ids = remove(self.ids[None], gone)[0]
-        rotations, positions = places()
-        return Scene(self.header, self.frame, self.phase, ids, positions, rotations, *codes())
+        scene = Scene(self.header, self.frame, self.phase, ids, positions, rotations, codes)
+        wait_for_positions()
+        return scene, lambda: (wait_for_rotations(), wait_for_codes())
 
 
 def remove(planes: NDArray[_Number], gone: Int64, room: int = 0) -> NDArray[_Number]:
@@ -84,12 +91,26 @@ def remove(planes: NDArray[_Number], gone: Int64, room: int = 0) -> NDArray[_Num
     if gone.size == room == 0:
         return planes
     kept = make_planes(planes.shape[0], planes.shape[1] - gone.size, room, planes.dtype)
+    _keep_others(planes, gone, kept, room)
+    return kept
+
+
+def start_removing(
+    planes: NDArray[_Number], gone: Int64, room: int = 0
+) -> tuple[NDArray[_Number], Wait]:
+    """Do as `remove`; return what waits, too, until other threads have written the planes."""
+    if gone.size == room == 0:
+        return planes, lambda: None
+    kept = make_planes(planes.shape[0], planes.shape[1] - gone.size, room, planes.dtype)
+    return kept, start_parts(lambda to: _keep_others(planes, gone, to, room), [kept])
+
+
+def _keep_others(planes: NDArray[_Number], gone: Int64, kept: NDArray[_Number], room: int) -> None:
     kernels = load_kernels(MOTION_KERNELS, planes.shape[1])
     if kernels is None:
         kept[:] = np.delete(planes, gone, axis=1)
     else:
         kernels.remove(planes, gone, whole(kept, room))
-    return kept
 
 
 def make_planes(

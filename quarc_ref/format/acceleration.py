@@ -11,13 +11,14 @@ import gc
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
+from threading import Lock
 from types import ModuleType
-from typing import Final, TypeVar
+from typing import Final, Generic, TypeVar
 
 PLAIN: Final = "plain"
 COMPILED: Final = "compiled"
@@ -25,6 +26,9 @@ _WORTH_LOADING: Final = 1 << 13
 
 _Part = TypeVar("_Part")
 _Answer = TypeVar("_Answer")
+
+# Returns when what other threads do is done.
+Wait = Callable[[], object]
 
 
 def load_kernels(module: str, elements: int) -> ModuleType | None:
@@ -79,14 +83,41 @@ def start_parts(
     """Do as `map_parts`, and where there may be threads do not wait.
 
     Returns:
-        What waits, and returns the answers; it may be called again.
+        What waits, and returns the answers; it may be called again. Whoever
+        waits lends a hand: the last part that nobody has begun is the next.
     """
     threads = count_threads()
     if threads <= 1:
         answers = [action(part) for part in parts]
         return lambda: answers
-    begun = [_pool(threads).submit(copy_context().run, _alone, action, part) for part in parts]
-    return lambda: [each.result() for each in begun]
+    tasks = [_Task(partial(copy_context().run, _alone, action, part)) for part in parts]
+    for task in tasks:
+        _pool(threads - 1).submit(task.do)
+
+    def wait() -> list[_Answer]:
+        for task in reversed(tasks):
+            task.do()
+        return [task.outcome.result() for task in tasks]
+
+    return wait
+
+
+class _Task(Generic[_Answer]):
+    """Something that is done once, by the first thread that comes to it."""
+
+    def __init__(self, action: Callable[[], _Answer]) -> None:
+        self._action = action
+        self._begun = Lock()
+        self.outcome: Future[_Answer] = Future()
+
+    def do(self) -> None:
+        """Do it, unless somebody has begun with it."""
+        if not self._begun.acquire(blocking=False):
+            return
+        try:
+            self.outcome.set_result(self._action())
+        except BaseException as error:
+            self.outcome.set_exception(error)
 
 
 def _alone(action: Callable[[_Part], _Answer], part: _Part) -> _Answer:

@@ -24,7 +24,8 @@ def test_a_scene_has_planes_of_one_length_and_kind(name):
 @pytest.mark.parametrize("kernels", [PLAIN, COMPILED])
 def test_the_gaussians_that_are_left_keep_their_order(kernels):
     with computing_with(kernels):
-        scene = _STATE.scene.without(np.array([1, 3, 5, 7]))
+        scene, wait = _STATE.scene.without(np.array([1, 3, 5, 7]))
+    wait()
 
     assert scene.count == 5
     assert scene.ids.tolist() == [0, 2, 4, 6, 8]
