@@ -213,9 +213,11 @@ def _make_frame(
 ) -> tuple[State, bytes]:
     """Return the state of a frame and the payload of its chunk."""
     contexts = motion_contexts(begun, previous=True)
-    motion = write_motion(contexts, symbols, begun.counts)
+    motion = write_motion(contexts, symbols, begun.motion_counts)
     moved = decode_motion(begun, motion, previous=True)
-    section = write_births(_make_births(moved, births, rng), moved.counts) if births else _NOTHING
+    section = (
+        write_births(_make_births(moved, births, rng), moved.birth_counts) if births else _NOTHING
+    )
     state = decode_births(moved, section, births)
     crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
     chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc)

@@ -34,6 +34,8 @@ from quarc_ref.format.gaussian_planes import read_births, write_births
 from quarc_ref.format.motion_planes import read_motion, write_motion
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
+Seen = dict[str, ContextCounts]  # by the fields of a state
+
 REGIMES = {"paper": 0.07, "sparse": 0.01}
 _MOVERS = 8
 _HEADER = StreamHeader(
@@ -112,9 +114,7 @@ def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
     return Births(np.sort(rng.integers(0, state.scene.count, count)), residuals)
 
 
-def prepare(
-    state: State, symbols: list[Int64], births: Births
-) -> tuple[Callable[[], ContextCounts], int]:
+def prepare(state: State, symbols: list[Int64], births: Births) -> tuple[Callable[[], Seen], int]:
     """Code a frame's symbols; the one place that knows how the format is called.
 
     Returns:
@@ -122,18 +122,18 @@ def prepare(
         many bytes they take.
     """
     levels = motion_contexts(state, previous=True)
-    motion = write_motion(levels, symbols, state.counts)
-    decoded, counts = read_motion(motion, levels, state.counts)
-    newborn = write_births(births, counts)
+    motion = write_motion(levels, symbols, state.motion_counts)
+    decoded, _ = read_motion(motion, levels, state.motion_counts)
+    newborn = write_births(births, state.birth_counts)
     count, planes = births.newborn.count, _HEADER.code_planes
     if not all(map(np.array_equal, decoded, symbols)):
         message = "the symbols do not come back"
         raise RuntimeError(message)
 
-    def decode() -> ContextCounts:
-        _, seen = read_motion(motion, levels, state.counts)
-        _, seen = read_births(newborn, planes, count, seen)
-        return seen
+    def decode() -> Seen:
+        _, moves = read_motion(motion, levels, state.motion_counts)
+        _, born = read_births(newborn, planes, count, state.birth_counts)
+        return {"motion_counts": moves, "birth_counts": born}
 
     return decode, motion.byte_count() + newborn.byte_count()
 
@@ -145,7 +145,7 @@ def time_regime(state: State, share: float, births: int, repeats: int) -> list[d
     begun = begin_frame(state, 0)
     symbols = make_symbols(begun, scenery, share)
     decode, _ = prepare(begun, symbols, make_births(begun, births, rng))
-    begun = begin_frame(replace(move(begun, symbols), counts=decode()), 0)
+    begun = begin_frame(replace(move(begun, symbols), **decode()), 0)
     symbols = make_symbols(begun, scenery.advance(rng), share)
     decode, size = prepare(begun, symbols, make_births(begun, births, rng))
     facts = {

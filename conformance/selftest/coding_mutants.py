@@ -20,8 +20,8 @@ MUTANTS = (
     mutant(
         "counts begin anew in every frame",
         "decoder/frames.py",
-        "read_motion(section, contexts, state.counts)",
-        "read_motion(section, contexts, type(state.counts)())",
+        "read_motion(section, contexts, state.motion_counts)",
+        "read_motion(section, contexts, type(state.motion_counts)())",
     ),
     mutant("counts never halved", _CONTEXTS, _HALVED, "seen[0] + seen[1] > 1 << 40)"),
     mutant("counts halved one too early", _CONTEXTS, _HALVED, "seen[0] + seen[1] >= COUNT_LIMIT)"),

@@ -75,13 +75,13 @@ MUTANTS = (
             ),
             (
                 _FRAMES,
-                "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
+                "    grown = bear_decoded(moved)\n",
                 "    gone = np.sort(choose_deaths(state.scene, chunk.death_count))\n"
                 "    binding = np.delete(moved.anchors.binding, gone, axis=1)\n"
                 "    motion = np.delete(moved.motion, gone, axis=1)\n"
                 "    moved = replace(moved, scene=moved.scene.without(gone)[0], motion=motion)\n"
                 "    moved = replace(moved, anchors=replace(moved.anchors, binding=binding))\n"
-                "    grown = decode_births(moved, chunk.births, chunk.birth_count)\n",
+                "    grown = bear_decoded(moved)\n",
             ),
             (
                 _FRAMES,
@@ -145,7 +145,7 @@ MUTANTS = (
         "        before = self._state\n"
         f"{_CANONICAL}"
         "        if before is not None:\n"
-        "            self._state = replace(self._state, counts=before.counts)\n",
+        "            self._state = replace(self._state, motion_counts=before.motion_counts)\n",
         "from collections.abc import Iterator\n",
         "from collections.abc import Iterator\nfrom dataclasses import replace\n",
     ),

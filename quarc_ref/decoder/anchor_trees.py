@@ -168,7 +168,7 @@ def bind_through(tree: AnchorTree, positions: Int32, kernels: ModuleType) -> Int
 
 
 def _make_room(kernels: ModuleType, blocks: int, runs: int) -> tuple[NDArray[np.generic], ...]:
-    """Return the lists that `pruning_kernels` works in."""
+    """Return what `pruning_kernels` works in."""
     return (
         np.empty((kernels.LISTS + 1, blocks), dtype=np.uint32),
         np.empty((kernels.LISTS, 4, kernels.MOST), dtype=np.int32),
@@ -177,4 +177,5 @@ def _make_room(kernels: ModuleType, blocks: int, runs: int) -> tuple[NDArray[np.
         np.empty((2, kernels.RUN), dtype=np.int64),
         np.empty((2, kernels.RUN), dtype=np.int32),
         np.empty(runs, dtype=np.int64),
+        np.empty(kernels.RUN, dtype=kernels.NEARLY),
     )

@@ -13,11 +13,13 @@ import numpy as np
 
 from quarc_ref.decoder.pruning_kernels import (
     ANCHORS,
-    LISTED,
     LISTS,
+    MOST,
+    NEARLY,
     RUN,
     UNBOUND,
     apart,
+    at_most,
     bound_few,
     box_of,
     box_of_few,
@@ -30,7 +32,7 @@ from quarc_ref.decoder.pruning_kernels import (
 )
 from quarc_ref.format.compiled import bare, bare_entrance
 
-MOST = RUN * (LISTED + 1)  # anchors of a list
+__all__ = ["LISTS", "MOST", "NEARLY", "RUN", "bind_points", "bind_runs"]
 _LEAF = 2  # the depth of the least runs
 _FEW = 64  # anchors that need no finer list
 _CLOSE = 1 << 30
@@ -51,8 +53,8 @@ def bind_runs(gaussians, tree, span, room, binding):
     """
     points, order, runs = gaussians
     blocks, widest = tree[2], tree[3]
-    ids, listed, counts, _, nearest, close, bounds = room
-    _bound_runs(points, runs, tree, span, counts[0], nearest[0], bounds)
+    ids, listed, counts, _, nearest, close, bounds, about = room
+    _bound_runs(points, runs, tree, span, counts[0], about, bounds)
     counts[0, 0], counts[1, 0] = widest, 0
     for i in range(widest):
         ids[0, i] = i
@@ -120,13 +122,13 @@ def _hold_close(points, first, anchors, count, distances, numbers):
 def _search(points, first, last, tree, room):
     """Find the nearest anchors of at most 16 Gaussians of a least run."""
     anchors, ranks, blocks, _ = tree
-    ids, listed, counts, _, nearest, _, _ = room
+    ids, listed, counts, _, nearest, _, _, about = room
     distances, numbers = nearest[0], nearest[1]
     box = box_of_few(points, first, last)
-    bound = bound_few(points, anchors, first, last, ranks, distances)
+    bound = bound_few(points, anchors, first, last, ranks, about)
     narrow(box, bound, _LEAF + 1, room, anchors, blocks)
     for j in range(RUN):
-        distances[j] = distances[j] + 1 if j < last - first else -1
+        distances[j] = at_most(about[j]) + 1 if j < last - first else -1
         numbers[j] = UNBOUND
     if counts[1, _LEAF + 2] == ANCHORS:
         _hold(points, first, listed[_LEAF + 2], 0, counts[0, _LEAF + 2], distances, numbers)
@@ -145,9 +147,9 @@ def _hold_near(points, first, anchors, blocks, ids, count, distances, numbers):
         x1, y1, z1 = blocks[block, 3], blocks[block, 4], blocks[block, 5]
         reached = False
         for j in range(RUN):
-            x = apart(xs[j], xs[j], x0, x1)
-            y = apart(ys[j], ys[j], y0, y1)
-            z = apart(zs[j], zs[j], z0, z1)
+            x = np.int64(apart(xs[j], xs[j], x0, x1))
+            y = np.int64(apart(ys[j], ys[j], y0, y1))
+            z = np.int64(apart(zs[j], zs[j], z0, z1))
             reached |= x * x + y * y + z * z <= distances[j]
         if reached:
             anchor, end = blocks[block, 6], blocks[block, 7]

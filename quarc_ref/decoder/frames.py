@@ -18,7 +18,9 @@ from quarc_ref.decoder.reconstruct import (
 )
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.stopwatch import stage
+from quarc_ref.format.acceleration import start_parts
 from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
+from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
     CountError,
     CountLevelError,
@@ -28,7 +30,7 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.motion_planes import read_motion
-from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader
+from quarc_ref.format.records import Births, CanonicalChunk, FrameChunk, Section, StreamHeader
 
 # Holds a scene against the CRC that its chunk states, now or later.
 Prove = Callable[[Scene, int], None]
@@ -96,9 +98,10 @@ def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) ->
     # Room for the newborn that are told of, if they are not too many: they are refused below.
     limits = (state.scene.header.limits.births, _OWN_LIMITS.births)
     room = min(chunk.birth_count, *limits)
+    bear_decoded = _start_births(state, chunk.births, chunk.birth_count)
     begun = begin_frame(state, chunk.death_count, room, meanwhile=True)
     moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
-    grown = decode_births(moved, chunk.births, chunk.birth_count)
+    grown = bear_decoded(moved)
     (prove or prove_state)(grown.scene, chunk.state_crc)
     return grown
 
@@ -116,9 +119,9 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
     """
     with stage("entropy"):
         contexts = motion_contexts(state, previous=previous)
-        symbols, counts = read_motion(section, contexts, state.counts)
+        symbols, counts = read_motion(section, contexts, state.motion_counts)
     with stage("motion"):
-        return move(replace(state, counts=counts), symbols)
+        return move(replace(state, motion_counts=counts), symbols)
 
 
 def decode_births(state: State, section: Section, count: int) -> State:
@@ -132,16 +135,40 @@ def decode_births(state: State, section: Section, count: int) -> State:
     Raises:
         BitstreamError: What is wrong with the section.
     """
+    return _start_births(state, section, count)(state)
+
+
+def _start_births(state: State, section: Section, count: int) -> Callable[[State], State]:
+    """Begin to read the newborn of a frame, which other threads may do.
+
+    Args:
+        state: Of the frame before, or of the frame.
+        section: The frame's births.
+        count: How many; too many are not read.
+
+    Returns:
+        What does as `decode_births`; it refuses now what was wrong.
+    """
     header = state.scene.header
-    if count > header.limits.births:
-        message = f"{count} births are too many for level {header.level}"
-        raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.births, count, "births")
-    _decline_beyond(_OWN_LIMITS.gaussians, state.scene.count + count, "Gaussians")
-    with stage("entropy"):
-        births, counts = read_births(section, header.code_planes, count, state.counts)
-    with stage("births"):
-        return bear(replace(state, counts=counts), births)
+
+    def read(part: Section) -> tuple[Births, ContextCounts]:
+        with stage("births"):
+            return read_births(part, header.code_planes, count, state.birth_counts)
+
+    most = min(header.limits.births, _OWN_LIMITS.births)
+    wait = start_parts(read, [section] if count <= most else [])
+
+    def bear_decoded(moved: State) -> State:
+        if count > header.limits.births:
+            message = f"{count} births are too many for level {header.level}"
+            raise CountLevelError(message)
+        _decline_beyond(_OWN_LIMITS.births, count, "births")
+        _decline_beyond(_OWN_LIMITS.gaussians, moved.scene.count + count, "Gaussians")
+        ((births, counts),) = wait()
+        with stage("births"):
+            return bear(replace(moved, birth_counts=counts), births)
+
+    return bear_decoded
 
 
 def covers_all_fields(scene: Scene) -> bool:

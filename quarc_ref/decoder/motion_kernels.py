@@ -179,8 +179,8 @@ def _shift(plane, sums, step, limit, shifted):
 @plain
 def _turn(turning, sums, unity, rotations):
     """Turn those of rotations `[4, N]` that are listed; tell whether one cannot be."""
-    quaternions = np.empty((4, BLOCK), dtype=np.int64)
-    residuals = np.empty((4, BLOCK), dtype=np.int64)
+    quaternions = np.empty((4, BLOCK), dtype=np.int32)
+    residuals = np.empty((4, BLOCK), dtype=np.int32)
     spare = make_spare()
     without = 4 - sums.shape[0]
     degenerate = False

@@ -6,10 +6,13 @@ widest 0; tier 3 are anchors themselves.
 
 Lists are kept in a `room` that is there before, one to a depth: uint32
 `[LISTS + 1, b]` blocks, the last list for whoever is at work, and int32
-`[LISTS, 4, RUN * (LISTED + 1)]` anchors; int64 `[2, LISTS]` how many each list
-has, and of which tier; uint8 `[RUN]` marks; int64 `[2, RUN]` and int32 the same,
-the squared distances and the numbers of the nearest; and int64 `[r]` bounds, one
-to a run.
+`[LISTS, 4, MOST]` anchors; int64 `[2, LISTS]` how many each list has, and of which
+tier; uint8 `[RUN]` marks; int64 `[2, RUN]` and int32 the same, the squared distances
+and the numbers of the nearest; int64 `[r]` bounds, one to a run; and `[RUN]` squared
+distances that are `NEARLY` right.
+
+How far it is to what may be far off is summed up in float32, and rounded up where it
+bounds: some anchors more may be looked at, none that counts is not.
 """
 
 import numpy as np
@@ -19,9 +22,15 @@ from quarc_ref.format.compiled import bare
 ANCHORS = 3
 RUN = 16  # Gaussians side by side, anchors side by side
 LISTED = 24  # blocks whose parts are listed, at most
+MOST = RUN * (LISTED + 1)  # anchors of a list
 LISTS = 6
+NEARLY = np.float32
 UNBOUND = (1 << 63) - 1
 _BESIDE = 3
+_DE_BRUIJN = 0x077CB531  # times a bit, its 5 highest bits tell which bit that is
+_PLACES = np.argsort([(_DE_BRUIJN << place & 0xFFFFFFFF) >> 27 for place in range(32)])
+_FAR = np.float32(1 << 62)
+_ROUNDED = 1 + 2.0**-20  # three roundings to 24 bits lose less than that
 
 
 @bare
@@ -57,7 +66,7 @@ def diagonal_of(box):
 @bare
 def apart(least, greatest, low, high):
     """Return how far two intervals of int32 are apart, 0 where they meet."""
-    return np.int64(max(max(np.int32(least - high), np.int32(low - greatest)), np.int32(0)))
+    return max(max(np.int32(least - high), np.int32(low - greatest)), np.int32(0))
 
 
 @bare
@@ -113,9 +122,9 @@ def keep_blocks(box, blocks, asked, count, bound, kept):
     found = np.uint64(0)  # as a number without a sign is looked up at once
     for i in range(count):
         b = asked[i]
-        x = apart(blocks[b, 0], blocks[b, 3], x0, x1)
-        y = apart(blocks[b, 1], blocks[b, 4], y0, y1)
-        z = apart(blocks[b, 2], blocks[b, 5], z0, z1)
+        x = np.int64(apart(blocks[b, 0], blocks[b, 3], x0, x1))
+        y = np.int64(apart(blocks[b, 1], blocks[b, 4], y0, y1))
+        z = np.int64(apart(blocks[b, 2], blocks[b, 5], z0, z1))
         kept[found] = b
         found += np.uint64(x * x + y * y + z * z <= bound)
     return np.int64(found)
@@ -148,10 +157,17 @@ def _keep_run(box, anchors, first, last, bound, kept, found, reach):
     _mark(box, xs, ys, zs, bound, reach)
     numbers = anchors[3, first:]
     to_x, to_y, to_z, to_number = kept[0], kept[1], kept[2], kept[3]
+    near = np.uint32(0)
+    for i in range(RUN):
+        near |= np.uint32(reach[i]) << np.uint32(i)
+    near &= np.uint32((1 << (last - first)) - 1)
     place = np.uint64(found)
-    for i in range(last - first):
+    while near != 0:
+        lowest = near & -near
+        i = _PLACES[np.uint32(lowest * np.uint32(_DE_BRUIJN)) >> np.uint32(27)]
         to_x[place], to_y[place], to_z[place], to_number[place] = xs[i], ys[i], zs[i], numbers[i]
-        place += np.uint64(reach[i])
+        near ^= lowest
+        place += np.uint64(1)
     return np.int64(place)
 
 
@@ -160,11 +176,12 @@ def _mark(box, xs, ys, zs, bound, reach):
     """Mark which of 16 anchors are within a bound of a box."""
     x0, y0, z0 = np.int32(box[0]), np.int32(box[1]), np.int32(box[2])
     x1, y1, z1 = np.int32(box[3]), np.int32(box[4]), np.int32(box[5])
+    near = np.float32(np.float64(bound) * _ROUNDED)
     for i in range(RUN):
-        x = apart(xs[i], xs[i], x0, x1)
-        y = apart(ys[i], ys[i], y0, y1)
-        z = apart(zs[i], zs[i], z0, z1)
-        reach[i] = x * x + y * y + z * z <= bound
+        x = np.float32(apart(xs[i], xs[i], x0, x1))
+        y = np.float32(apart(ys[i], ys[i], y0, y1))
+        z = np.float32(apart(zs[i], zs[i], z0, z1))
+        reach[i] = x * x + y * y + z * z <= near
 
 
 @bare
@@ -179,24 +196,30 @@ def bound_few(points, anchors, first, last, ranks, best):
         first: The first of the few.
         last: The one after the last of them, at most 16.
         ranks: int32 `[N + 1]` how many anchors stand before each of the points.
-        best: int64 `[16]` how far it is for each, written.
+        best: float32 `[16]` how far it is for each, nearly; written.
     """
     xs, ys, zs = points[0, first:], points[1, first:], points[2, first:]
     for j in range(RUN):
-        best[j] = UNBOUND
+        best[j] = _FAR
     low = max(ranks[first] - _BESIDE, 0)
     high = min(ranks[last] + _BESIDE, anchors.shape[1] - RUN)
     for a in range(low, high):
         ax, ay, az = anchors[0, a], anchors[1, a], anchors[2, a]
         for j in range(RUN):
-            x = np.int64(np.int32(xs[j] - ax))
-            y = np.int64(np.int32(ys[j] - ay))
-            z = np.int64(np.int32(zs[j] - az))
+            x = np.float32(np.int32(xs[j] - ax))
+            y = np.float32(np.int32(ys[j] - ay))
+            z = np.float32(np.int32(zs[j] - az))
             best[j] = min(best[j], x * x + y * y + z * z)
-    bound = np.int64(0)
+    bound = np.float32(0)
     for j in range(min(last - first, RUN)):
         bound = max(bound, best[j])
-    return bound
+    return at_most(bound)
+
+
+@bare
+def at_most(nearly):
+    """Return what a squared distance is not above that was summed up in float32."""
+    return np.int64(np.float64(nearly) * _ROUNDED) + 1
 
 
 @bare

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from quarc_ref.decoder.anchors import Anchors, bind_newborn, sample_anchors
+from quarc_ref.decoder.anchors import AnchorLevel, Anchors, bind_newborn, sample_anchors
 from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove, start_removing
 from quarc_ref.decoder.stopwatch import stage
-from quarc_ref.format.acceleration import Wait, load_kernels, start_parts
+from quarc_ref.format.acceleration import Wait, load_kernels, map_parts, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
@@ -49,8 +49,8 @@ class State:
         anchors: From the last sampling, None before the first.
         births: The newborn of the frame, as coded; none in a canonical frame.
         next_id: The id that the next newborn gets.
-        counts: What the contexts of motion and births have seen since the
-            last canonical frame.
+        motion_counts: What the contexts of motion have seen since the last canonical frame.
+        birth_counts: The same of births.
         room: For how many newborn there is room behind the planes; `bear`,
             which fills it, is then called once.
         wait: Is called before the binding, the rotations and the codes are read,
@@ -63,7 +63,8 @@ class State:
     anchors: Anchors | None
     births: Births | None
     next_id: int
-    counts: ContextCounts
+    motion_counts: ContextCounts
+    birth_counts: ContextCounts
     room: int = 0
     wait: Wait = _settled
 
@@ -97,7 +98,7 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
         _narrow_codes(gaussians.codes),
     )
     motion = np.zeros((header.symbol_planes, count), dtype=np.int16)
-    return State(scene, motion, (), None, None, count, ContextCounts())
+    return State(scene, motion, (), None, None, count, ContextCounts(), ContextCounts())
 
 
 def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: bool = False) -> State:
@@ -136,7 +137,16 @@ def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: boo
 
     if not meanwhile:
         wait()
-    return State(scene, motion, (), anchors, None, state.next_id, state.counts, room, wait)
+    return replace(
+        state,
+        scene=scene,
+        motion=motion,
+        symbols=(),
+        anchors=anchors,
+        births=None,
+        room=room,
+        wait=wait,
+    )
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
@@ -156,14 +166,15 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
         state: After `begin_frame`.
         previous: Whether the last frame's motion counts.
     """
-    contexts = []
-    for level in state.known_anchors.levels:
+
+    def know(level: AnchorLevel) -> LevelContext:
         if previous:
             motion = _recall(state, level.owners)
         else:
             motion = np.zeros((state.motion.shape[0], level.owners.size), dtype=np.int16)
-        contexts.append(LevelContext(level.parents, motion))
-    return contexts
+        return LevelContext(level.parents, motion)
+
+    return map_parts(know, state.known_anchors.levels)
 
 
 def move(state: State, symbols: list[Int64]) -> State:

@@ -21,7 +21,7 @@ def normalize_sums(sums: Int64) -> Int64:
     """Return the unit quaternions along sums of residuals.
 
     Args:
-        sums: `[4, n]` wxyz in rotation steps, at most 2^10 in magnitude.
+        sums: `[4, n]` wxyz in rotation steps, below 2^10 in magnitude.
 
     Returns:
         `[4, n]` Q22.

@@ -2,7 +2,8 @@
 
 Loops take a block at a time and do not branch, so that they become vector
 instructions: quotients and roots are guessed in floating point, and integers
-correct the guess, whatever its last bit.
+correct the guess, whatever its last bit. Numbers that fit 32 bits are kept in
+them: two of these, not of 64, are multiplied side by side, and become floats.
 """
 
 import numpy as np
@@ -14,12 +15,13 @@ ONE = 1 << 22
 _FRACTION_BITS = 22
 _SUM_GUARD = 20
 _PRODUCT_GUARD = 8
+_HALF_BITS = 23  # of a sum of squares, which is below 2^46
 
 
 @plain
 def make_spare():
     """Return room for the norms of a block of vectors, and for the reciprocal of each."""
-    return np.empty(BLOCK, dtype=np.int64), np.empty(BLOCK, dtype=np.float64)
+    return np.empty(BLOCK, dtype=np.int32), np.empty(BLOCK, dtype=np.float64)
 
 
 @plain
@@ -27,8 +29,9 @@ def turn_block(rotations, residuals, spare):
     """Turn rotations by sums of residuals.
 
     Args:
-        rotations: int64 `[4, BLOCK]` wxyz, Q22; turned in place.
-        residuals: int64 `[4, BLOCK]` wxyz, sums in rotation steps; written over.
+        rotations: int32 `[4, BLOCK]` wxyz, Q22; turned in place.
+        residuals: int32 `[4, BLOCK]` wxyz, sums in rotation steps, below 2^10 in
+            magnitude; written over.
         spare: As of `make_spare`, written.
 
     Returns:
@@ -46,30 +49,33 @@ def _normalize(vectors, guard, spare):
     norms, shares = spare
     degenerate = 0
     for i in range(BLOCK):
-        squared = w[i] * w[i] + x[i] * x[i] + y[i] * y[i] + z[i] * z[i]
+        a, b, c, d = np.int64(w[i]), np.int64(x[i]), np.int64(y[i]), np.int64(z[i])
+        squared = a * a + b * b + c * c + d * d
         degenerate |= squared == 0
-        norms[i] = _isqrt(max(squared, 1) << (2 * guard))
-        shares[i] = np.float64(1 << (_FRACTION_BITS + guard)) / np.float64(norms[i])
+        norm = _norm(max(squared, 1), guard)
+        norms[i] = norm
+        shares[i] = np.float64(1 << (_FRACTION_BITS + guard)) / np.float64(norm)
     for row in range(4):
         part = vectors[row]
         for i in range(BLOCK):
-            # Numbers of 32 bits, as these are, become floats and back side by side.
-            guess = np.int32(np.float64(np.int32(abs(part[i]))) * shares[i])
-            part[i] = _divide_round(part[i] << (_FRACTION_BITS + guard), norms[i], guess)
+            number = np.int64(part[i])
+            guess = np.int32(np.float64(np.int32(abs(number))) * shares[i])
+            part[i] = _divide_round(number << (_FRACTION_BITS + guard), norms[i], guess)
     return degenerate != 0
 
 
 @plain
 def _multiply(rotations, residuals):
     """Multiply quaternions Q22, the residuals on the right; rounded to Q22."""
-    aw, ax, ay, az = rotations[0], rotations[1], rotations[2], rotations[3]
-    bw, bx, by, bz = residuals[0], residuals[1], residuals[2], residuals[3]
+    ws, xs, ys, zs = rotations[0], rotations[1], rotations[2], rotations[3]
+    by_w, by_x, by_y, by_z = residuals[0], residuals[1], residuals[2], residuals[3]
     for i in range(BLOCK):
-        w = aw[i] * bw[i] - ax[i] * bx[i] - ay[i] * by[i] - az[i] * bz[i]
-        x = aw[i] * bx[i] + ax[i] * bw[i] + ay[i] * bz[i] - az[i] * by[i]
-        y = aw[i] * by[i] - ax[i] * bz[i] + ay[i] * bw[i] + az[i] * bx[i]
-        z = aw[i] * bz[i] + ax[i] * by[i] - ay[i] * bx[i] + az[i] * bw[i]
-        aw[i], ax[i], ay[i], az[i] = _to_unit(w), _to_unit(x), _to_unit(y), _to_unit(z)
+        w, x, y, z = np.int64(ws[i]), np.int64(xs[i]), np.int64(ys[i]), np.int64(zs[i])
+        a, b, c, d = np.int64(by_w[i]), np.int64(by_x[i]), np.int64(by_y[i]), np.int64(by_z[i])
+        ws[i] = _to_unit(w * a - x * b - y * c - z * d)
+        xs[i] = _to_unit(w * b + x * a + y * d - z * c)
+        ys[i] = _to_unit(w * c - x * d + y * a + z * b)
+        zs[i] = _to_unit(w * d + x * c - y * b + z * a)
 
 
 @plain
@@ -82,14 +88,17 @@ def _to_unit(product):
 @plain
 def _divide_round(numerator, denominator, guess):
     """Divide, halves away from zero; the guess is the answer's magnitude, or 1 less."""
-    doubled, divisor = 2 * abs(numerator) + denominator, 2 * denominator
-    left = doubled - np.int64(guess) * divisor
+    doubled, divisor = 2 * abs(numerator) + denominator, 2 * np.int64(denominator)
+    left = doubled - 2 * (np.int64(guess) * np.int64(denominator))
     quotient = np.int64(guess) + np.int64(left >= divisor)
     return quotient if numerator >= 0 else -quotient
 
 
 @plain
-def _isqrt(value):
-    root = np.int64(np.sqrt(np.float64(value)))
-    root -= np.int64(root * root > value)
-    return root + np.int64((root + 1) * (root + 1) <= value)
+def _norm(squared, guard):
+    """Return the root of a sum of squares, rounded down, with guard bits."""
+    high = np.float64(np.int32(np.uint64(squared) >> np.uint64(_HALF_BITS)))
+    low = np.float64(np.int32(squared & ((1 << _HALF_BITS) - 1)))
+    root = np.int32(np.sqrt(high * (1 << _HALF_BITS) + low) * (1 << guard))
+    value, square = squared << (2 * guard), np.int64(root) * np.int64(root)
+    return np.int32(root - (square > value) + (square + 2 * np.int64(root) < value))

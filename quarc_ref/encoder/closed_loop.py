@@ -125,7 +125,9 @@ class ClosedLoop:
         """
         begun = self._begun
         sections = {
-            previous: write_motion(motion_contexts(begun, previous=previous), symbols, begun.counts)
+            previous: write_motion(
+                motion_contexts(begun, previous=previous), symbols, begun.motion_counts
+            )
             for previous in (True, False)
         }
         previous = sections[True].byte_count() < sections[False].byte_count()
@@ -188,7 +190,7 @@ class ClosedLoop:
         """
         if births is None:
             return self._moved, EMPTY
-        section = write_births(births, self._moved.counts)
+        section = write_births(births, self._moved.birth_counts)
         try:
             return decode_births(self._moved, section, births.newborn.count), section
         except StateError as error:

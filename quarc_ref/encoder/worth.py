@@ -80,14 +80,14 @@ def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | 
     price = stage.config.births.byte_price / stage.state.scene.count
     if price:
         births = _code(stage, newborn, parents)
-        each = write_births(births, stage.state.counts).byte_count() / parents.numel()
+        each = write_births(births, stage.state.birth_counts).byte_count() / parents.numel()
         worthy = measure_gains(stage, newborn) > price * each
         newborn, parents = newborn.rows(worthy), parents[worthy]
     if not parents.numel():
         return None
     births = _code(stage, newborn, parents)
     gain = stage.mean_loss_without() - stage.mean_loss(newborn)
-    cost = price * write_births(births, stage.state.counts).byte_count()
+    cost = price * write_births(births, stage.state.birth_counts).byte_count()
     return births if gain > cost else None
 
 

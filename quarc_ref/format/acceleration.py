@@ -83,16 +83,17 @@ def start_parts(
     """Do as `map_parts`, and where there may be threads do not wait.
 
     Returns:
-        What waits, and returns the answers; it may be called again. Whoever
-        waits lends a hand: the last part that nobody has begun is the next.
+        What waits, and returns the answers or raises what went wrong first of
+        them; it may be called again. Whoever waits lends a hand: the last part
+        that nobody has begun is the next.
     """
     threads = count_threads()
-    if threads <= 1:
-        answers = [action(part) for part in parts]
-        return lambda: answers
     tasks = [_Task(partial(copy_context().run, _alone, action, part)) for part in parts]
     for task in tasks:
-        _pool(threads - 1).submit(task.do)
+        if threads > 1:
+            _pool(threads - 1).submit(task.do)
+        else:
+            task.do()
 
     def wait() -> list[_Answer]:
         for task in reversed(tasks):

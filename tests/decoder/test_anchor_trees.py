@@ -74,6 +74,15 @@ def test_many_gaussians_are_sampled_and_bound_as_by_numpy(seed, count, header, t
     _check_alike(make_scene(header, positions, 1), threads)
 
 
+@settings(max_examples=15)
+@given(st.integers(0, 1 << 32), st.integers(1, 3000), st.integers(100, 1000))
+def test_anchors_that_are_nearly_as_far_across_the_lattice_are_told_apart(seed, count, m):
+    rng = np.random.default_rng(seed)
+    corners = rng.choice([-1, 1], (count, 3)) * (POSITION_LIMIT - rng.integers(0, 3, (count, 3)))
+
+    _check_alike(make_scene(StreamHeader(gaussians_per_anchor=m), corners.tolist(), 1))
+
+
 @pytest.mark.parametrize("count", [16, 17, 5000])
 def test_all_gaussians_at_one_place_follow_the_first_anchor(count):
     scene = make_scene(StreamHeader(gaussians_per_anchor=2), [(POSITION_LIMIT, 0, -7)] * count, 1)

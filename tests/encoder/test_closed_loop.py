@@ -142,7 +142,9 @@ def test_a_frame_can_be_written_as_a_canonical_one(header):
     sink = io.BytesIO()
     loop, moved = _moved(header, sink)
     births = make_births(moved, 4, 1)
-    grown = closed_loop.decode_births(moved, closed_loop.write_births(births, moved.counts), 4)
+    grown = closed_loop.decode_births(
+        moved, closed_loop.write_births(births, moved.birth_counts), 4
+    )
 
     state = loop.commit_frame_as_canonical(births)
     loop.begin_frame(1)

@@ -91,7 +91,7 @@ def test_what_they_gain_is_set_against_the_bytes_of_their_section(stage):
     born = keep_worthy(stage, red, _PARENTS[[0, 2]])
     assert born is not None
     gain = stage.mean_loss_without() - stage.mean_loss(red)
-    even = gain / write_births(born, stage.state.counts).byte_count()
+    even = gain / write_births(born, stage.state.birth_counts).byte_count()
 
     first = torch.tensor([0])
     assert keep_worthy(_priced(stage, 1.5 * even), red.rows(first), _PARENTS[first]) is None

@@ -93,7 +93,7 @@ def _bear_beyond(stream: bytes, change: Callable[[Births], object]) -> bytes:
     frame = wire.parse_frame(chunks[-2][1])
     begun = begin_frame(next(decode_states(stream)), frame.death_count)
     moved = decode_motion(begun, frame.motion, previous=frame.previous_contexts)
-    frame = replace(frame, birth_count=2, births=write_births(births, moved.counts))
+    frame = replace(frame, birth_count=2, births=write_births(births, moved.birth_counts))
     chunks[-2] = (chunks[-2][0], wire.build_frame(frame))
     return rebuild_stream(chunks)
 

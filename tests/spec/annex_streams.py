@@ -60,11 +60,13 @@ class StreamWriter:
     ) -> None:
         """Write a FRAM chunk; the number of deaths is what `begun` lacks."""
         deaths = self.states[-1].scene.count - begun.scene.count
-        motion = write_motion(motion_contexts(begun, previous=previous), symbols, begun.counts)
+        motion = write_motion(
+            motion_contexts(begun, previous=previous), symbols, begun.motion_counts
+        )
         state = decode_motion(begun, motion, previous=previous)
         section, count = EMPTY, 0
         if births is not None:
-            section, count = write_births(births, state.counts), births.newborn.count
+            section, count = write_births(births, state.birth_counts), births.newborn.count
             state = decode_births(state, section, count)
         crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
         chunk = FrameChunk(state.scene.phase, previous, deaths, count, motion, section, crc)

@@ -122,7 +122,7 @@ def _without_norm() -> Section:
     symbols = [np.zeros((7, level.owners.size), np.int64) for level in begun.known_anchors.levels]
     for level in symbols:
         level[3] = -1
-    return write_motion(motion_contexts(begun, previous=True), symbols, begun.counts)
+    return write_motion(motion_contexts(begun, previous=True), symbols, begun.motion_counts)
 
 
 def _born(parent: int = 0, component: int = 0, code: int = 0) -> bytes:
@@ -131,7 +131,7 @@ def _born(parent: int = 0, component: int = 0, code: int = 0) -> bytes:
     births.parents[:] = parent
     births.newborn.rotations[1:] = component
     births.newborn.codes[SH_DC] = [[code + 1], [code], [code]]
-    section = write_births(births, STATES[3].counts)
+    section = write_births(births, STATES[3].birth_counts)
     return _frame(motion=_section(), birth_count=2, births=section)
 
 
