@@ -20,12 +20,19 @@ class Ahead(Generic[_Item]):
     Args:
         make: Makes the iterator, in the thread; it is closed there, too.
         most: How many items may wait to be taken.
+        first_alone: Whether the second item is not begun before it is asked for, so that
+            whoever works on the first has the processor.
     """
 
-    def __init__(self, make: Callable[[], Generator[_Item]], most: int) -> None:
+    def __init__(
+        self, make: Callable[[], Generator[_Item]], most: int, *, first_alone: bool = False
+    ) -> None:
         self._make = make
         self._queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(most)
         self._is_closed = Event()
+        self._may_go_on = Event()
+        if not first_alone:
+            self._may_go_on.set()
         self._thread = Thread(target=copy_context().run, args=(self._run,), daemon=True)
         self._is_over = False
 
@@ -37,6 +44,8 @@ class Ahead(Generic[_Item]):
             raise StopIteration
         if self._thread.ident is None:
             self._thread.start()
+        else:
+            self._may_go_on.set()
         item, error = self._queue.get()
         if item is not None:
             return item
@@ -48,6 +57,7 @@ class Ahead(Generic[_Item]):
     def close(self) -> None:
         """End the thread, and wait until it has ended."""
         self._is_closed.set()
+        self._may_go_on.set()
         if self._thread.ident is None:
             return
         while self._thread.is_alive():
@@ -69,6 +79,7 @@ class Ahead(Generic[_Item]):
                 for item in items:
                     if not self._hand_over(item, None):
                         return
+                    self._may_go_on.wait()
         except BaseException as raised:
             error = raised
         self._hand_over(None, error)

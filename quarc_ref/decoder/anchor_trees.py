@@ -73,9 +73,9 @@ class CompiledSampler:
             level 1: no parent of an anchor is found through it.
         """
         draw = start_parts(lambda level: self._draw(level, counts[level]), range(len(counts)))
-        runs = self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS)
+        runs = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))
         levels = draw()
-        binding, wait = self._bind([(tree, ranks) for _, tree, ranks in levels], runs)
+        binding, wait = self._bind([(tree, ranks) for _, tree, ranks in levels], *runs)
         return [(indices, tree) for indices, tree, _ in levels], binding, wait
 
     def _draw(self, level: int, count: int) -> tuple[Int64, AnchorTree, Int32]:
@@ -89,8 +89,9 @@ class CompiledSampler:
         runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
         return indices, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
 
-    def _bind(self, levels: list[tuple[AnchorTree, Int32]], runs: list[Runs]) -> tuple[Int32, Wait]:
-        walk, tops = _walk_runs(runs)
+    def _bind(
+        self, levels: list[tuple[AnchorTree, Int32]], walk: Int32, tops: Int64
+    ) -> tuple[Int32, Wait]:
         gaussians = (self._points, self._order, walk)
         parts = min(tops.size - 1, _PARTS_OF_A_THREAD * count_threads())
         borders = tops[np.arange(parts + 1) * (tops.size - 1) // parts].tolist()

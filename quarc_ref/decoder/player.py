@@ -176,7 +176,10 @@ class Player:
             dequantize = Dequantizer(1)
             return self._in_turn(self._finish(self._decode(start, stop), start, stop, dequantize))
         dequantize = Dequantizer(self._ahead + 3)
-        decoded = Ahead(lambda: self._in_turn(self._decode(start, stop)), self._ahead)
+        # Both threads have kernels to load; the first frame does not wait for those of the second.
+        decoded = Ahead(
+            lambda: self._in_turn(self._decode(start, stop)), self._ahead, first_alone=True
+        )
         return Ahead(
             lambda: self._in_turn(self._finish(decoded, start, stop, dequantize)), self._ahead
         )

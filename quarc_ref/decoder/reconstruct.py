@@ -284,17 +284,21 @@ def _turn_all(scene: Scene, sums: Int64) -> Int32:
 
 
 def _narrow_positions(positions: Int64) -> Int32:
-    if np.any(np.abs(positions) > POSITION_LIMIT):
+    if _exceed(positions, POSITION_LIMIT):
         message = "a Gaussian leaves the lattice"
         raise PositionRangeError(message)
     return positions.astype(np.int32)
 
 
 def _narrow_codes(codes: Int64) -> Int16:
-    if np.any(np.abs(codes) > CODE_LIMIT):
+    if _exceed(codes, CODE_LIMIT):
         message = "an attribute code leaves its range"
         raise CodeRangeError(message)
     return codes.astype(np.int16)
+
+
+def _exceed(numbers: Int64, limit: int) -> bool:
+    return bool(numbers.max(initial=0) > limit or numbers.min(initial=0) < -limit)
 
 
 _WITHOUT_W = 3

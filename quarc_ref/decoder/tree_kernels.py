@@ -97,11 +97,13 @@ def list_anchors(chosen, order, merges, points, count):
         `[b]` their merges; and int32 `[N + 1]` how many stand before each Gaussian
         of the order.
     """
-    indices, number_of = _number_anchors(chosen, order, count)
+    members = np.empty(count + 1, dtype=np.uint32)
     places, widest = np.empty(count + 1, np.uint32), np.empty(count + 1, np.uint8)
     ranks = np.empty(order.size + 1, dtype=np.int32)
-    found, merge = np.uint64(0), np.uint8(0)
+    seen, found, merge = np.uint64(0), np.uint64(0), np.uint8(0)
     for place in range(order.size):  # without a branch: what is not taken is written over
+        members[seen] = order[place]
+        seen += np.uint64(chosen[place])
         ranks[place] = found
         merge = max(merge, merges[place])
         places[found], widest[found] = place, merge
@@ -109,6 +111,7 @@ def list_anchors(chosen, order, merges, points, count):
         found += np.uint64(taken)
         merge = np.uint8(0) if taken else merge
     ranks[order.size] = found
+    indices, number_of = _number(members[:count], order.size)
     last = np.int64(found)
     anchors = np.zeros((4, last + 16), dtype=np.int32)
     for i in range(last):
@@ -119,16 +122,15 @@ def list_anchors(chosen, order, merges, points, count):
 
 
 @plain
-def _number_anchors(chosen, order, count):
-    """Return int64 `[count]` the indices of anchors, ascending, and int32 `[N]` their numbers."""
-    is_anchor = np.zeros(order.size, dtype=np.bool_)
-    for place in range(order.size):
-        is_anchor[np.uint32(order[place])] = chosen[place]
-    indices, number_of = np.empty(count + 1, np.int64), np.empty(order.size, np.int32)
+def _number(members, size):
+    """Return int64 `[count]` members of `size` Gaussians, ascending, and int32 `[size]` numbers."""
+    is_member = np.zeros(size, dtype=np.bool_)
+    for member in members:
+        is_member[member] = True
+    indices, number_of = np.empty(members.size + 1, np.int64), np.empty(size, np.int32)
     found = np.uint64(0)
-    for i in range(order.size):
+    for i in range(size):
         indices[found] = i
-        found += np.uint64(is_anchor[i])
-    for number in range(count):
-        number_of[indices[number]] = number
-    return indices[:count].copy(), number_of
+        number_of[i] = found
+        found += np.uint64(is_member[i])
+    return indices[: members.size].copy(), number_of

@@ -31,40 +31,55 @@ def _hiding(module: str) -> Iterator[None]:
 
 with _hiding("coverage"):  # which numba looks for, and takes as long for as for a kernel
     import numba
-    from numba.core.registry import cpu_target
+    from numba.core.caching import FunctionCache
+    from numba.core.runtime.nrt import rtsys
 
 
-def _prepare() -> None:
-    """Have numba load all it compiles with, but not all of `scipy.linalg`, which takes as long.
+def _import_without_blas() -> None:
+    """Import what most kernels name, but not all of `scipy.linalg`, which takes as long.
 
     numba imports SciPy's BLAS to see whether there is one, and once more, by its name, when
     something is compiled that needs it; no kernel here does. So the first time an empty
     module stands in for it.
     """
     blas = "scipy.linalg.cython_blas"
-    if blas not in sys.modules and find_spec("scipy") is not None:
-        sys.modules[blas] = ModuleType(blas)
-        try:
-            import numba.np.arraymath  # noqa: F401
-        finally:
-            del sys.modules[blas]
-    cpu_target.typing_context.refresh()
-    cpu_target.target_context.refresh()
+    if blas in sys.modules or find_spec("scipy") is None:
+        return
+    sys.modules[blas] = ModuleType(blas)
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        del sys.modules[blas]
+
+
+class _KernelCache(FunctionCache):
+    """Machine code of a kernel, kept on disk.
+
+    To numba it is good as long as the kernel's own file is what it was; here, as long as
+    those of all kernels are, for it may hold any that it calls. And numba loads all that it
+    compiles with, which takes as long as half of a first frame, before it looks for what was
+    compiled; here that is left to the compiler, which does so anyway.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._cache_file._source_stamp = (self._cache_file._source_stamp, _fingerprint())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401
+        """Return what was compiled for a signature; None if nothing was."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
 
 
 def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
-    """Return a decorator of kernels whose machine code stays on disk.
-
-    To numba it is good as long as the kernel's own file is what it was; here, as
-    long as those of all kernels are, for it may hold any that it calls.
-    """
-    compiled = numba.njit(error_model="numpy", cache=True, **options)
+    """Return a decorator of kernels whose machine code stays on disk."""
+    compiled = numba.njit(error_model="numpy", **options)
 
     def decorate(function: Callable[..., Any]) -> Any:  # noqa: ANN401
         kernel = compiled(function)
         if hasattr(kernel, "_cache"):  # not where compiling is switched off
-            index = kernel._cache._cache_file
-            index._source_stamp = (index._source_stamp, _fingerprint())
+            kernel._cache = _KernelCache(function)
         return kernel
 
     return decorate
@@ -78,7 +93,7 @@ def _fingerprint() -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-_prepare()
+_import_without_blas()
 plain = numba.njit(error_model="numpy")
 entrance = keep(nogil=True)
 # The same without the counting of references, which costs an atomic operation at many a call
