@@ -82,13 +82,15 @@ def pack_symbols(symbols, packed, first):
     Symbols are the digits to the base 2^16, the lowest first, of the translation's
     number and the rotation's. Digits may be negative, and so add up in one go.
     """
-    last = first + symbols.shape[1]
-    packed[first:last] = 0
-    for row in range(symbols.shape[0]):
-        plane, numbers = symbols[row], packed[first:last, min(row // _AXES, 1)]
-        place = np.int64(_place_of(row))
+    own = packed[first : first + symbols.shape[1]]
+    x, y, z, u, v, w = symbols[0], symbols[1], symbols[2], symbols[3], symbols[4], symbols[5]
+    for anchor in range(x.size):
+        own[anchor, 0] = x[anchor] + (y[anchor] << _DIGIT_BITS) + (z[anchor] << 2 * _DIGIT_BITS)
+        own[anchor, 1] = u[anchor] + (v[anchor] << _DIGIT_BITS) + (w[anchor] << 2 * _DIGIT_BITS)
+    for row in range(2 * _AXES, symbols.shape[0]):
+        plane, place = symbols[row], np.int64(_place_of(row))
         for anchor in range(plane.size):
-            numbers[anchor] += plane[anchor] << place
+            own[anchor, 1] += plane[anchor] << place
 
 
 @plain

@@ -232,9 +232,10 @@ def bear(state: State, births: Births) -> State:
     positions = scene.positions[:, parents] + newborn.positions * header.position_step
     rotations = expand_rotations(newborn.rotations, header.rotation_bits)
     codes = _narrow_codes(newborn.codes)
+    ids = state.next_id + np.arange(newborn.count)
     grown = replace(
         scene,
-        ids=np.append(scene.ids, state.next_id + np.arange(newborn.count)),
+        ids=append(scene.ids[None], ids[None], room)[0],
         positions=append(scene.positions, _narrow_positions(positions), room),
         rotations=append(scene.rotations, rotations, room),
         codes=append(scene.codes, codes, room),

@@ -63,7 +63,7 @@ class Scene:
 
         Args:
             gone: Which.
-            room: Behind each plane of codes: see `append`.
+            room: Behind the ids and each plane of codes: see `append`.
 
         Returns:
             The scene, and what waits for its rotations and codes, which other threads
@@ -72,7 +72,7 @@ class Scene:
         positions, wait_for_positions = start_removing(self.positions, gone)
         rotations, wait_for_rotations = start_removing(self.rotations, gone)
         codes, wait_for_codes = start_removing(self.codes, gone, room)
-        ids = remove(self.ids[None], gone)[0]
+        ids = remove(self.ids[None], gone, room)[0]
         scene = Scene(self.header, self.frame, self.phase, ids, positions, rotations, codes)
         wait_for_positions()
         return scene, lambda: (wait_for_rotations(), wait_for_codes())

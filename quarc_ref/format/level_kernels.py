@@ -53,6 +53,28 @@ def read_level(coder, parents, previous, above, counts):
     return symbols, undefined
 
 
+@entrance
+def hand_down(parents, sums, symbols):
+    """Return what a level's anchors hand down to those whose parents they are.
+
+    Args:
+        parents: int64 `[a]` of the anchors.
+        sums: int64 `[c, p]` what is done at each parent.
+        symbols: int64 `[c, a]` of the anchors.
+
+    Returns:
+        int64 `[c, a]` what is done at each anchor, and int64 `[a]` the sum of the
+        magnitudes of its symbols.
+    """
+    done, magnitudes = np.empty_like(symbols), np.zeros(parents.size, dtype=np.int64)
+    for channel in range(symbols.shape[0]):
+        above, own, handed = sums[channel], symbols[channel], done[channel]
+        for j in range(parents.size):
+            handed[j] = above[np.uint64(parents[j])] + own[j]
+            magnitudes[j] += abs(own[j])
+    return done, magnitudes
+
+
 @plain
 def _move_contexts(parents, previous, above):
     """Return uint8 `[a]` the contexts of the plane that asks which anchors move."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Bits, Int16, Int64
 from quarc_ref.format.compiled_planes import CompiledPlaneReader
 from quarc_ref.format.constants import MAGNITUDE_PLANES, SYMBOL_LIMIT
@@ -112,6 +113,9 @@ class _Done:
 
     def and_then(self, parents: Int64, symbols: Int64) -> "_Done":
         """Return what the next level hands down."""
+        kernels = load_kernels(_KERNELS, parents.size)
+        if kernels is not None:
+            return _Done(*kernels.hand_down(parents, self.sums, np.ascontiguousarray(symbols)))
         return _Done(self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0))
 
 
@@ -206,6 +210,7 @@ class _Classes:
         return classes
 
 
+_KERNELS = "quarc_ref.format.level_kernels"
 _ZERO = np.int64(0)
 _MOST = 3
 _LAST_OWN_PLANE = 2
