@@ -104,7 +104,7 @@ def start_parts(
 
 
 class _Task(Generic[_Answer]):
-    """Something that is done once, by the first thread that comes to it."""
+    """Something that is done once, by the first thread that comes to it, and then let go."""
 
     def __init__(self, action: Callable[[], _Answer]) -> None:
         self._action = action
@@ -115,8 +115,10 @@ class _Task(Generic[_Answer]):
         """Do it, unless somebody has begun with it."""
         if not self._begun.acquire(blocking=False):
             return
+        action = self._action
+        del self._action
         try:
-            self.outcome.set_result(self._action())
+            self.outcome.set_result(action())
         except BaseException as error:
             self.outcome.set_exception(error)
 

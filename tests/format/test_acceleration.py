@@ -1,8 +1,11 @@
+import gc
 import os
 import subprocess
 import sys
 import threading
+import weakref
 
+import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest
@@ -93,6 +96,20 @@ def test_what_has_been_begun_can_be_waited_for_again_and_takes_no_more_threads(t
         wait = start_parts(lambda part: (part, count_threads()), range(5))
 
     assert wait() == wait() == [(part, 1) for part in range(5)]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_was_worked_on_is_let_go_though_somebody_may_still_wait(threads):
+    planes = np.zeros(1)
+    there = weakref.ref(planes)
+    with threading_by(threads):
+        wait = start_parts(lambda part, planes=planes: float(planes[part]), [0, 0])
+    del planes
+
+    assert wait() == [0, 0]
+    gc.collect()
+    assert there() is None
+    assert wait() == [0, 0]
 
 
 @pytest.mark.parametrize("threads", [1, 2])
