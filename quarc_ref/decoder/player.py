@@ -11,8 +11,9 @@ has ended, and one thread does both, entropy decoding and reconstruction, frame
 after frame. What nothing waits for, a second thread does meanwhile: it holds
 each state against its CRC and makes the floats. Within the first thread, the
 deaths, the binding, the motion and the sections of a canonical frame are cut in
-parts for as many threads as there may be; level 1 and the newborn are bound
-while symbols are decoded, which need the coarser levels alone.
+parts for as many threads as there may be. What the next step does not read is
+done meanwhile: the newborn are read, rotations and codes lose the dead, and
+level 1 is bound, while the coarser levels are, and while symbols are decoded.
 
 No frame is given out before its CRC has been held against it, nor after a
 frame that was refused: faults come out where the frame would have.
