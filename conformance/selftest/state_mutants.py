@@ -35,12 +35,10 @@ MUTANTS = (
     mutant(
         "positions wrap",
         _RECONSTRUCT,
-        "    if np.any(np.abs(positions) > POSITION_LIMIT):",
+        "    if _exceed(positions, POSITION_LIMIT):",
         "    if False:",
     ),
-    mutant(
-        "codes wrap", _RECONSTRUCT, "    if np.any(np.abs(codes) > CODE_LIMIT):", "    if False:"
-    ),
+    mutant("codes wrap", _RECONSTRUCT, "    if _exceed(codes, CODE_LIMIT):", "    if False:"),
     mutant(
         "state CRC unchecked",
         _FRAMES,
@@ -116,8 +114,8 @@ MUTANTS = (
     mutant(
         "ids of the dead given again",
         _RECONSTRUCT,
-        "ids=np.append(scene.ids, state.next_id + np.arange(newborn.count)),",
-        "ids=np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count)),",
+        "ids = state.next_id + np.arange(newborn.count)",
+        "ids = int(scene.ids[-1]) + 1 + np.arange(newborn.count)",
     ),
     mutant(
         "parents as they stood before the motion",
