@@ -103,7 +103,7 @@ def prepare(seeds: Iterable[bytes]) -> None:
     """
     for way in WAYS.values():
         for seed in seeds:
-            with contextlib.suppress(BitstreamError, EditError):
+            with contextlib.suppress(BitstreamError, EditError), computing_with(COMPILED):
                 list(way(seed))
     signal.signal(signal.SIGPROF, _end)
     warnings.simplefilter("error")
