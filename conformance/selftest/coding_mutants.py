@@ -18,10 +18,16 @@ MUTANTS = (
         "    return (_opener.get() or open_fastest)(np.trim_zeros(words, 'b'))",
     ),
     mutant(
-        "counts begin anew in every frame",
+        "counts of motion begin anew",
         "decoder/frames.py",
         "read_motion(section, contexts, state.motion_counts)",
         "read_motion(section, contexts, type(state.motion_counts)())",
+    ),
+    mutant(
+        "counts of births begin anew",
+        "decoder/frames.py",
+        "read_births(part, header.code_planes, count, state.birth_counts)",
+        "read_births(part, header.code_planes, count, type(state.birth_counts)())",
     ),
     mutant("counts never halved", _CONTEXTS, _HALVED, "seen[0] + seen[1] > 1 << 40)"),
     mutant("counts halved one too early", _CONTEXTS, _HALVED, "seen[0] + seen[1] >= COUNT_LIMIT)"),

@@ -143,7 +143,8 @@ MUTANTS = (
         "        before = self._state\n"
         f"{_CANONICAL}"
         "        if before is not None:\n"
-        "            self._state = replace(self._state, motion_counts=before.motion_counts)\n",
+        "            self._state = replace(self._state, motion_counts=before.motion_counts,"
+        " birth_counts=before.birth_counts)\n",
         "from collections.abc import Iterator\n",
         "from collections.abc import Iterator\nfrom dataclasses import replace\n",
     ),
