@@ -57,7 +57,7 @@ class _KernelCache(FunctionCache):
 
     To numba it is good as long as the kernel's own file is what it was; here, as long as
     those of all kernels are, for it may hold any that it calls. And numba loads all that it
-    compiles with, which takes as long as half of a first frame, before it looks for what was
+    compiles with, which takes as long as a fifth of a first frame, before it looks for what was
     compiled; here that is left to the compiler, which does so anyway.
     """
 
