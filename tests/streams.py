@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.constants import MAGIC
 from quarc_ref.format.container import build_chunk

@@ -21,7 +21,8 @@ from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import State, bear, begin_canonical, begin_frame
+from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.config import make_header

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 
 from quarc_ref.decoder.digest import compute_digest
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.quantize import quantize_births, quantize_gaussians
 from quarc_ref.encoder.trainable import Attributes

@@ -15,7 +15,7 @@ from quarc_ref.decoder.anchor_trees import AnchorTree, CompiledSampler, Drawn, b
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.acceleration import Wait, load_kernels
+from quarc_ref.format.acceleration import Wait, load_kernels, settled
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import LATTICE_BITS, LATTICE_OFFSET, PHILOX_DOMAIN_SAMPLER
@@ -53,7 +53,7 @@ class Anchors:
 
     levels: tuple[AnchorLevel, ...]
     binding: Int32
-    wait: Wait = lambda: None
+    wait: Wait = settled
 
 
 def count_anchors(gaussian_count: int, header: StreamHeader) -> tuple[int, ...]:
@@ -125,7 +125,7 @@ class PlainSampler:
             chosen, shift = _choose(self._ranks[level], self._order, self._merges, count)
             binding[level] = bind(self._positions, self._positions[:, chosen], shift)
             drawn.append((chosen, None))
-        return drawn, binding, lambda: None
+        return drawn, binding, settled
 
 
 def _choose_sampler(scene: Scene) -> _Sampler:

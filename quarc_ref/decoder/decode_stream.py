@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 from quarc_ref.decoder.follow import Follow, ask
 from quarc_ref.decoder.frames import Prove, decode_canonical, decode_frame
-from quarc_ref.decoder.reconstruct import State
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.seek import seek
+from quarc_ref.decoder.state import State
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk

@@ -8,15 +8,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from quarc_ref.decoder.digest import compute_state_crc
-from quarc_ref.decoder.reconstruct import (
-    State,
-    bear,
-    begin_canonical,
-    begin_frame,
-    motion_contexts,
-    move,
-)
+from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, motion_contexts, move
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.state import State
 from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.format.acceleration import start_parts
 from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS

@@ -8,7 +8,7 @@ The encoder's closed loop calls these very functions; there is no second
 reconstruction.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,8 +16,9 @@ from quarc_ref.decoder.anchors import AnchorLevel, Anchors, bind_newborn, sample
 from quarc_ref.decoder.compiled_motion import move_through
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import MOTION_KERNELS, Scene, append, remove, start_removing
+from quarc_ref.decoder.state import State
 from quarc_ref.decoder.stopwatch import stage
-from quarc_ref.format.acceleration import Wait, load_kernels, map_parts, start_parts
+from quarc_ref.format.acceleration import load_kernels, map_parts, settled, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
 from quarc_ref.format.contexts import ContextCounts
@@ -30,55 +31,6 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.format.motion_planes import LevelContext
 from quarc_ref.format.records import OPACITY, Births, Gaussians, StreamHeader
-
-
-def _settled() -> None:
-    """Wait for nothing."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
-    """All that a frame hands to the next (SPEC 7.1).
-
-    Attributes:
-        scene: The frame's scene.
-        motion: `[c, N]` of each Gaussian, the sum of its levels' symbols in
-            the frame; 0 for the newborn.
-        symbols: `[c, a]` of each level's anchors in the frame, level 1 first;
-            nothing in a canonical frame.
-        anchors: From the last sampling, None before the first.
-        births: The newborn of the frame, as coded; none in a canonical frame.
-        next_id: The id that the next newborn gets.
-        motion_counts: What the contexts of motion have seen since the last canonical frame.
-        birth_counts: The same of births.
-        room: For how many newborn there is room behind the planes; `bear`,
-            which fills it, is then called once.
-        wait: Is called before the binding, the rotations and the codes are read,
-            which other threads may still write.
-    """
-
-    scene: Scene
-    motion: Int16
-    symbols: tuple[Int64, ...]
-    anchors: Anchors | None
-    births: Births | None
-    next_id: int
-    motion_counts: ContextCounts
-    birth_counts: ContextCounts
-    room: int = 0
-    wait: Wait = _settled
-
-    @property
-    def known_anchors(self) -> Anchors:
-        """The anchors of a state that has been through `begin_frame`.
-
-        Raises:
-            ValueError: It has not.
-        """
-        if self.anchors is None:
-            message = "the state has not been through begin_frame"
-            raise ValueError(message)
-        return self.anchors
 
 
 def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> State:
@@ -202,7 +154,7 @@ def move(state: State, symbols: list[Int64]) -> State:
         positions, rotations, motion = move_through(kernels, scene, anchors, symbols, room)
     moved = replace(scene, positions=positions, rotations=rotations)
     done = tuple(symbols)
-    return replace(state, scene=moved, motion=motion, symbols=done, room=room, wait=_settled)
+    return replace(state, scene=moved, motion=motion, symbols=done, room=room, wait=settled)
 
 
 def bear(state: State, births: Births) -> State:

@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.format.acceleration import Wait, load_kernels, start_parts
+from quarc_ref.format.acceleration import Wait, load_kernels, settled, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.records import StreamHeader
 
@@ -100,7 +100,7 @@ def start_removing(
 ) -> tuple[NDArray[_Number], Wait]:
     """Do as `remove`; return what waits, too, until other threads have written the planes."""
     if gone.size == room == 0:
-        return planes, lambda: None
+        return planes, settled
     kept = make_planes(planes.shape[0], planes.shape[1] - gone.size, room, planes.dtype)
     return kept, start_parts(lambda to: _keep_others(planes, gone, to, room), [kept])
 

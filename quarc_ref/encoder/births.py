@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.canonical import canonical_rates
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.density import ScreenStatistics, split

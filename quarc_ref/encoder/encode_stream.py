@@ -17,7 +17,7 @@ import torch
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.checkpoint import Checkpoint

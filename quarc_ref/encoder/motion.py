@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.config import MotionSettings
 from quarc_ref.encoder.density import ScreenStatistics
 from quarc_ref.encoder.losses import photometric_loss

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from quarc_ref.decoder.anchors import AnchorLevel
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.config import MotionSettings
 from quarc_ref.format.arrays import Int64
 

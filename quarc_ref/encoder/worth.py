@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.losses import photometric_loss

@@ -8,8 +8,8 @@ from contextlib import suppress
 
 from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest
-from quarc_ref.decoder.reconstruct import State
 from quarc_ref.decoder.seek import read_tail_chunk
+from quarc_ref.decoder.state import State
 from quarc_ref.evaluation.estimate import estimate_births, estimate_gaussians, estimate_motion
 from quarc_ref.evaluation.stream_summary import (
     KINDS,

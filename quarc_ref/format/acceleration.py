@@ -31,6 +31,10 @@ _Answer = TypeVar("_Answer")
 Wait = Callable[[], object]
 
 
+def settled() -> None:
+    """Wait for nothing."""
+
+
 def load_kernels(module: str, elements: int) -> ModuleType | None:
     """Return a module of kernels; None where plain NumPy is to do the work.
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.decoder import decode, dequantize
 from quarc_ref.decoder.decode_stream import decode_states
-from quarc_ref.decoder.reconstruct import State
+from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.config import BirthSettings

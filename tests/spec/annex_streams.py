@@ -6,7 +6,8 @@ import numpy as np
 
 from quarc_ref.decoder.digest import compute_state_crc
 from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
-from quarc_ref.decoder.reconstruct import State, begin_canonical, begin_frame, motion_contexts
+from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
+from quarc_ref.decoder.state import State
 from quarc_ref.format import wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import MAGIC

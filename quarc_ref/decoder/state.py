@@ -1,0 +1,55 @@
+"""What a frame hands to the next: SPEC 7.1."""
+
+from dataclasses import dataclass
+
+from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.acceleration import Wait, settled
+from quarc_ref.format.arrays import Int16, Int64
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.records import Births
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """All that a frame hands to the next (SPEC 7.1).
+
+    Attributes:
+        scene: The frame's scene.
+        motion: `[c, N]` of each Gaussian, the sum of its levels' symbols in
+            the frame; 0 for the newborn.
+        symbols: `[c, a]` of each level's anchors in the frame, level 1 first;
+            nothing in a canonical frame.
+        anchors: From the last sampling, None before the first.
+        births: The newborn of the frame, as coded; none in a canonical frame.
+        next_id: The id that the next newborn gets.
+        motion_counts: What the contexts of motion have seen since the last canonical frame.
+        birth_counts: The same of births.
+        room: For how many newborn there is room behind the planes; `bear`,
+            which fills it, is then called once.
+        wait: Is called before the binding, the rotations and the codes are read,
+            which other threads may still write.
+    """
+
+    scene: Scene
+    motion: Int16
+    symbols: tuple[Int64, ...]
+    anchors: Anchors | None
+    births: Births | None
+    next_id: int
+    motion_counts: ContextCounts
+    birth_counts: ContextCounts
+    room: int = 0
+    wait: Wait = settled
+
+    @property
+    def known_anchors(self) -> Anchors:
+        """The anchors of a state that has been through `begin_frame`.
+
+        Raises:
+            ValueError: It has not.
+        """
+        if self.anchors is None:
+            message = "the state has not been through begin_frame"
+            raise ValueError(message)
+        return self.anchors
