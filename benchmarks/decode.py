@@ -5,7 +5,9 @@
 
 The stream is made once, by `moving_stream`, and kept in `--cache`. It is
 decoded by `quarc-ref bench` in a process of its own, after a first, untimed one
-that leaves the kernels compiled; `--plain` does without them.
+that leaves the kernels compiled; `--plain` does without them. `stolen` is the
+share of the time that processors had work in which the host of a virtual
+machine gave them to others: runs that lost much of it say little.
 """
 
 import argparse
@@ -67,6 +69,7 @@ def format_table(rows: list[dict[str, object]]) -> str:
             "fps",
             "ms per frame",
             "CPU ms",
+            "stolen",
             *stages,
             "first frame s",
             "loaded s",
@@ -75,9 +78,11 @@ def format_table(rows: list[dict[str, object]]) -> str:
     ]
     for row in rows:
         spent = [f"{row['ms_by_stage'].get(stage, 0):.1f}" for stage in stages]
+        share = row["stolen_share"]
+        stolen = "unknown" if share is None else f"{share:.0%}"
         lines.append([
             f"{row['gaussians']:,}", row["kernels"], str(row["threads"]), f"{row['fps']:.1f}",
-            f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", *spent,
+            f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", stolen, *spent,
             f"{row['first_frame_s']:.2f}", f"{row['warm_first_frame_s']:.2f}",
             f"{row['peak_rss_mib']:.0f}",
         ])  # fmt: skip

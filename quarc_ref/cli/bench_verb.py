@@ -39,11 +39,13 @@ def _describe(speed: "Speed") -> dict[str, str]:
     """Return the lines of `bench` as names and values."""
     warm = speed.warm_first_frame_s
     again = "" if warm is None else f", {warm:.2f} s with all loaded"
+    share = speed.stolen_share
+    stolen = f"; the host kept back {share:.0%}" if share else ""
     memory = "unknown" if speed.peak_rss_mib is None else f"{speed.peak_rss_mib:.0f} MiB"
     return {
         "frames": f"{speed.frames:,}, {speed.gaussians:,} Gaussians in the last",
         "frames per second": f"{speed.fps:.1f}, {speed.threads} threads, {speed.kernels} kernels",
-        "processor": f"{speed.cpu_ms:.1f} ms per frame, of all threads",
+        "processor": f"{speed.cpu_ms:.1f} ms per frame, of all threads{stolen}",
         "first frame": f"{speed.first_frame_s:.2f} s after opening{again}",
         "peak memory": memory,
         **{f"ms: {stage}": f"{spent:.2f}" for stage, spent in speed.ms_by_stage.items()},

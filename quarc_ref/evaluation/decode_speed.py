@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 from quarc_ref.decoder import Player, open_source
+from quarc_ref.evaluation.stolen_time import read_processor_time
 
 _MEBIBYTE = 1 << 20
 
@@ -23,6 +24,8 @@ class Speed:
         fps: Of the frames after the first.
         cpu_ms: Milliseconds of the processor per frame after the first, of all
             threads; beside other work it tells more than `fps`.
+        stolen_share: Of the time that this machine's processors had work, meanwhile, what share
+            its host gave to others; None where that cannot be told.
         ms_by_stage: Milliseconds per frame after the first; what threads do
             side by side adds up to more than a frame takes.
         first_frame_s: From opening the stream to its first frame; where it is the first that
@@ -38,6 +41,7 @@ class Speed:
     kernels: str
     fps: float
     cpu_ms: float
+    stolen_share: float | None
     ms_by_stage: dict[str, float]
     first_frame_s: float
     warm_first_frame_s: float | None
@@ -66,7 +70,7 @@ def measure_speed(
         SourceError: What holds it does not give its bytes.
     """
     begun = first = last = time.perf_counter()
-    cpu = 0.0
+    cpu, machine = 0.0, None
     frames = gaussians = 0
     before: Counter[str] = Counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
@@ -75,9 +79,11 @@ def measure_speed(
             frames, gaussians = frames + 1, frame.scene.count
             if frames == 1:
                 first, before, cpu = last, Counter(player.times), time.process_time()
+                machine = read_processor_time()
             if note is not None:
                 note("decode", frames, 0)
         spent, cpu = player.times - before, time.process_time() - cpu
+        machine_now = read_processor_time()
     if frames == 0:
         return None
     peak, warm = _peak_mebibytes(), None if name == "-" else _time_first_frame(name, threads)
@@ -89,6 +95,7 @@ def measure_speed(
         "compiled" if "quarc_ref.decoder.binding_kernels" in sys.modules else "plain",
         moved / (last - first) if frames > 1 else 0.0,
         1e3 * cpu / moved if frames > 1 else 0.0,
+        machine_now.stolen_share(machine) if machine_now and machine else None,
         {stage: nanoseconds / moved / 1e6 for stage, nanoseconds in spent.most_common()},
         first - begun,
         warm,

@@ -1,0 +1,41 @@
+"""What a virtual machine is kept waiting for: others that its host runs on the same processors.
+
+A speed that was measured meanwhile says little of a decoder, and nothing but this tells.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+_STATISTICS = Path("/proc/stat")  # of Linux: proc(5)
+_WORKING = (0, 1, 2, 5, 6)  # user, nice, system, interrupts
+_STOLEN = 7
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessorTime:
+    """What all processors of this machine have done since it was started.
+
+    Attributes:
+        worked: Ticks in which they ran something.
+        stolen: Ticks in which they had something to run and the host ran others.
+    """
+
+    worked: int
+    stolen: int
+
+    def stolen_share(self, before: "ProcessorTime") -> float:
+        """Return the share that was stolen of the time since `before` that was needed."""
+        worked, stolen = self.worked - before.worked, self.stolen - before.stolen
+        return stolen / max(1, worked + stolen)
+
+
+def read_processor_time(statistics: Path = _STATISTICS) -> ProcessorTime | None:
+    """Return what processors have done by now; None where the system does not tell."""
+    try:
+        with statistics.open() as lines:
+            ticks = [int(number) for number in lines.readline().split()[1:]]
+    except (OSError, ValueError):
+        return None
+    if len(ticks) <= _STOLEN:
+        return None
+    return ProcessorTime(sum(ticks[place] for place in _WORKING), ticks[_STOLEN])
