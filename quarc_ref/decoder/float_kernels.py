@@ -14,7 +14,10 @@ _BLOCK = 64  # Gaussians whose numbers stay in the nearest cache until they are 
 @entrance
 def scale(planes, steps, rows):
     """Write planes of integers `[r, N]`, times steps float32 `[r]`, to float32 `[N, r]`."""
-    if planes.shape[0] == 3:
+    if planes.shape[0] == 1:
+        for i in range(planes.shape[1]):
+            rows[i, 0] = np.float32(planes[0, i]) * steps[0]
+    elif planes.shape[0] == 3:
         _weave_three(planes, steps, rows)
     elif planes.shape[0] == 4:
         _weave_four(planes, steps, rows)
