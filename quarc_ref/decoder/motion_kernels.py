@@ -65,8 +65,11 @@ def recall(ids, owners, motion):
     for first in range(0, owners.size, BLOCK):
         block = owners[first : first + BLOCK]
         for j in range(block.size):
-            while place < ids.size - 1 and ids[place] < block[j]:
-                place += 1
+            # As far on as the id is, for ids ascend; less far, where some between have died.
+            before, place = place, min(place + max(block[j] - ids[place], 0), ids.size - 1)
+            if ids[place] > block[j]:
+                within = np.searchsorted(ids[before:place], block[j], side="right")
+                place = before + max(within - 1, 0)
             places[j], alive[j] = place, ids[place] == block[j]
         for channel in range(motion.shape[0]):
             plane, own = motion[channel], recalled[channel, first : first + BLOCK]
