@@ -5,7 +5,9 @@ them, inherit that order, so that a tree of boxes over them takes no further
 sorting; it is kept for the newborn of the frames until the next sampling.
 """
 
+import itertools
 from dataclasses import dataclass
+from functools import partial
 from types import ModuleType
 
 import numpy as np
@@ -43,6 +45,9 @@ class AnchorTree:
 # finds the nearest of them fast, if anything.
 Drawn = tuple[Int64, AnchorTree | None]
 
+# The same, and `[N + 1]` how many of them stand before each Gaussian in Morton order.
+_Found = tuple[Int64, AnchorTree, Int32]
+
 
 class CompiledSampler:
     """Draws and binds all levels; see `anchors.PlainSampler`.
@@ -60,10 +65,11 @@ class CompiledSampler:
         self._drawing, self._growing, self._binding = drawing, growing, binding
         seed = np.uint64(scene.header.seed)
         self._order, self._merges = order, merges = drawing.sort_cells(scene.positions)
-        self._joined = np.bincount(merges, minlength=drawing.MERGES)
-        points = start_parts(lambda planes: growing.list_points(planes, order), [scene.positions])
-        words = drawing.draw_words(scene.ids, order, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
-        self._words, (self._points,) = words, points()
+        list_points = partial(growing.list_points, scene.positions, order)
+        count_merges = partial(np.bincount, merges, minlength=drawing.MERGES)
+        wait = start_parts(lambda work: work(), (list_points, count_merges))
+        self._words = drawing.draw_words(scene.ids, order, scene.phase, seed, PHILOX_DOMAIN_SAMPLER)
+        self._points, self._joined = wait()
 
     def sample(self, counts: tuple[int, ...]) -> tuple[list[Drawn], Int32, Wait]:
         """Sample all levels, level 1 first.
@@ -72,14 +78,28 @@ class CompiledSampler:
             What was drawn of every level, the binding `[L, N]`, and what waits for that of
             level 1: no parent of an anchor is found through it.
         """
-        draw = start_parts(lambda level: self._draw(level, counts[level]), range(len(counts)))
-        runs = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))
-        levels = draw()
-        binding, wait = self._bind([(tree, ranks) for _, tree, ranks in levels], *runs)
-        return [(indices, tree) for indices, tree, _ in levels], binding, wait
+        finest, *others = range(len(counts))
+        draw = {
+            level: start_parts(lambda level: self._draw(level, counts[level]), [level])
+            for level in (*others[::-1], finest)
+        }
+        gaussians = _walk_runs(self._make_tree(self._points, self._merges, _GAUSSIANS_OF_RUNS))
+        binding = np.empty((len(counts), self._order.size), dtype=np.int32)
+        drawn: dict[int, _Found] = {}
+        waits = []
+        # The coarsest is there by now. Level 1 takes longest, and is what nobody has begun.
+        for level in (*others[-1:], finest, *others[:-1]):
+            (drawn[level],) = draw[level]()
+            if level != finest:
+                waits.append(self._start_binding(drawn[level], gaussians, binding[level]))
+        wait_for_finest = self._start_binding(drawn[finest], gaussians, binding[finest])
+        for wait in reversed(waits):  # the others begin with the first
+            wait()
+        found = [drawn[level] for level in range(len(counts))]
+        return [(indices, tree) for indices, tree, _ in found], binding, wait_for_finest
 
-    def _draw(self, level: int, count: int) -> tuple[Int64, AnchorTree, Int32]:
-        """Return the indices of the Gaussians that are anchors, their tree, and their ranks."""
+    def _draw(self, level: int, count: int) -> _Found:
+        """Draw the anchors of a level."""
         chosen = self._drawing.choose(
             self._words[level], self._order, self._merges, self._joined, count
         )
@@ -89,27 +109,20 @@ class CompiledSampler:
         runs = self._make_tree(anchors, merges, _ANCHORS_OF_BLOCKS)
         return indices, AnchorTree(anchors, _stack_blocks(runs), len(runs[0][1])), ranks
 
-    def _bind(
-        self, levels: list[tuple[AnchorTree, Int32]], walk: Int32, tops: Int64
-    ) -> tuple[Int32, Wait]:
-        gaussians = (self._points, self._order, walk)
+    def _start_binding(self, found: _Found, walk: tuple[Int32, Int64], binding: Int32) -> Wait:
+        """Begin to write the binding `[N]` of a level; see `start_parts`."""
+        runs, tops = walk
+        _, tree, ranks = found
+        gaussians = (self._points, self._order, runs)
+        anchors = (tree.anchors, ranks, tree.blocks, tree.widest)
         parts = min(tops.size - 1, _PARTS_OF_A_THREAD * count_threads())
         borders = tops[np.arange(parts + 1) * (tops.size - 1) // parts].tolist()
-        binding = np.empty((len(levels), self._order.size), dtype=np.int32)
 
-        def bind_part(work: tuple[int, int]) -> None:
-            level, part = work
-            tree, ranks = levels[level]
-            anchors = (tree.anchors, ranks, tree.blocks, tree.widest)
-            span = (borders[part], borders[part + 1])
+        def bind_part(span: tuple[int, int]) -> None:
             room = _make_room(self._binding, len(tree.blocks), span[1] - span[0])
-            self._binding.bind_runs(gaussians, anchors, span, room, binding[level])
+            self._binding.bind_runs(gaussians, anchors, span, room, binding)
 
-        coarse = [(level, part) for level in range(1, len(levels)) for part in range(parts)]
-        wait_for_parents = start_parts(bind_part, coarse)
-        wait = start_parts(bind_part, [(0, part) for part in range(parts)])
-        wait_for_parents()
-        return binding, wait
+        return start_parts(bind_part, list(itertools.pairwise(borders)))
 
     def _make_tree(self, points: Int32, merges: Int32, sizes: tuple[int, ...]) -> list[Runs]:
         """Return runs of runs of points in Morton order, the widest first."""
