@@ -21,6 +21,7 @@ import numpy as np
 
 from quarc_ref.decoder import decode
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS
@@ -87,7 +88,7 @@ def _plain(header: StreamHeader, positions: Int64) -> Gaussians:
     return Gaussians(positions, zeros[:4], zeros[4:])
 
 
-def measure(path: Path, kernels: str) -> dict[str, float]:
+def measure(path: Path, kernels: str) -> dict[str, float | None]:
     """Decode a stream in this process; return its slowest frame's seconds, and peak memory."""
     with computing_with(kernels):
         list(decode(_WARM.read_bytes()))
@@ -95,13 +96,11 @@ def measure(path: Path, kernels: str) -> dict[str, float]:
         for _ in decode(path.read_bytes()):
             times.append(time.process_time())  # noqa: PERF401, each as it comes
     slowest = max(after - before for before, after in pairwise(times))
-    return {"slowest_frame_s": round(slowest, 2), "peak_rss_mib": _peak_mebibytes()}
-
-
-def _peak_mebibytes() -> int:
-    """Return the most memory of this process; getrusage would count what its parent had."""
-    lines = Path("/proc/self/status").read_text("ascii").splitlines()
-    return round(next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024)
+    peak = measure_peak_mebibytes()
+    return {
+        "slowest_frame_s": round(slowest, 2),
+        "peak_rss_mib": None if peak is None else round(peak),
+    }
 
 
 def main() -> None:

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 from quarc_ref.decoder import Player, open_source
+from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 from quarc_ref.evaluation.stolen_time import read_processor_time
-
-_MEBIBYTE = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,7 @@ class Speed:
             the process decodes, with the loading of numba and of kernels.
         warm_first_frame_s: The same of the second time that the stream is opened; None of
             standard input.
-        peak_rss_mib: Of this process so far; None where that cannot be told.
+        peak_rss_mib: Of this process so far, by the end; None where that cannot be told.
     """
 
     frames: int
@@ -86,7 +85,7 @@ def measure_speed(
         machine_now = read_processor_time()
     if frames == 0:
         return None
-    peak, warm = _peak_mebibytes(), None if name == "-" else _time_first_frame(name, threads)
+    peak, warm = measure_peak_mebibytes(), None if name == "-" else _time_first_frame(name, threads)
     moved = max(1, frames - 1)
     return Speed(
         frames,
@@ -108,12 +107,3 @@ def _time_first_frame(name: str, threads: int) -> float:
     with open_source(name) as source, Player(source, threads=threads) as player:
         next(iter(player))
         return time.perf_counter() - begun
-
-
-def _peak_mebibytes() -> float | None:
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / _MEBIBYTE if sys.platform == "darwin" else peak * 1024 / _MEBIBYTE

@@ -1,0 +1,23 @@
+"""The most memory that this process has had."""
+
+import sys
+from pathlib import Path
+
+_STATUS = Path("/proc/self/status")  # of Linux: proc(5)
+_MEBIBYTE = 1 << 20
+
+
+def measure_peak_mebibytes() -> float | None:
+    """Return the most memory of this process so far, MiB; None where that cannot be told.
+
+    On Linux not by `getrusage`, which counts what the parent had when it began this process.
+    """
+    if _STATUS.exists():
+        lines = _STATUS.read_text("ascii").splitlines()
+        return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / _MEBIBYTE if sys.platform == "darwin" else peak * 1024 / _MEBIBYTE
