@@ -12,7 +12,7 @@ from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, mo
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.stopwatch import stage
-from quarc_ref.format.acceleration import start_parts
+from quarc_ref.format.acceleration import start_parts, threading_for
 from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
@@ -92,10 +92,11 @@ def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) ->
     # Room for the newborn that are told of, if they are not too many: they are refused below.
     limits = (state.scene.header.limits.births, _OWN_LIMITS.births)
     room = min(chunk.birth_count, *limits)
-    bear_decoded = _start_births(state, chunk.births, chunk.birth_count)
-    begun = begin_frame(state, chunk.death_count, room, meanwhile=True)
-    moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
-    grown = bear_decoded(moved)
+    with threading_for(state.scene.count):
+        bear_decoded = _start_births(state, chunk.births, chunk.birth_count)
+        begun = begin_frame(state, chunk.death_count, room, meanwhile=True)
+        moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
+        grown = bear_decoded(moved)
     (prove or prove_state)(grown.scene, chunk.state_crc)
     return grown
 

@@ -11,10 +11,10 @@ import gc
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
-from functools import cache, partial
+from functools import cache
 from importlib import import_module
 from threading import Lock
 from types import ModuleType
@@ -23,6 +23,7 @@ from typing import Final, Generic, TypeVar
 PLAIN: Final = "plain"
 COMPILED: Final = "compiled"
 _WORTH_LOADING: Final = 1 << 13
+_WORTH_SHARING: Final = 50_000  # below, threads wait for each other longer than they help
 
 _Part = TypeVar("_Part")
 _Answer = TypeVar("_Answer")
@@ -74,6 +75,20 @@ def threading_by(count: int) -> Iterator[None]:
         _threads.reset(token)
 
 
+@contextmanager
+def threading_for(elements: int) -> Iterator[None]:
+    """Take no more than one thread, as long as this context lasts, if there is little to do.
+
+    Args:
+        elements: How many Gaussians there are to work on.
+    """
+    if elements >= _WORTH_SHARING:
+        yield
+        return
+    with threading_by(1):
+        yield
+
+
 def map_parts(action: Callable[[_Part], _Answer], parts: Sequence[_Part]) -> list[_Answer]:
     """Return what an action makes of each part, in order, by as many threads as there may be."""
     if len(parts) == 1:
@@ -91,46 +106,56 @@ def start_parts(
         them; it may be called again. Whoever waits lends a hand: the last part
         that nobody has begun is the next.
     """
-    threads = count_threads()
-    tasks = [_Task(partial(copy_context().run, _alone, action, part)) for part in parts]
-    for task in tasks:
-        if threads > 1:
-            _pool(threads - 1).submit(task.do)
-        else:
-            task.do()
+    tasks = [_Task(action, part) for part in parts]
+    others = count_threads() - 1
+    for _ in range(min(others, len(tasks))):
+        _pool(others).submit(copy_context().run, _do, tasks)
+    if others == 0:
+        _do(tasks)
+    context = copy_context()
 
     def wait() -> list[_Answer]:
-        for task in reversed(tasks):
-            task.do()
-        return [task.outcome.result() for task in tasks]
+        context.copy().run(_do, tasks[::-1])
+        return [task.answer() for task in tasks]
 
     return wait
 
 
-class _Task(Generic[_Answer]):
-    """Something that is done once, by the first thread that comes to it, and then let go."""
+class _Task(Generic[_Part, _Answer]):
+    """A part that is done once, by the first thread that comes to it, and then let go."""
 
-    def __init__(self, action: Callable[[], _Answer]) -> None:
-        self._action = action
-        self._begun = Lock()
-        self.outcome: Future[_Answer] = Future()
+    def __init__(self, action: Callable[[_Part], _Answer], part: _Part) -> None:
+        self._work = (action, part)
+        self._begun, self._doing = Lock(), Lock()
+        self._doing.acquire()
+        self._error: BaseException | None = None
 
     def do(self) -> None:
         """Do it, unless somebody has begun with it."""
         if not self._begun.acquire(blocking=False):
             return
-        action = self._action
-        del self._action
+        action, part = self._work
+        del self._work
         try:
-            self.outcome.set_result(action())
+            self._answer = action(part)
         except BaseException as error:
-            self.outcome.set_exception(error)
+            self._error = error
+        finally:
+            self._doing.release()
+
+    def answer(self) -> _Answer:
+        """Wait until it is done; return what came of it, or raise what went wrong."""
+        with self._doing:
+            if self._error is not None:
+                raise self._error
+            return self._answer
 
 
-def _alone(action: Callable[[_Part], _Answer], part: _Part) -> _Answer:
-    """Act in one thread: one that waited for others might wait for itself."""
+def _do(tasks: Sequence[_Task[_Part, _Answer]]) -> None:
+    """Do tasks in one thread: one that waited for others might wait for itself."""
     with threading_by(1):
-        return action(part)
+        for task in tasks:
+            task.do()
 
 
 @cache

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import BytesSource, Player, compute_digest, decode, dequantize
-from quarc_ref.format import container
+from quarc_ref.format import acceleration, container
+from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.errors import BitstreamError, StateCrcError
@@ -16,6 +17,11 @@ _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 both = pytest.mark.parametrize("threads", [1, 2])
 
 
+@pytest.fixture(autouse=True)
+def _sharing_however_little(monkeypatch):
+    monkeypatch.setattr(acceleration, "_WORTH_SHARING", 0)
+
+
 def _numbers(splats):
     return [
         getattr(splats, name).tolist()
@@ -23,9 +29,10 @@ def _numbers(splats):
     ]
 
 
-@both
-def test_the_frames_are_those_that_were_encoded(threads):
-    with Player(_STREAM, threads=threads) as player:
+@pytest.mark.parametrize("threads", [1, 2, 4])
+@pytest.mark.parametrize("kernels", [PLAIN, COMPILED])
+def test_the_frames_are_those_that_were_encoded(threads, kernels):
+    with computing_with(kernels), Player(_STREAM, threads=threads) as player:
         for frame, state in zip(player, _STATES, strict=True):
             assert compute_digest(frame.scene) == compute_digest(state.scene)
             assert _numbers(frame.splats) == _numbers(dequantize(state.scene))

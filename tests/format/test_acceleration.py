@@ -18,6 +18,7 @@ from quarc_ref.format.acceleration import (
     map_parts,
     start_parts,
     threading_by,
+    threading_for,
 )
 from tests.streams import make_stream
 
@@ -88,6 +89,15 @@ def test_parts_come_back_in_order_from_as_many_threads_as_there_may_be(threads):
 
     assert len(seen) == threads
     assert threading.get_ident() in seen  # who waits lends a hand
+
+
+def test_little_work_is_not_shared():
+    with threading_by(3):
+        with threading_for(1000):
+            assert count_threads() == 1
+        with threading_for(1_000_000):
+            assert count_threads() == 3
+        assert count_threads() == 3
 
 
 @pytest.mark.parametrize("threads", [1, 3])
