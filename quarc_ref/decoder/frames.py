@@ -115,6 +115,8 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
     with stage("entropy"):
         contexts = motion_contexts(state, previous=previous)
         symbols, counts = read_motion(section, contexts, state.motion_counts)
+    with stage("binding"):
+        state.wait()
     with stage("motion"):
         return move(replace(state, motion_counts=counts), symbols)
 

@@ -141,8 +141,7 @@ def move(state: State, symbols: list[Int64]) -> State:
         DegenerateRotationError: A sum of residuals is zero.
     """
     scene, anchors, room = state.scene, state.known_anchors, state.room
-    with stage("binding"):
-        state.wait()
+    state.wait()
     kernels = load_kernels(MOTION_KERNELS, scene.count)
     if kernels is None:
         room = 0
