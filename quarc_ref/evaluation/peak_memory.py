@@ -13,8 +13,9 @@ def measure_peak_mebibytes() -> float | None:
     On Linux not by `getrusage`, which counts what the parent had when it began this process.
     """
     if _STATUS.exists():
-        lines = _STATUS.read_text("ascii").splitlines()
-        return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024
+        for line in _STATUS.read_text("ascii").splitlines():
+            if line.startswith("VmHWM"):
+                return int(line.split()[1]) / 1024
     try:
         import resource
     except ImportError:  # Windows
