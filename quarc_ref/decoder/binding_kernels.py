@@ -25,7 +25,7 @@ from quarc_ref.decoder.pruning_kernels import (
     box_of_few,
     diagonal_of,
     expand,
-    far_from,
+    gap_to,
     keep_blocks,
     list_blocks,
     narrow,
@@ -200,8 +200,10 @@ def _bind_alone(points, i, anchors, blocks, widest, asked, kept):
         if tier > 0:
             length = expand(kept, length, blocks, asked)
         length = keep_blocks(box, blocks, asked, length, bound, kept)
-    best, who = np.int64(UNBOUND), np.int64(UNBOUND)
+    best, who = bound, np.int64(UNBOUND)
     for b in range(length):
+        if gap_to(x, y, z, blocks, kept[b]) > best:
+            continue
         for a in range(blocks[kept[b], 6], blocks[kept[b], 7]):
             dx, dy, dz = anchors[0, a] - x, anchors[1, a] - y, anchors[2, a] - z
             distance, number = dx * dx + dy * dy + dz * dz, np.int64(anchors[3, a])
@@ -212,14 +214,14 @@ def _bind_alone(points, i, anchors, blocks, widest, asked, kept):
 
 @bare
 def _reach(x, y, z, anchors, blocks, widest):
-    """Return the squared distance to an anchor that is near: of blocks, the nearest is taken."""
+    """Return the least squared distance to an anchor of the block that is nearest, tier by tier."""
     first, last, bound = 0, widest, np.int64(UNBOUND)
     for _ in range(ANCHORS):
         best, block = np.int64(UNBOUND), first
         for b in range(first, last):
-            far = far_from(x, y, z, blocks, b)
-            if far < best:
-                best, block = far, b
+            gap = gap_to(x, y, z, blocks, b)
+            if gap < best:
+                best, block = gap, b
         first, last = blocks[block, 6], blocks[block, 7]
     for a in range(first, last):
         dx, dy, dz = anchors[0, a] - x, anchors[1, a] - y, anchors[2, a] - z

@@ -223,9 +223,9 @@ def at_most(nearly):
 
 
 @bare
-def far_from(px, py, pz, blocks, b):
-    """Return the squared distance from a point to the far corner of a block."""
-    x = max(np.int64(blocks[b, 3]) - px, px - np.int64(blocks[b, 0]))
-    y = max(np.int64(blocks[b, 4]) - py, py - np.int64(blocks[b, 1]))
-    z = max(np.int64(blocks[b, 5]) - pz, pz - np.int64(blocks[b, 2]))
+def gap_to(px, py, pz, blocks, b):
+    """Return the squared distance from a point to a block, 0 within."""
+    x = max(max(np.int64(blocks[b, 0]) - px, px - np.int64(blocks[b, 3])), np.int64(0))
+    y = max(max(np.int64(blocks[b, 1]) - py, py - np.int64(blocks[b, 4])), np.int64(0))
+    z = max(max(np.int64(blocks[b, 2]) - pz, pz - np.int64(blocks[b, 5])), np.int64(0))
     return x * x + y * y + z * z
