@@ -16,7 +16,7 @@ demo: $(READY) ## Trace a scene, encode it, decode it, measure it: demo/report/i
 	$(BIN)/quarc-ref demo -o demo --force
 
 test: $(READY) ## Run all tests.
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
 
 check: lint types imports test ## Everything that CI runs: lint, types, import rules, tests.
 
