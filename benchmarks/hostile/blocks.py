@@ -13,6 +13,7 @@ from typing import Any
 
 from hostile import judge
 from hostile.mutations import Mutator
+from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 
 BLOCK = 1000
 _OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")
@@ -119,7 +120,7 @@ def judge_block(
             (folder / f"{number}.quarc").write_bytes(mutant.data)
             told = f"{verdict.outcome}, {way}, heedless: {mutant.heedless}, {mutant.recipe}\n"
             (folder / f"{number}.txt").write_text(told + verdict.detail, "utf-8")
-    tally.peak_rss_mib = judge.peak_mebibytes()
+    tally.peak_rss_mib = measure_peak_mebibytes()
     return tally
 
 

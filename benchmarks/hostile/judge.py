@@ -111,11 +111,6 @@ def prepare(seeds: Iterable[bytes]) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
 
 
-def peak_mebibytes() -> float:
-    """Return the most memory that this process has had, MiB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-
-
 def _virtual_bytes() -> int:
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[0]) * resource.getpagesize()
