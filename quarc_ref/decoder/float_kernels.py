@@ -1,7 +1,8 @@
 """Planes of integers to rows of floats (SPEC 10.1), compiled; `dequantize` has the plain twin.
 
-Rows of three and of four numbers are written whole, side by side: the processor has
-instructions that weave so many planes into one. Others go by way of a block of planes.
+A single plane is its rows already. Rows of three and of four numbers are written whole, side
+by side: the processor has instructions that weave so many planes into one. Others go by way
+of a block of planes.
 """
 
 import numpy as np

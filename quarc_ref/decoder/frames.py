@@ -115,7 +115,7 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
     with stage("entropy"):
         contexts = motion_contexts(state, previous=previous)
         symbols, counts = read_motion(section, contexts, state.motion_counts)
-    with stage("binding"):
+    with stage("binding"):  # what `move` would wait for, told apart from the motion
         state.wait()
     with stage("motion"):
         return move(replace(state, motion_counts=counts), symbols)

@@ -75,7 +75,8 @@ class Player:
     Args:
         stream: A stream; it is the caller's to close, after the player.
         threads: 1 to decode a frame when it is asked for and no sooner; 2 or
-            more to decode ahead, each piece of work cut for so many threads.
+            more to decode ahead, each piece of work cut for so many threads,
+            where there are Gaussians enough.
         ahead: How many frames may wait to be taken, at least 1. Memory is
             bounded by it: a frame that waits takes about 200 bytes a Gaussian.
         follow: How long to wait for a stream that still grows; None not to.

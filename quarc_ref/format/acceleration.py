@@ -4,7 +4,7 @@ What a kernel computes, plain NumPy computes too: nothing but time hangs on the
 choice. numba is imported when a scene is first met that is large enough for it
 to pay, or never, where it is not installed; what has been loaded once is used
 from then on. `QUARC_REF_KERNELS` says otherwise: `plain` or `compiled`.
-`QUARC_REF_THREADS` is the number of threads.
+`QUARC_REF_THREADS` is the number of threads; frames of few Gaussians take one.
 """
 
 import gc
