@@ -66,10 +66,10 @@ def url(data):
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
+def browser():
     options = webdriver.ChromeOptions()
     options.binary_location = _BROWSER
-    for flag in (*_FLAGS, f"user-data-dir={tmp_path_factory.mktemp('chromium')}"):
+    for flag in _FLAGS:
         options.add_argument(f"--{flag}")
     service = webdriver.ChromeService(_DRIVER)
     browser = webdriver.Chrome(options=options, service=service)
