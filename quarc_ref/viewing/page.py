@@ -22,6 +22,7 @@ from quarc_ref.viewing.vantage import Vantage, Vector
 _SPEEDS = {"0.25": 0.25, "0.5": 0.5, "1": 1.0, "2": 2.0}
 _BRAND = (72, 138, 222)
 _REST_SECONDS = 0.2
+_HEADROOM = 1.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,11 +160,14 @@ class Page:
             uplot.Series(label="KB", stroke="#488ade", fill="#488ade40", width=1),
             uplot.Series(label="shown", stroke="#ffffff", fill="#ffffff", width=1),
         )
+        # Told, for what the page finds by itself may be 0 to 1, with one frame in it.
+        across = (float(places.min()) - 0.5, float(places.max()) + 0.5)
+        up = (0.0, _HEADROOM * float(kilobytes.max()))
         return self._server.gui.add_uplot(
             (places, kilobytes, np.zeros_like(kilobytes)),
             series,
             title="KB per frame, canonical ones left out",
-            scales={"x": uplot.Scale(time=False)},
+            scales={"x": uplot.Scale(time=False, range=across), "y": uplot.Scale(range=up)},
             legend=uplot.Legend(show=False),
             height=150,
         )

@@ -131,3 +131,15 @@ def test_the_page_shows_what_the_first_camera_sees_and_plays(browser, url, data,
     play = next(b for b in browser.find_elements("tag name", "button") if b.text == "Play")
     play.click()
     _await_text(browser, "moved", "motion", "per second, of 30", "Pause")
+
+
+def test_the_chart_has_all_frames(browser, url, tmp_path):
+    browser.get(url)
+    _await_text(browser, "toy.quarc", "KB per frame")
+    path, give_up, share = tmp_path / "chart.png", time.monotonic() + _PATIENCE, 0.0
+    while share < 0.5 and time.monotonic() < give_up:
+        browser.find_element("css selector", ".uplot canvas").screenshot(str(path))
+        picture = read_still(path).astype(int)
+        is_blue = picture[..., 2] > picture[..., 0] + 30
+        share = is_blue.any(axis=0).mean()
+    assert share >= 0.5
