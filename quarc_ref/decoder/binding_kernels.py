@@ -35,7 +35,7 @@ from quarc_ref.format.compiled import bare, bare_entrance
 __all__ = ["LISTS", "MOST", "NEARLY", "RUN", "bind_points", "bind_runs"]
 _LEAF = 2  # the depth of the least runs
 _FEW = 64  # anchors that need no finer list
-_CLOSE = 1 << 30
+_CLOSE = (1 << 30) - (1 << 12)  # less what a bound is rounded up by when a list is made
 
 
 @bare_entrance
@@ -66,7 +66,8 @@ def bind_runs(gaussians, tree, span, room, binding):
             continue
         count, anchors = counts[0, depth + 1], listed[depth + 1]
         few = counts[1, depth + 1] == ANCHORS and count <= _FEW
-        # No distance from the run to an anchor of the list is beyond 2 (bound + diagonal) then.
+        # The square of a distance from the run to a listed anchor is at most 2 (bound + diagonal),
+        # were it not for the rounding: 31 bits are enough.
         if few and bound + diagonal_of(box) < _CLOSE:
             for part in range(first, last, RUN):
                 _hold_close(points, part, anchors, count, close[0], close[1])

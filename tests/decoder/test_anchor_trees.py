@@ -97,6 +97,22 @@ def test_two_crowded_places_at_both_ends_of_the_lattice():
     _check_alike(make_scene(StreamHeader(gaussians_per_anchor=3), ends * 700, 1))
 
 
+def test_squares_of_distances_that_just_do_not_fit_31_bits_are_held_in_more():
+    # About the first two Gaussians there is a box of diagonal 2^29 + 9, squared, which an anchor
+    # is as far from: 2^29 + 9 rounds to 2^29 in 24 bits, and so does what reaches that far.
+    far = np.array([16145, 16614, 430])
+    second = np.array([-1, -1, -1])
+    first, last = second - far, second + far
+    near = first + [0, 0, 1]
+    positions = np.array([first, second, near, *[last] * 64]).tolist()
+    header = StreamHeader(seed=0, level_count=1, gaussians_per_anchor=34)
+    scene = make_scene(header, positions, 1)
+
+    assert (far @ far) == (1 << 29) + 9
+    assert _sample(scene, PLAIN).levels[0].positions.T.tolist() == [near.tolist(), last.tolist()]
+    _check_alike(scene)
+
+
 @given(clouds(), clouds(), _HEADERS)
 def test_the_newborn_find_their_anchors_through_the_tree(positions, newborn, header):
     anchors = _sample(make_scene(header, positions, 1), COMPILED)
