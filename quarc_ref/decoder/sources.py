@@ -1,6 +1,7 @@
 """Streams in files and pipes; by name, also on servers (SPEC 11.2)."""
 
 import os
+import stat
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,9 +28,13 @@ class FileSource:
 
     def read(self, offset: int, length: int) -> bytes:
         """Return `length` bytes from `offset` on, fewer at the end of the file."""
-        there = max(0, min(length, self.size() - offset))
-        self._file.seek(offset if there else 0)
-        return self._file.read(there)
+        missing = max(0, min(length, self.size() - offset))
+        self._file.seek(offset if missing else 0)
+        pieces = []
+        while missing and (piece := self._file.read(missing)):  # as much as the system gives
+            pieces.append(piece)
+            missing -= len(piece)
+        return b"".join(pieces)
 
     def size(self) -> int:
         """Return how long the file is now."""
@@ -86,7 +91,7 @@ def open_source(name: str) -> Iterator[Source]:
     """Open a stream by its name.
 
     Args:
-        name: A path, an HTTP URL, or `-` for standard input.
+        name: A path, also of a named pipe; an HTTP URL; or `-` for standard input.
 
     Raises:
         OSError: The file cannot be opened.
@@ -100,4 +105,5 @@ def open_source(name: str) -> Iterator[Source]:
         yield HttpSource(name)
     else:
         with Path(name).open("rb", buffering=0) as file:
-            yield FileSource(file)
+            is_file = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            yield FileSource(file) if is_file else PipeSource(file)

@@ -1,8 +1,8 @@
 """Points in Morton order as trees of boxes, compiled; `anchor_trees` puts them together.
 
 A sequence is cut into runs, each the largest cell of the order that holds no
-more than so many points, so that a run is compact and its box tight. Runs are
-cut from runs in the same way.
+more than so many points, so that a run is compact and its box tight; a crowd at
+one place is cut by number. Runs are cut from runs in the same way.
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ def cut_runs(merges, starts, most):
     while first < parts:
         runs[found] = first
         found += 1
-        own, widest, cut, part = merges[starts[first]], -1, first + 1, first + 1
+        own, widest, cut, part = max(merges[starts[first]], 1), -1, first + 1, first + 1
         while part < parts and merges[starts[part]] < own:
             if merges[starts[part]] > widest:
                 widest, cut = merges[starts[part]], part

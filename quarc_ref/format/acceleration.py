@@ -4,7 +4,8 @@ What a kernel computes, plain NumPy computes too: nothing but time hangs on the
 choice. numba is imported when a scene is first met that is large enough for it
 to pay, or never, where it is not installed; what has been loaded once is used
 from then on. `QUARC_REF_KERNELS` says otherwise: `plain` or `compiled`.
-`QUARC_REF_THREADS` is the number of threads; frames of few Gaussians take one.
+`QUARC_REF_THREADS` is the number of threads; a frame that moves few Gaussians
+takes one.
 """
 
 import gc
@@ -19,6 +20,8 @@ from importlib import import_module
 from threading import Lock
 from types import ModuleType
 from typing import Final, Generic, TypeVar
+
+from quarc_ref.format.errors import SettingError
 
 PLAIN: Final = "plain"
 COMPILED: Final = "compiled"
@@ -42,11 +45,13 @@ def load_kernels(module: str, elements: int) -> ModuleType | None:
     Args:
         module: Its full name.
         elements: How many Gaussians, anchors or bits there are to work on.
+
+    Raises:
+        SettingError: QUARC_REF_KERNELS names no kernels.
     """
     chosen = _kernels.get() or os.environ.get("QUARC_REF_KERNELS")
-    wanted = chosen == COMPILED
-    if chosen is None:
-        wanted = elements >= _WORTH_LOADING or module in sys.modules
+    pays = elements >= _WORTH_LOADING or module in sys.modules
+    wanted = _is_compiled(chosen) if chosen else pays
     return _import(module) if wanted else None
 
 
@@ -61,13 +66,17 @@ def computing_with(kernels: str) -> Iterator[None]:
 
 
 def count_threads() -> int:
-    """Return how many threads one piece of work may take."""
-    return _threads.get() or int(os.environ.get("QUARC_REF_THREADS", "1"))
+    """Return how many threads one piece of work may take.
+
+    Raises:
+        SettingError: QUARC_REF_THREADS is no number of threads.
+    """
+    return _threads.get() or _parse_threads(os.environ.get("QUARC_REF_THREADS") or "1")
 
 
 @contextmanager
 def threading_by(count: int) -> Iterator[None]:
-    """Let a piece of work take so many threads, as long as this context lasts."""
+    """Let a piece of work take so many threads, at least 1, as long as this context lasts."""
     token = _threads.set(count)
     try:
         yield
@@ -134,12 +143,15 @@ class _Task(Generic[_Part, _Answer]):
         """Do it, unless somebody has begun with it."""
         if not self._begun.acquire(blocking=False):
             return
-        action, part = self._work
-        del self._work
         try:
+            action, part = self._work
+            del self._work
             self._answer = action(part)
-        except BaseException as error:
+        except Exception as error:
             self._error = error
+        except BaseException as error:  # an interruption is not put off until somebody waits
+            self._error = error
+            raise
         finally:
             self._doing.release()
 
@@ -156,6 +168,20 @@ def _do(tasks: Sequence[_Task[_Part, _Answer]]) -> None:
     with threading_by(1):
         for task in tasks:
             task.do()
+
+
+def _is_compiled(kernels: str) -> bool:
+    if kernels not in (PLAIN, COMPILED):
+        message = f"QUARC_REF_KERNELS is {kernels!r}; it may be {PLAIN} or {COMPILED}"
+        raise SettingError(message)
+    return kernels == COMPILED
+
+
+def _parse_threads(number: str) -> int:
+    if not (number.isascii() and number.isdigit() and int(number) > 0):
+        message = f"QUARC_REF_THREADS is {number!r}; it may be a whole number from 1 on"
+        raise SettingError(message)
+    return int(number)
 
 
 @cache

@@ -237,6 +237,10 @@ class SourceError(QuarcError):
     """What holds the stream cannot be read as asked: no fault of the bytes."""
 
 
+class SettingError(QuarcError):
+    """A variable of the environment says what cannot be done."""
+
+
 class EncodeError(QuarcError):
     """The scene, or a setting, cannot be written into a stream."""
 

@@ -20,6 +20,8 @@ Bytes = NDArray[np.uint8]
 
 _HALF_MOST = 6e4
 _OPACITY_MOST = 0.99
+_UNIT_BITS = 60  # beyond, positions are not in float32 what they are
+_LOG_VARIANCE_MOST = np.float32(60)
 _SH_0 = np.float32(0.28209479177387814)  # SPEC 10.2
 _SH_1 = np.float32(0.4886025119029199)
 
@@ -67,8 +69,8 @@ class SplatFrame:
 
 def choose_unit(splats: Splats) -> float:
     """Return the unit, in world units, that a stream with this frame is shown in."""
-    median = float(np.median(splats.log_scales))
-    return 2.0 ** round(median / math.log(2))
+    bits = round(float(np.median(splats.log_scales)) / math.log(2))
+    return 2.0 ** max(-_UNIT_BITS, min(bits, _UNIT_BITS))
 
 
 def make_splats(splats: Splats, unit: float) -> SplatFrame:
@@ -78,7 +80,7 @@ def make_splats(splats: Splats, unit: float) -> SplatFrame:
         splats: The scene in floats.
         unit: From `choose_unit`.
     """
-    opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), _OPACITY_MOST)
+    opacities = np.minimum(1 / (1 + np.exp(-np.maximum(splats.opacities, -60))), _OPACITY_MOST)
     return SplatFrame(
         unit,
         splats.positions / np.float32(unit),
@@ -91,7 +93,8 @@ def make_splats(splats: Splats, unit: float) -> SplatFrame:
 def _measure_covariances(splats: Splats, unit: float) -> Float16:
     """Return `[N, 3, 3]` R S S R^T in square units."""
     axes = _axes(np.ascontiguousarray(splats.rotations.T))
-    variances = np.exp(2 * (splats.log_scales.T - np.float32(math.log(unit))))
+    log_variances = 2 * (splats.log_scales.T - np.float32(math.log(unit)))
+    variances = np.exp(np.minimum(log_variances, _LOG_VARIANCE_MOST))
     covariances = np.empty((splats.positions.shape[0], 3, 3), dtype=np.float16)
     for i in range(3):
         for j in range(i, 3):

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from quarc_ref.decoder import sampling_kernels, tree_kernels
 from quarc_ref.decoder.anchors import bind_newborn, count_anchors, sample_anchors
 from quarc_ref.decoder.binding import bind_exhaustively
 from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with, threading_by
@@ -91,6 +92,21 @@ def test_all_gaussians_at_one_place_follow_the_first_anchor(count):
     _check_alike(scene)
 
 
+def test_a_crowded_place_is_cut_into_runs_that_are_full():
+    places = np.zeros((3, 5000), dtype=np.int32)
+    places[:, 4000:] = np.arange(1, 1001) * 8
+    _, merges = sampling_kernels.sort_cells(places)
+    begins = np.arange(merges.size + 1, dtype=np.int32)
+
+    runs = tree_kernels.cut_runs(merges, begins, 64)
+    wider = tree_kernels.cut_runs(merges, begins[runs], 256)
+
+    sizes = np.diff(runs)
+    assert sizes.max() <= 64
+    assert sizes[:62].tolist() == [64] * 62
+    assert np.diff(begins[runs][wider])[:15].tolist() == [256] * 15
+
+
 def test_two_crowded_places_at_both_ends_of_the_lattice():
     ends = [(-POSITION_LIMIT,) * 3, (POSITION_LIMIT,) * 3]
 
@@ -103,7 +119,7 @@ def test_squares_of_distances_that_just_do_not_fit_31_bits_are_held_in_more():
     far = np.array([16145, 16614, 430])
     second = np.array([-1, -1, -1])
     first, last = second - far, second + far
-    near = first + [0, 0, 1]
+    near = first + np.array([0, 0, 1])
     positions = np.array([first, second, near, *[last] * 64]).tolist()
     header = StreamHeader(seed=0, level_count=1, gaussians_per_anchor=34)
     scene = make_scene(header, positions, 1)

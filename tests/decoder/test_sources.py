@@ -89,6 +89,27 @@ def test_standard_input_is_a_source(monkeypatch):
         assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+def test_a_named_pipe_is_a_source(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_bytes, args=(_DATA,))
+    writer.start()
+
+    with open_source(str(path)) as source:
+        assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
+    writer.join()
+
+
+def test_a_file_of_which_the_system_gives_a_piece_at_a_time_is_read_whole(path):
+    class Slow(io.FileIO):
+        def read(self, size):
+            return super().read(min(size, 7))
+
+    with Slow(path) as file:
+        assert FileSource(file).read(5, 500) == _BYTES[5:505]
+
+
 def test_frames_come_out_of_a_pipe_before_it_ends():
     reading, writing = os.pipe()
     half = next(chunk.offset for chunk in list(split_chunks(_DATA))[5:])

@@ -20,6 +20,7 @@ from quarc_ref.format.acceleration import (
     threading_by,
     threading_for,
 )
+from quarc_ref.format.errors import SettingError
 from tests.streams import make_stream
 
 _MODULE = "quarc_ref.format.plane_kernels"
@@ -72,6 +73,27 @@ def test_kernels_are_chosen_by_whoever_asks_for_them():
     with computing_with(COMPILED):
         assert load_kernels(_MODULE, 1) is not None
     assert load_kernels(_MODULE, 1) is not None  # what is loaded is used
+
+
+@pytest.mark.parametrize("number", ["0", "-1", "two", "1.5", "²"])
+def test_a_number_of_threads_that_is_none_is_refused(number, monkeypatch):
+    monkeypatch.setenv("QUARC_REF_THREADS", number)
+
+    with pytest.raises(SettingError, match="QUARC_REF_THREADS is .*; it may be a whole number"):
+        count_threads()
+
+
+def test_the_environment_says_how_many_threads_and_which_kernels(monkeypatch):
+    monkeypatch.setenv("QUARC_REF_THREADS", "3")
+    monkeypatch.setenv("QUARC_REF_KERNELS", PLAIN)
+    assert count_threads() == 3
+    assert load_kernels(_MODULE, 1 << 20) is None
+
+    monkeypatch.setenv("QUARC_REF_THREADS", "")
+    monkeypatch.setenv("QUARC_REF_KERNELS", "fast")
+    assert count_threads() == 1
+    with pytest.raises(SettingError, match="QUARC_REF_KERNELS is 'fast'; it may be plain or"):
+        load_kernels(_MODULE, 1 << 20)
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -135,3 +157,31 @@ def test_what_goes_wrong_meanwhile_is_told_whoever_waits_the_first_of_it_first(t
     for _ in range(2):
         with pytest.raises(ValueError, match="1"):
             wait()
+
+
+def test_an_interruption_is_not_put_off_until_all_parts_are_done():
+    done = []
+
+    def act(part):
+        if part == 1:
+            raise KeyboardInterrupt
+        done.append(part)
+
+    with threading_by(1), pytest.raises(KeyboardInterrupt):
+        map_parts(act, range(3))
+    assert done == [0]
+
+
+def test_an_interruption_is_not_hidden_by_what_went_wrong_before_it():
+    interrupted = threading.Event()
+
+    def act(part):
+        if part == 0:  # of the other thread, which begins at this end
+            interrupted.wait(60)
+            message = "wrong"
+            raise ValueError(message)
+        interrupted.set()
+        raise KeyboardInterrupt
+
+    with threading_by(2), pytest.raises(KeyboardInterrupt):
+        map_parts(act, range(2))

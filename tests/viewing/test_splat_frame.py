@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -50,6 +51,17 @@ def test_centers_and_opacities_are_those_of_the_scene():
     opacities = np.minimum(1 / (1 + np.exp(-splats.opacities.astype(float))), 0.99)
     assert shown.opacities[:, 0] / 255 == pytest.approx(opacities, abs=0.6 / 255)
     assert shown.opacities.shape == (scene.count, 1)
+
+
+@pytest.mark.parametrize("code", [-32767, 32767])
+def test_the_largest_and_the_least_that_a_stream_can_say_are_numbers(code):
+    scene = _scene(log_scale_step=1024.0, opacity_step=1024.0)
+    splats = dequantize(replace(scene, codes=np.full_like(scene.codes, code)))
+    shown = make_splats(splats, choose_unit(splats))
+
+    assert shown.unit > 0
+    for numbers in (shown.centers, shown.covariances, shown.opacities):
+        assert np.isfinite(numbers).all()
 
 
 @given(st.integers(-40, 40))
