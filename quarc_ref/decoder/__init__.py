@@ -15,7 +15,8 @@ from quarc_ref.decoder.decode_stream import StreamDecoder, decode
 from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.follow import Follow
-from quarc_ref.decoder.player import Frame, Player
+from quarc_ref.decoder.frame_maker import Frame
+from quarc_ref.decoder.player import Player
 from quarc_ref.decoder.recover import Gap, recover
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.sources import FileSource, PipeSource, open_source

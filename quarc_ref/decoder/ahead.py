@@ -1,7 +1,8 @@
 """An iterator that runs in a thread of its own, a bounded number of items ahead."""
 
+import weakref
 from collections.abc import Callable, Generator
-from contextlib import closing
+from contextlib import closing, suppress
 from contextvars import copy_context
 from queue import Empty, Full, Queue
 from threading import Event, Thread
@@ -15,38 +16,43 @@ class Ahead(Generic[_Item]):
     """Yields what an iterator yields, and raises what it raises, after all before it.
 
     The thread begins with the first item that is asked for, in a copy of the
-    maker's context.
+    maker's context, and ends once this is closed or let go of.
 
     Args:
         make: Makes the iterator, in the thread; it is closed there, too.
         most: How many items may wait to be taken.
         first_alone: Whether the second item is not begun before it is asked for, so that
             whoever works on the first has the processor.
+        closed: Is set once this is closed or let go of, which ends what the iterator waits
+            for; None where it does not wait.
     """
 
     def __init__(
-        self, make: Callable[[], Generator[_Item]], most: int, *, first_alone: bool = False
+        self,
+        make: Callable[[], Generator[_Item]],
+        most: int,
+        *,
+        first_alone: bool = False,
+        closed: Event | None = None,
     ) -> None:
-        self._make = make
-        self._queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(most)
-        self._is_closed = Event()
-        self._may_go_on = Event()
+        self._work = _Work(make, most, closed or Event())
         if not first_alone:
-            self._may_go_on.set()
-        self._thread = Thread(target=copy_context().run, args=(self._run,), daemon=True)
+            self._work.may_go_on.set()
+        self._thread = Thread(target=copy_context().run, args=(self._work.run,), daemon=True)
         self._is_over = False
+        weakref.finalize(self, self._work.end)  # the thread holds the work, and not this
 
     def __iter__(self) -> "Ahead[_Item]":
         return self
 
     def __next__(self) -> _Item:
-        if self._is_over or self._is_closed.is_set():
+        if self._is_over or self._work.closed.is_set():
             raise StopIteration
         if self._thread.ident is None:
             self._thread.start()
         else:
-            self._may_go_on.set()
-        item, error = self._queue.get()
+            self._work.may_go_on.set()
+        item, error = self._work.queue.get()
         if item is not None:
             return item
         self._is_over = True
@@ -56,40 +62,62 @@ class Ahead(Generic[_Item]):
 
     def close(self) -> None:
         """End the thread, and wait until it has ended."""
-        self._is_closed.set()
-        self._may_go_on.set()
-        if self._thread.ident is None:
-            return
+        self._work.end()
         while self._thread.is_alive():
-            self._drain()
+            self._work.drain()
             self._thread.join(_LOOK_AGAIN)
-        self._drain()
+        self._work.drain()
+        self._work.wake()
 
-    def _drain(self) -> None:
-        try:
-            while True:
-                self._queue.get_nowait()
-        except Empty:
-            return
 
-    def _run(self) -> None:
+class _Work(Generic[_Item]):
+    """What the thread of an `Ahead` does and shares with it."""
+
+    def __init__(self, make: Callable[[], Generator[_Item]], most: int, closed: Event) -> None:
+        self._make = make
+        self.queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(most)
+        self.closed = closed
+        self.may_go_on = Event()
+
+    def run(self) -> None:
+        """Make all items."""
         error = None
         try:
-            with closing(self._make()) as items:
-                for item in items:
-                    if not self._hand_over(item, None):
-                        return
-                    self._may_go_on.wait()
+            self._hand_over_all()
         except BaseException as raised:
             error = raised
-        self._hand_over(None, error)
+        if not self._hand_over(None, error):
+            self.wake()
+
+    def end(self) -> None:
+        """Have no more made."""
+        self.closed.set()
+        self.may_go_on.set()
+
+    def wake(self) -> None:
+        """Have whoever waits for an item wait no longer."""
+        with suppress(Full):  # then nobody waits
+            self.queue.put_nowait((None, None))
+
+    def drain(self) -> None:
+        """Let go of the items that nobody has taken."""
+        with suppress(Empty):
+            while True:
+                self.queue.get_nowait()
+
+    def _hand_over_all(self) -> None:
+        with closing(self._make()) as items:
+            for item in items:
+                if not self._hand_over(item, None):
+                    return
+                self.may_go_on.wait()
 
     def _hand_over(self, item: _Item | None, error: BaseException | None) -> bool:
         """Wait for room; return whether anybody still wants it."""
-        while not self._is_closed.is_set():
+        while not self.closed.is_set():
             try:
-                self._queue.put((item, error), timeout=_LOOK_AGAIN)
+                self.queue.put((item, error), timeout=_LOOK_AGAIN)
             except Full:
                 continue
-            return not self._is_closed.is_set()
+            return not self.closed.is_set()
         return False

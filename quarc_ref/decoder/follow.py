@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from threading import Event
 from typing import TypeVar
 
 from quarc_ref.format.errors import TruncatedError
@@ -18,10 +19,13 @@ class Follow:
         poll: Seconds from one look to the next.
         patience: Seconds without a new whole chunk after which the stream
             counts as cut.
+        ended: Is set from elsewhere when nobody waits any more: then the
+            stream counts as cut, too.
     """
 
     poll: float = 0.1
     patience: float = 10.0
+    ended: Event = field(default_factory=Event, compare=False)
 
 
 def ask(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
@@ -44,6 +48,5 @@ def ask(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
         try:
             return action()
         except TruncatedError:
-            if time.monotonic() >= give_up:
+            if time.monotonic() >= give_up or follow.ended.wait(follow.poll):
                 raise
-        time.sleep(follow.poll)

@@ -1,3 +1,4 @@
+import gc
 import threading
 from itertools import count
 
@@ -85,6 +86,63 @@ def test_what_is_closed_ends_its_iterator_and_gives_no_more():
 
     assert closed.is_set()
     assert list(ahead) == []
+
+
+def test_whoever_waits_for_an_item_is_told_when_it_is_closed():
+    asked, let_go, items = threading.Event(), threading.Event(), []
+
+    def make():
+        yield 0
+        asked.set()
+        let_go.wait(60)
+        yield 1
+
+    ahead = Ahead(make, 1)
+    taker = threading.Thread(target=lambda: items.extend(ahead))
+    taker.start()
+    assert asked.wait(10)
+    closer = threading.Thread(target=ahead.close)
+    closer.start()
+    let_go.set()
+    closer.join(10)
+    taker.join(10)
+
+    assert not closer.is_alive()
+    assert not taker.is_alive()
+    assert items[:1] == [0]
+
+
+def test_an_iterator_need_not_wait_when_it_is_closed():
+    closed, waits = threading.Event(), threading.Event()
+
+    def make():
+        yield 0
+        waits.set()
+        assert closed.wait(60)
+
+    ahead = Ahead(make, 1, closed=closed)
+    next(ahead)
+    assert waits.wait(10)
+    ahead.close()
+
+    assert closed.is_set()
+
+
+def test_the_thread_of_what_is_let_go_ends():
+    ended = threading.Event()
+
+    def make():
+        try:
+            yield from count()
+        finally:
+            ended.set()
+
+    ahead = Ahead(make, 1)
+    next(ahead)
+    del ahead
+    gc.collect()
+
+    assert ended.wait(10)
 
 
 def test_what_was_never_asked_for_is_closed_without_beginning():

@@ -1,14 +1,26 @@
+import gc
 import threading
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from quarc_ref.decoder import BytesSource, Player, compute_digest, decode, dequantize
+from quarc_ref.decoder import (
+    BytesSource,
+    Follow,
+    Player,
+    compute_digest,
+    decode,
+    dequantize,
+    frame_maker,
+)
+from quarc_ref.decoder.dequantize import Dequantizer
 from quarc_ref.format import acceleration, container
 from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
-from quarc_ref.format.errors import BitstreamError, StateCrcError
+from quarc_ref.format.errors import BitstreamError, SourceError, StateCrcError
 from tests.streams import CountedSource, make_stream, rebuild_stream
 
 _STREAM, _STATES = make_stream(frame_count=12, canonical_every=5)
@@ -32,10 +44,12 @@ def _numbers(splats):
 @pytest.mark.parametrize("threads", [1, 2, 4])
 @pytest.mark.parametrize("kernels", [PLAIN, COMPILED])
 def test_the_frames_are_those_that_were_encoded(threads, kernels):
+    with computing_with(PLAIN):
+        expected = [_numbers(dequantize(state.scene)) for state in _STATES]
     with computing_with(kernels), Player(_STREAM, threads=threads) as player:
-        for frame, state in zip(player, _STATES, strict=True):
-            assert compute_digest(frame.scene) == compute_digest(state.scene)
-            assert _numbers(frame.splats) == _numbers(dequantize(state.scene))
+        for frame, digest, numbers in zip(player, _DIGESTS, expected, strict=True):
+            assert compute_digest(frame.scene) == digest
+            assert _numbers(frame.splats) == numbers
             assert frame.chunk_bytes > 0
             assert frame.nanoseconds > 0
 
@@ -110,12 +124,14 @@ def test_a_state_that_is_not_what_was_encoded_is_never_given_out(threads):
     number = next(
         index for index, chunk in enumerate(split_chunks(_STREAM)) if chunk.kind == container.FRAM
     )
+    reject_ids = set()
     for position in range(20):
         forged = _forge(number, lambda p, at=position: _flip(p, at))
         expected = _frames_or_fault(decode(forged))
         with Player(forged, threads=threads) as player:
             assert _frames_or_fault(frame.scene for frame in player) == expected
-    assert expected[1] == StateCrcError.reject_id or expected[0]
+        reject_ids.add(expected[1])
+    assert StateCrcError.reject_id in reject_ids
 
 
 def _flip(payload, position):
@@ -131,13 +147,92 @@ def _frames_or_fault(scenes):
     return digests, None, None
 
 
-def test_arrays_last_until_the_next_frame_is_asked_for():
-    with Player(_STREAM, threads=2, ahead=1) as player:
+@pytest.mark.parametrize("ahead", [1, 2])
+def test_arrays_last_until_the_next_frame_is_asked_for(ahead, monkeypatch):
+    made = threading.Semaphore(0)
+    dequantize_next = Dequantizer.__call__
+
+    def count_and_dequantize(self, scene):
+        splats = dequantize_next(self, scene)
+        made.release()
+        return splats
+
+    monkeypatch.setattr(Dequantizer, "__call__", count_and_dequantize)
+    with Player(_STREAM, threads=2, ahead=ahead) as player:
         frames = player.frames()
-        for frame in frames:
-            kept = _numbers(frame.splats)
-            threading.Event().wait(0.01)  # the thread runs as far ahead as it may
-            assert _numbers(frame.splats) == kept
+        first = next(frames)
+        kept = _numbers(first.splats)
+        for _ in range(ahead + 2):  # it, those that wait, and one more that has no room
+            assert made.acquire(timeout=60)
+
+        assert _numbers(first.splats) == kept
+        assert not np.array_equal(next(frames).splats.positions, first.splats.positions)
+
+
+@both
+def test_after_a_fault_a_frame_can_be_asked_for_again(threads):
+    source = _Broken(_STREAM)
+    with Player(source, threads=threads) as player:
+        player.frame(1)
+        source.is_broken = True
+        with pytest.raises(SourceError):
+            player.frame(9)
+        with pytest.raises(SourceError):
+            player.frame(10)
+        source.is_broken = False
+        assert compute_digest(player.frame(10).scene) == _DIGESTS[10]
+
+
+class _Broken(BytesSource):
+    """A source that may be out of order for a while."""
+
+    is_broken = False
+
+    def read(self, offset, length):
+        if self.is_broken:
+            message = "out of order"
+            raise SourceError(message)
+        return super().read(offset, length)
+
+
+def test_a_player_of_a_stream_that_does_not_grow_closes_at_once():
+    whole = list(split_chunks(_STREAM))[4].offset
+    player = Player(_STREAM[:whole], follow=Follow(poll=0.01, patience=3600))
+    frames = player.frames()
+    next(frames)
+    closer = threading.Thread(target=player.close)
+    closer.start()
+    closer.join(20)
+
+    assert not closer.is_alive()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_player_that_nobody_holds_leaves_no_thread_behind(threads):
+    before = threading.active_count()
+    next(iter(Player(_STREAM, threads=threads)))
+    gc.collect()
+
+    give_up = time.monotonic() + 20
+    while threading.active_count() > before and time.monotonic() < give_up:
+        time.sleep(0.01)
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"ahead": 0}])
+def test_there_must_be_a_thread_and_a_frame(counts):
+    with pytest.raises(ValueError, match="at least"):
+        Player(_STREAM, **counts)
+
+
+def test_what_a_source_takes_is_not_decoding(monkeypatch):
+    source = CountedSource(_STREAM)
+    clock = SimpleNamespace(perf_counter_ns=lambda: len(source.reads))
+    monkeypatch.setattr(frame_maker, "time", clock)
+    with Player(source, threads=1) as player:
+        assert [frame.nanoseconds for frame in player] == [0] * 12
+
+    assert len(source.reads) > 12
 
 
 def test_attributes_are_not_made_anew_where_nobody_was_born_or_died():
