@@ -11,6 +11,7 @@ machine gave them to others: runs that lost much of it say little.
 """
 
 import argparse
+import hashlib
 import json
 import os
 import subprocess
@@ -18,6 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import moving_stream
 from moving_stream import Job, write_moving_stream
 
 SIZES = (20_000, 100_000, 244_000, 1_000_000)
@@ -29,7 +31,8 @@ def make_stream(job: Job, cache: Path) -> Path:
     """Return the stream of a job, made if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
     numbers = (job.gaussians, job.anchors_per, job.resample, job.births, job.frames)
-    path = cache / f"moving-{'-'.join(map(str, numbers))}.quarc"
+    maker = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
+    path = cache / f"moving-{'-'.join(map(str, numbers))}-{maker}.quarc"
     if not path.exists():
         write_moving_stream(path, job)
     return path
@@ -106,19 +109,24 @@ def plot(rows: list[dict[str, object]], path: Path) -> None:
 def main() -> None:
     """Measure one size, or all."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--gaussians", type=int, default=244_000)
-    parser.add_argument("--anchors-per", type=int, default=4)
-    parser.add_argument("--resample", type=int, default=2)
     parser.add_argument("--births", type=int, default=150)
-    parser.add_argument("--frames", type=int, default=101)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--plain", action="store_true", help="without compiled kernels")
+    one = [
+        parser.add_argument("--gaussians", type=int, default=244_000),
+        parser.add_argument("--anchors-per", type=int, default=4),
+        parser.add_argument("--resample", type=int, default=2),
+        parser.add_argument("--frames", type=int, default=101),
+        parser.add_argument("--threads", type=int, default=2),
+        parser.add_argument("--plain", action="store_true", help="without compiled kernels"),
+    ]
     parser.add_argument("--table", action="store_true", help="all sizes, 1 and 2 threads")
     parser.add_argument("--plot", type=Path, help="of the table")
     parser.add_argument("--json", action="store_true")
     default = Path(tempfile.gettempdir()) / "quarc-ref-streams"
     parser.add_argument("--cache", type=Path, default=default)
     options = parser.parse_args()
+    for option in one:
+        if options.table and getattr(options, option.dest) != option.default:
+            parser.error(f"--table measures what it does: no {option.option_strings[0]}")
     if options.table:
         rows = measure_all(options.cache, options.births)
         if options.plot:
