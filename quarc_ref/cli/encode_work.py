@@ -87,11 +87,14 @@ def encode_to_file(work: EncodeWork, target: Path, wanted: FileWanted) -> None:
     Raises:
         UsageError: The file cannot be written so.
     """
-    with growing_stream(target, force=wanted.force, live=wanted.live, resume=wanted.resume) as path:
-        from quarc_ref.encoder.stream_file import encode_file
+    with growing_stream(target, force=wanted.force, live=wanted.live, resume=wanted.resume) as (
+        path,
+        file,
+    ):
+        from quarc_ref.encoder.stream_file import encode_into
 
         capture, options = work.open()
-        encode_file(capture, path, options)
+        encode_into(capture, file, path, options)
 
 
 def encode_to_joined_file(

@@ -1,10 +1,11 @@
 """Where `encode` writes a stream, so that an encode that breaks off can be gone on with."""
 
 import shutil
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
+from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.faults import UsageError
 from quarc_ref.cli.targets import refuse_foreign, refuse_target
@@ -14,8 +15,10 @@ _SEGMENTS = ".segments"
 
 
 @contextmanager
-def growing_stream(target: Path, *, force: bool, live: bool, resume: bool) -> Iterator[Path]:
-    """Name the file to write a stream into; it may have the beginning of that stream.
+def growing_stream(
+    target: Path, *, force: bool, live: bool, resume: bool
+) -> Iterator[tuple[Path, BinaryIO]]:
+    """Open the file to write a stream into, alone; it may have the beginning of that stream.
 
     The file is `<target>.part` and takes the target's place when the stream is
     whole. Whatever happens before, it stays, unless it is empty; so does the
@@ -29,19 +32,28 @@ def growing_stream(target: Path, *, force: bool, live: bool, resume: bool) -> It
         resume: Whether to go on with the part, or with the target if that is
             where there is a stream.
 
+    Yields:
+        Where the file is, and the file, opened to be read and written.
+
     Raises:
         UsageError: The target cannot be written so.
+        ResumeError: Another process writes it.
     """
+    from quarc_ref.encoder.stream_file import opened_alone
+
     place = _choose_resumed(target, live=live) if resume else _choose_new(target, live=live)
     refuse_target(target, force=force or (resume and place == target))
-    if not resume:
-        _clear(place, force=force)
-    try:
-        with _said_to_stay(place):
-            yield place
-    finally:
-        if place.is_file() and not _holds_something(place):
-            place.unlink()
+    if force and not resume:
+        _remove(place)
+    with opened_alone(place) as file:
+        try:
+            if not resume:
+                _refuse_begun(place)
+            with _said_to_stay(place):
+                yield place, file
+        finally:
+            if not _holds_something(place):
+                _drop(place, file)
     if place != target:
         place.replace(target)
 
@@ -106,12 +118,27 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
     return target if at_target else part
 
 
-def _clear(place: Path, *, force: bool) -> None:
-    """Remove what is in a place, and beside it; who reads it keeps it."""
+def _remove(place: Path) -> None:
+    """Remove what is in a place, and beside it, if nobody writes it; who reads it keeps it."""
+    from quarc_ref.encoder.stream_file import opened_alone
+
+    with opened_alone(place) as file:
+        _name_training(place).unlink(missing_ok=True)
+        _drop(place, file)
+
+
+def _drop(place: Path, file: BinaryIO) -> None:
+    """Remove a file that is open, or empty it where such a file cannot be removed."""
+    if sys.platform == "win32":
+        file.truncate(0)
+    else:
+        place.unlink(missing_ok=True)
+
+
+def _refuse_begun(place: Path) -> None:
     for path in (place, _name_training(place)):
-        if _holds_something(path) and not force:
+        if _holds_something(path):
             _refuse_left(path)
-        path.unlink(missing_ok=True)
 
 
 def _refuse_left(place: Path) -> NoReturn:

@@ -1,5 +1,6 @@
 """A stream that grows in a file of its own, at the hands of one encode at a time."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,25 +35,64 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         ResumeError: The file has a stream that was begun otherwise, or is
             being written by another process.
     """
-    with _open_alone(path) as file:
-        begun = read_begun(FileSource(file))
-        if begun is None:
-            file.truncate(file.seek(0))
-        encode(capture, file, replace(options, checkpoint=name_checkpoint(path)), begun)
+    with opened_alone(path) as file:
+        encode_into(capture, file, path, options)
+
+
+def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOptions) -> None:
+    """Do as `encode_file` with a file that is `opened_alone`.
+
+    Args:
+        capture: As `encode` takes it.
+        file: Opened to be read and written.
+        path: Where it is.
+        options: As for `encode_file`.
+
+    Raises:
+        CaptureError: As for `encode_file`, and so all that follows.
+        EncodeError: See there.
+        BitstreamError: See there.
+        ResumeError: The file has a stream that was begun otherwise.
+    """
+    begun = read_begun(FileSource(file))
+    if begun is None:
+        file.truncate(file.seek(0))
+    encode(capture, file, replace(options, checkpoint=name_checkpoint(path)), begun)
 
 
 @contextmanager
-def _open_alone(path: Path) -> Iterator[BinaryIO]:
-    """Open a file to read and write, which no other process opens so until it is closed."""
-    if not path.exists():
-        path.touch()
-    with path.open("r+b") as file:
-        if sys.platform != "win32":
-            import fcntl
+def opened_alone(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to read and write, which no other process opens so until it is closed.
 
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                message = f"{path} is being written by another process"
-                raise ResumeError(message) from error
-        yield file
+    It is made if it is not there. Where it is refused, nothing has been done to it.
+
+    Raises:
+        ResumeError: Another process has it open.
+        OSError: It cannot be opened.
+    """
+    while True:
+        with os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | _BINARY, _MODE), "r+b") as file:
+            _lock(file, path)
+            if _is_at(file, path):
+                yield file
+                return
+
+
+def _lock(file: BinaryIO, path: Path) -> None:
+    if sys.platform != "win32":
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            message = f"{path} is being written by another process"
+            raise ResumeError(message) from error
+
+
+def _is_at(file: BinaryIO, path: Path) -> bool:
+    """Return whether a file is still where it was opened: its writer may just have moved it."""
+    return path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
+
+
+_BINARY = getattr(os, "O_BINARY", 0)
+_MODE = 0o666  # less what the umask takes

@@ -60,6 +60,30 @@ def _failing(fault):
     return fail
 
 
+@pytest.mark.parametrize("step", ["train_canonical", "fit_births"])
+@pytest.mark.parametrize("options", [[], ["--force"], ["--resume"], ["--live", "--force"]])
+def test_an_encode_is_not_disturbed_by_another_into_the_same_file(
+    step, options, capture, encoded, tmp_path, monkeypatch
+):
+    pytest.importorskip("fcntl")
+    file, others, take_step = tmp_path / "a.quarc", [], getattr(encode_stream, step)
+    live = [option for option in options if option == "--live"]
+    command = ["encode", capture, *TINY_OPTIONS, "-o", file]
+
+    def begin_another(*arguments):
+        monkeypatch.setattr(encode_stream, step, take_step)
+        others.append(run(*command, *options))
+        return take_step(*arguments)
+
+    monkeypatch.setattr(encode_stream, step, begin_another)
+    first = run(*command, *live)
+
+    assert first.exit_code == 0
+    assert file.read_bytes() == encoded.file.read_bytes()
+    assert [other.exit_code for other in others] == [2]
+    assert "being written by another process" in others[0].stderr
+
+
 def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
     (tmp_path / "a.quarc.part").write_text("not a stream")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
