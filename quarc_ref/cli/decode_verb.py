@@ -9,17 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.faults import STREAM_IS_BAD, UsageError, reported_faults
-from quarc_ref.cli.options import (
-    AsJson,
-    FollowIt,
-    Force,
-    Frames,
-    Patience,
-    Quiet,
-    StreamName,
-    choose_follow,
-    parse_frames,
-)
+from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
+from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, print_table
 from quarc_ref.cli.targets import grown_folder, put_file, written_folder
 
@@ -30,14 +21,14 @@ _MADE = ("frame_*.ply", "frame_*.npz")
 
 
 def decode_frames(
-    file: StreamName,
+    file: FollowedName,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
     to: Annotated[
         Literal["ply", "npz"], typer.Option("--to", help="3DGS PLY, or NumPy arrays.")
     ] = "ply",
     frames: Frames = None,
     follow: FollowIt = False,
-    patience: Patience = 10.0,
+    patience: Patience = PATIENCE,
     past_damage: Annotated[
         bool, typer.Option("--recover", help="Go on past damage, and report what is missing.")
     ] = False,
@@ -49,12 +40,12 @@ def decode_frames(
 
     With --follow a file is there as soon as its frame is, else all come at the end.
     """
+    waiting = follow_stream(file, patience, follow=follow)
     with reported_faults(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.decoder import open_source
         from quarc_ref.evaluation.inspect_stream import count_frames
 
         wanted = parse_frames(frames)
-        waiting = choose_follow(file, patience, follow=follow)
         written = _Written(to)
         make = grown_folder if follow else written_folder
         with make(output, _MADE, force=force) as folder, open_source(file) as source:

@@ -10,7 +10,7 @@ import typer
 from quarc_ref.cli.faults import UsageError
 
 if TYPE_CHECKING:
-    from quarc_ref.decoder import Follow, Source
+    from quarc_ref.decoder import Source
 
 STANDARD_STREAM = "-"
 _DIGITS = 20  # more than any ordinal has
@@ -79,15 +79,6 @@ Frames = Annotated[
         "--frames", metavar="A:B", help="Frames from A up to, and without, B; all by default."
     ),
 ]
-Patience = Annotated[
-    float,
-    typer.Option(
-        "--patience", min=0, metavar="SECONDS", help="How long --follow waits for more, each time."
-    ),
-]
-FollowIt = Annotated[
-    bool, typer.Option("--follow", help="Wait for a stream that is still being written.")
-]
 CaptureFolder = Annotated[
     Path,
     typer.Argument(
@@ -134,10 +125,3 @@ def hold_whole(source: "Source") -> "Source":
     from quarc_ref.decoder import BytesSource
 
     return source if source.size() is not None else BytesSource(source.read(0, _ALL))
-
-
-def choose_follow(name: str, patience: float, *, follow: bool) -> "Follow | None":
-    """Return how long to wait for more of a stream; a pipe waits by itself."""
-    from quarc_ref.decoder import Follow
-
-    return Follow(patience=patience) if follow and name != STANDARD_STREAM else None

@@ -6,16 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.faults import reported_faults
-from quarc_ref.cli.options import (
-    AsJson,
-    FollowIt,
-    Patience,
-    Quiet,
-    StreamName,
-    choose_follow,
-    hold_whole,
-    name_stream,
-)
+from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, hold_whole, name_stream
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.format.errors import BitstreamError
 
@@ -40,7 +32,7 @@ def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> Non
 
 
 def verify(
-    file: StreamName,
+    file: FollowedName,
     deep: Annotated[
         bool,
         typer.Option(
@@ -50,16 +42,16 @@ def verify(
         ),
     ] = False,
     follow: FollowIt = False,
-    patience: Patience = 10.0,
+    patience: Patience = PATIENCE,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Decode a stream from end to end and check every CRC and every state."""
+    waiting = follow_stream(file, patience, follow=follow)
     with reported_faults(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.decoder import open_source
 
         source = stack.enter_context(open_source(file))
-        waiting = choose_follow(file, patience, follow=follow)
         run, proof = _Run(progress), None
         try:
             if deep:

@@ -4,7 +4,7 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import BinaryIO
@@ -57,6 +57,8 @@ def _said_to_stay(target: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
+        if not any(target.iterdir()):
+            raise
         message = f"interrupted; {target} holds the frames that were written"
         raise KeyboardInterrupt(message) from error
 
@@ -78,8 +80,12 @@ def grown_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterato
     target.mkdir(exist_ok=True)
     for path in target.iterdir():
         path.unlink()
-    with _said_to_stay(target):
-        yield target
+    try:
+        with _said_to_stay(target):
+            yield target
+    finally:
+        with suppress(OSError):  # nothing was made
+            target.rmdir()
 
 
 def put_file(path: Path, data: bytes) -> None:

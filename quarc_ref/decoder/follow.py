@@ -47,6 +47,9 @@ def ask(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
     while True:
         try:
             return action()
-        except TruncatedError:
-            if time.monotonic() >= give_up or follow.ended.wait(follow.poll):
+        except TruncatedError as error:
+            if time.monotonic() >= give_up:
+                message = f"{error.args[0]}; nothing new came in {follow.patience:g} seconds"
+                raise TruncatedError(message, error.offset) from error
+            if follow.ended.wait(follow.poll):
                 raise

@@ -150,6 +150,33 @@ def test_whole_frames_are_left_of_an_encoder_that_is_killed(growing, tmp_path):
     assert list_names(tmp_path / "out") == ["frame_0000.ply", "frame_0001.ply"]
 
 
+def test_a_stream_that_is_not_there_yet_is_waited_for(tmp_path):
+    path, out = tmp_path / "live.quarc", tmp_path / "out"
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with start("decode", path, "-o", out, "--follow", "-q", **pipes) as player:
+        assert player.stderr.readline() == f"quarc-ref: waiting for {path}\n"
+        assert not out.exists()
+        path.write_bytes(b"")
+        _wait_for(out.exists)
+        path.write_bytes(_DATA)
+        player.communicate(timeout=60)
+
+    assert player.returncode == 0
+    assert list_names(out) == [f"frame_{frame:04}.ply" for frame in range(9)]
+
+
+def test_a_stream_that_does_not_come_is_told_of_and_leaves_nothing(tmp_path):
+    path, patient = tmp_path / "live.quarc", ["--follow", "--patience", "0.2"]
+    missing = [run("verify", path, *patient), run("decode", path, "-o", tmp_path / "out", *patient)]
+    path.write_bytes(b"")
+    empty = [run("verify", path, *patient), run("decode", path, "-o", tmp_path / "out", *patient)]
+
+    assert [result.exit_code for result in missing + empty] == [2, 2, 1, 1]
+    assert all("does not exist" in result.stderr for result in missing)
+    assert all("nothing new came in 0.2 seconds" in result.stderr for result in empty)
+    assert list_names(tmp_path) == ["live.quarc"]
+
+
 @pytest.mark.parametrize("options", [["--force"], []])
 def test_a_followed_folder_is_emptied_by_force_alone(options, tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(gaussian_count=5, frame_count=1)[0])

@@ -1,0 +1,71 @@
+"""Options of the verbs that follow a stream which is still being written."""
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.faults import reported_faults
+from quarc_ref.cli.options import STANDARD_STREAM, check_file, is_file
+from quarc_ref.cli.output import escape_controls
+
+if TYPE_CHECKING:
+    from quarc_ref.decoder import Follow
+
+PATIENCE = 60.0
+_POLL_SECONDS = 0.1
+
+# Whether it is there, `follow_stream` looks.
+FollowedName = Annotated[
+    str,
+    typer.Argument(
+        metavar="FILE",
+        help="A .quarc stream: a file, an http(s) URL, or - for standard input.",
+        show_default=False,
+    ),
+]
+FollowIt = Annotated[
+    bool,
+    typer.Option("--follow", help="Wait for a stream that is still being written, or will be."),
+]
+Patience = Annotated[
+    float,
+    typer.Option(
+        "--patience", min=0, metavar="SECONDS", help="How long --follow waits for more, each time."
+    ),
+]
+
+
+def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
+    """Return how long to wait for more of a stream; a pipe waits by itself.
+
+    A file that is to be followed, and is not there yet, is waited for.
+
+    Args:
+        name: Of the stream.
+        patience: Seconds.
+        follow: Whether to wait at all.
+
+    Raises:
+        BadParameter: The stream is a path, and no file is there.
+    """
+    with reported_faults():
+        if follow and is_file(name):
+            _await_file(Path(name), patience)
+    check_file(name)
+    if not follow or name == STANDARD_STREAM:
+        return None
+    from quarc_ref.decoder import Follow
+
+    return Follow(patience=patience)
+
+
+def _await_file(path: Path, patience: float) -> None:
+    if path.exists():
+        return
+    sys.stderr.write(f"quarc-ref: waiting for {escape_controls(str(path))}\n")
+    give_up = time.monotonic() + patience
+    while not path.exists() and time.monotonic() < give_up:
+        time.sleep(_POLL_SECONDS)
