@@ -54,10 +54,10 @@ def decode_frames(
                 written.add(folder, scene)
                 progress.advance("decode", min(scene.frame + 1, total), total)
             if not written.names and not written.gaps:
-                message = f"the stream holds no frame of {frames or ':'}"
+                message = f"the stream has no frame{f' of {frames}' if frames else ''}"
                 raise UsageError(message)
             if not written.names:
-                written.show(output, as_json=as_json, past_damage=past_damage)
+                written.show(None, as_json=as_json, past_damage=past_damage)
                 raise typer.Exit(STREAM_IS_BAD)
         written.show(output, as_json=as_json, past_damage=past_damage)
         if written.gaps:
@@ -100,15 +100,16 @@ class _Written:
         self.names.append(f"frame_{scene.frame:04}.{self._to}")
         put_file(folder / self.names[-1], _export(scene, self._to))
 
-    def show(self, output: Path, *, as_json: bool, past_damage: bool) -> None:
-        """Print what there is."""
+    def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
+        """Print what there is, in which folder, if there is one."""
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
-            print_json({"folder": str(output), "files": self.names, **gaps})
+            print_json({"folder": output and str(output), "files": self.names, **gaps})
             return
         ends = f", {self.names[0]} to {self.names[-1]}" if self.names else ""
         lines = {"files": f"{len(self.names)}{ends}"}
-        print_table(str(output), lines | ({"gaps": f"{len(self.gaps)}"} if past_damage else {}))
+        lines |= {"gaps": f"{len(self.gaps)}"} if past_damage else {}
+        print_table(str(output or "no folder"), lines)
 
 
 def _tell(gap: "Gap") -> None:

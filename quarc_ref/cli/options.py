@@ -36,7 +36,7 @@ def check_file(name: str) -> str:
     fault = _find_fault(name) if is_file(name) else None
     if fault:
         message = f"{name!r} {fault}."
-        raise typer.BadParameter(message)
+        raise typer.BadParameter(message, param_hint="'FILE'")
     return name
 
 

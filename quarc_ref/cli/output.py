@@ -40,13 +40,14 @@ def print_json(values: dict[str, object]) -> None:
 
 def print_table(title: str, rows: dict[str, str]) -> None:
     """Print names and values on standard output, as they are: a stream may name anything."""
-    title = escape_controls(title)
-    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(style="dim")
     table.add_column(overflow="fold")
     for name, value in rows.items():
         table.add_row(escape_controls(name), escape_controls(value))
-    _Output().print(table)
+    output = _Output()
+    output.print(escape_controls(title), style="italic", highlight=False, soft_wrap=True)
+    output.print(table)
 
 
 def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

@@ -66,7 +66,8 @@ def verify(
             proved = {"proved": proof.as_json()} if proof else {}
             print_json({"valid": True, "frames": run.frames, "state_sha256": run.digest, **proved})
         else:
-            lines = {"valid": "yes", "frames": f"{run.frames}", "last state": str(run.digest)}
+            lines = {"valid": "yes", "frames": f"{run.frames}"}
+            lines |= {"last state": run.digest} if run.digest else {}
             print_table(name_stream(file), lines | (describe_proof(proof) if proof else {}))
 
 
@@ -133,7 +134,7 @@ def describe(summary: "StreamSummary") -> dict[str, str]:
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     rates, header = summary.kilobytes_per_frame(), summary.header
     lines = {
-        "frames": f"{len(summary.frames)} at {header.frames_per_second:g} per second",
+        "frames": f"{_name_frames(summary)} at {header.frames_per_second:g} per second",
         "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
         "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
         f"drawn every {_count_frames(header.resample_interval)}",
@@ -155,6 +156,14 @@ def describe(summary: "StreamSummary") -> dict[str, str]:
     )
     unsaid = summary.metadata.keys() - lines.keys() - {"settings"}
     return lines | {key: text for key, text in summary.metadata.items() if key in unsaid}
+
+
+def _name_frames(summary: "StreamSummary") -> str:
+    """Return how many frames there are, and which, where the stream has been cut."""
+    frames = summary.frames
+    if not frames or frames[0].frame == 0:
+        return f"{len(frames)}"
+    return f"{len(frames)}, {frames[0].frame} to {frames[-1].frame},"
 
 
 def _count_frames(count: int) -> str:

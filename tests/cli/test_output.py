@@ -32,6 +32,12 @@ def test_a_table_folds_long_values_and_loses_no_letter(capsys):
     assert "".join(shown.split()[2:]) == digest
 
 
+def test_a_long_title_is_in_one_piece(capsys):
+    print_table("a-very-long-name.quarc" * 9, {"name": "1"})
+
+    assert capsys.readouterr().out.split() == ["a-very-long-name.quarc" * 9, "name", "1"]
+
+
 @given(st.text())
 def test_escaped_text_is_one_line_of_letters(text):
     assert escape_controls(text).isprintable()

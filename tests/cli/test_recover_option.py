@@ -82,6 +82,7 @@ def test_where_nothing_is_left_nothing_is_made(file, tmp_path):
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
     assert result.exit_code == 1
+    assert json.loads(result.stdout)["folder"] is None
     assert json.loads(result.stdout)["files"] == []
     assert json.loads(result.stdout)["gaps"] != []
     assert list_names(tmp_path) == ["some.quarc"]

@@ -8,7 +8,7 @@ from quarc_ref.decoder import compute_digest
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.records import StreamHeader
 from tests.cli.commands import list_names, run, run_json
-from tests.streams import CAMERA, make_gaussians
+from tests.streams import CAMERA, make_gaussians, make_stream
 
 
 def _write_stream(path, metadata, frames=1):
@@ -78,6 +78,15 @@ def test_a_stream_without_frames_is_a_stream(tmp_path):
     assert run_json("info", tmp_path / "empty.quarc")["gaussians"] == 0
     assert run("info", tmp_path / "empty.quarc").exit_code == 0
     assert run_json("verify", tmp_path / "empty.quarc")["frames"] == 0
+    assert "None" not in run("verify", tmp_path / "empty.quarc").stdout
+
+
+def test_info_says_which_frames_a_cut_stream_has(tmp_path):
+    (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=6, canonical_every=3)[0])
+    run("cut", tmp_path / "a.quarc", "--frames", "3:6", "-o", tmp_path / "cut.quarc")
+
+    assert "3, 3 to 5, at" in run("info", tmp_path / "cut.quarc").stdout
+    assert "  6 at" in run("info", tmp_path / "a.quarc").stdout
 
 
 def test_verify_names_the_last_state(stream_file, made):
