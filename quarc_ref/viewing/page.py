@@ -15,6 +15,7 @@ import numpy as np
 import viser
 from viser import uplot
 
+from quarc_ref.viewing.free_port import find_free_port
 from quarc_ref.viewing.playback import Playback
 from quarc_ref.viewing.splat_frame import SplatFrame
 from quarc_ref.viewing.vantage import Vantage, Vector
@@ -49,7 +50,7 @@ class Page:
 
     Args:
         program: What there is to see.
-        address: Host and port; another port where this one is taken.
+        address: Host and port; the next one that is free where this one is taken.
 
     Raises:
         OSError: The address cannot be listened at.
@@ -57,8 +58,9 @@ class Page:
 
     def __init__(self, program: Program, address: tuple[str, int]) -> None:
         self._vantages = program.vantages
+        host, port = address[0], find_free_port(*address)
         with redirect_stdout(io.StringIO()):  # the command says where the page is
-            self._server = viser.ViserServer(*address, label=program.title, verbose=False)
+            self._server = viser.ViserServer(host, port, label=program.title, verbose=False)
         self._handle: viser.GaussianSplatHandle | None = None
         self._shown: SplatFrame | None = None
         self._shaded_for = self._eye = np.zeros(3, dtype=np.float32)

@@ -44,5 +44,13 @@ def test_a_damaged_stream_opens_no_page(stream_file, made):
     assert result.stdout == ""
 
 
+def test_an_address_of_another_machine_is_the_tools_failure(stream_file):
+    result = run("view", stream_file, "--no-open", "--host", "192.0.2.1")
+
+    assert result.exit_code == 3
+    assert result.stderr.startswith("quarc-ref: 192.0.2.1 cannot be listened at: ")
+    assert len(result.stderr.splitlines()) == 1
+
+
 def test_help_says_what_the_page_does_not_show_exactly():
     assert "one color" in " ".join(run("view", "-h").stdout.split())

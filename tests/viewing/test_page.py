@@ -98,3 +98,10 @@ def test_the_chart_marks_the_frame(page):
 
     assert page._figures.content == "| frame | 1 |"
     assert [array.tolist() for array in page._chart.data] == [[1.0], [2.5], [2.5]]
+
+
+def test_where_nobody_can_listen_there_is_no_page():
+    program = Program("toy.quarc", range(2), (np.zeros(0), np.zeros(0)), {}, np.array([0, 0, 1.0]))
+
+    with pytest.raises(OSError, match=r"^192\.0\.2\.1 cannot be listened at"):
+        Page(program, ("192.0.2.1", 8080))
