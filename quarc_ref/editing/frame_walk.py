@@ -1,11 +1,12 @@
 """A stream from chunk header to chunk header, with the frame that each belongs to.
 
 Payloads are read, and proved, only where they are asked for: what an edit
-leaves out costs no more than its header.
+leaves out costs no more than its header, and must be there.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NoReturn
 
 from quarc_ref.format import container
 from quarc_ref.format.chunk_reader import ChunkReader
@@ -59,6 +60,7 @@ class FrameWalk:
         chunk = self._reader.read_chunk()
         self.head = chunk.payload if chunk else b""
         self._taken = False
+        self._size: int | None = 0  # of what is there at least; None where that cannot be told
 
     def __iter__(self) -> Iterator[Step]:
         """Yield every chunk behind HEAD up to TAIL and without INDX and TAIL.
@@ -76,12 +78,20 @@ class FrameWalk:
             else:
                 yield step
             if not self._taken:
-                self._reader.skip(header)
+                self._pass(header)
 
     def take(self, step: Step) -> Chunk:
         """Return the chunk of the step that the walk is at, proved."""
         self._taken = True
         return self._reader.take(step.header)
+
+    def _pass(self, header: ChunkHeader) -> None:
+        """Go on behind a chunk that is not read; that it ends in the stream is seen by its size."""
+        if self._size is not None and header.end > self._size:
+            self._size = self._reader.source.size()
+            if self._size is not None and header.end > self._size:
+                _refuse_the_end(header)
+        self._reader.skip(header)
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
         if header.kind == container.CANO:
@@ -100,6 +110,10 @@ class FrameWalk:
     def _read_ordinal(self, header: ChunkHeader) -> int:
         data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
         if len(data) < _FRAME_BYTES:
-            message = "the stream ends inside a chunk"
-            raise TruncatedError(message, header.offset)
+            _refuse_the_end(header)
         return canonical_frame(data)
+
+
+def _refuse_the_end(header: ChunkHeader) -> NoReturn:
+    message = "the stream ends inside a chunk"
+    raise TruncatedError(message, header.offset)

@@ -5,7 +5,8 @@ nothing coded anew. Only the ordinals of canonical frames change, and with them
 no state and no digest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from typing import BinaryIO
 
@@ -13,7 +14,7 @@ from quarc_ref.editing.frame_walk import FrameWalk, Step
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import COUNTER_LIMIT
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.errors import EditError
+from quarc_ref.format.errors import BitstreamError, EditError
 from quarc_ref.format.records import Camera, StreamHeader
 from quarc_ref.format.source import Source
 from quarc_ref.format.stream_writer import StreamWriter
@@ -40,18 +41,22 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
     Raises:
         EditError: The streams do not fit together.
-        BitstreamError: What is wrong with one of them.
+        BitstreamError: What is wrong with one of them, and which it is.
         SourceError: What holds a stream does not give its bytes.
     """
-    parts = [_look_through(source) for source in sources]
+    parts = []
+    for number, source in enumerate(sources, 1):
+        with _named(number):
+            parts.append(_look_through(source))
     if not parts:
         message = "there is nothing to join"
         raise EditError(message)
     for number, part in enumerate(parts[1:], 2):
         _require_alike(parts[0], part, number)
     joining = _Joining(sink, parts)
-    for source in sources:
-        joining.append(FrameWalk(source))
+    for number, source in enumerate(sources, 1):
+        with _named(number):
+            joining.append(FrameWalk(source))
     return joining.finish()
 
 
@@ -68,6 +73,16 @@ class _Part:
     head: bytes
     cameras: tuple[Camera, ...] | None
     metadata: dict[str, str] | None
+
+
+@contextmanager
+def _named(number: int) -> Iterator[None]:
+    """Say in a fault of a stream which of all it is."""
+    try:
+        yield
+    except BitstreamError as error:
+        error.args = (f"stream {number}: {error.args[0]}",)
+        raise
 
 
 def _look_through(source: Source) -> _Part:

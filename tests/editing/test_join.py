@@ -1,3 +1,4 @@
+import io
 from dataclasses import replace
 
 import pytest
@@ -5,11 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quarc_ref.decoder import StreamDecoder, compute_digest, decode
+from quarc_ref.editing.join import join
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import COUNTER_LIMIT
-from quarc_ref.format.errors import EditError, TruncatedError
+from quarc_ref.format.errors import BadMagicError, EditError, PayloadCrcError, TruncatedError
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.source import BytesSource
 from tests.editing.edits import cut_bytes, join_bytes, list_all_chunks, list_digests
 from tests.streams import CAMERA, make_stream, rebuild_stream
 
@@ -163,5 +166,37 @@ def test_nothing_at_all_cannot_be_joined():
 
 @given(st.integers(0, len(_SHORT) - 1))
 def test_a_part_that_is_cut_is_refused(size):
-    with pytest.raises(TruncatedError):
+    with pytest.raises(TruncatedError, match="stream 2: the stream ends ") as caught:
         join_bytes(_DATA, _SHORT[:size])
+    assert caught.value.offset <= size
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_what_is_no_stream_is_named(number):
+    parts = [_SHORT, _SHORT]
+    parts.insert(number - 1, b"this is text")
+
+    with pytest.raises(BadMagicError, match=f"^bad-magic at byte 0: stream {number}: this is no"):
+        join_bytes(*parts)
+
+
+def test_a_fault_of_what_is_only_copied_is_named():
+    place = list_all_chunks(_SHORT)[3].offset + 40  # in the payload of the canonical frame
+    damaged = _SHORT[:place] + bytes([_SHORT[place] ^ 1]) + _SHORT[place + 1 :]
+
+    with pytest.raises(PayloadCrcError, match="stream 2: "):
+        join_bytes(_SHORT, damaged)
+
+
+class _Unsized(BytesSource):
+    """A stream that does not say how long it is."""
+
+    def size(self):
+        return None
+
+
+def test_a_stream_that_does_not_say_how_long_it_is_is_joined_all_the_same():
+    sink = io.BytesIO()
+    join([_Unsized(_DATA), _Unsized(_SHORT)], sink)
+
+    assert sink.getvalue() == join_bytes(_DATA, _SHORT)
