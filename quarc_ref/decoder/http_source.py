@@ -4,7 +4,7 @@ import re
 import time
 from http.client import HTTPException, HTTPResponse
 from typing import NoReturn
-from urllib.error import HTTPError
+from urllib.error import HTTPError, URLError
 from urllib.request import (
     HTTPDefaultErrorHandler,
     HTTPErrorProcessor,
@@ -80,7 +80,7 @@ class HttpSource:
                 return b"", int(found[1]) if found else None
             self._refuse(f"answers {error.code} {error.reason}")
         except (OSError, HTTPException, ValueError) as error:
-            self._refuse(f"cannot be read: {str(error) or repr(error)}")
+            self._refuse(f"cannot be read: {_name_reason(error)}")
 
     def _take(self, response: HTTPResponse, offset: int, length: int) -> tuple[bytes, int | None]:
         if response.status != _PARTIAL:
@@ -109,3 +109,9 @@ class HttpSource:
     def _refuse(self, what: str) -> NoReturn:
         message = f"the server of {self._url} {what}"
         raise SourceError(message)
+
+
+def _name_reason(error: Exception) -> str:
+    """Return what went wrong, without urllib's wrapping and the system's number for it."""
+    reason = error.reason if isinstance(error, URLError) else error
+    return getattr(reason, "strerror", None) or str(reason) or repr(reason)

@@ -1,5 +1,7 @@
 import contextlib
+import errno
 import http.server
+import os
 import re
 import threading
 import time
@@ -237,3 +239,11 @@ def test_a_server_that_stalls_is_given_up(fault, message):
 def test_a_server_that_cannot_be_asked_is_a_source_error(url):
     with pytest.raises(SourceError):
         HttpSource(url, timeout=1).read(0, 8)
+
+
+def test_why_a_server_cannot_be_asked_is_said_and_nothing_more():
+    with pytest.raises(SourceError) as caught:
+        HttpSource("http://127.0.0.1:1/x", timeout=5).read(0, 8)
+
+    said = "the server of http://127.0.0.1:1/x cannot be read: "
+    assert str(caught.value) == said + os.strerror(errno.ECONNREFUSED)
