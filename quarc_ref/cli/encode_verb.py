@@ -14,7 +14,7 @@ from quarc_ref.cli.encode_work import (
     encode_to_joined_file,
     encode_to_pipe,
 )
-from quarc_ref.cli.encoder_options import configure, name_settings
+from quarc_ref.cli.encoder_options import configure, name_settings, print_settings, require_positive
 from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
@@ -34,6 +34,13 @@ _PRESET_HELP = (
 )
 
 
+def _list_settings(asked: bool) -> None:
+    if asked:
+        with reported_faults():
+            print_settings()
+        raise typer.Exit
+
+
 def encode(
     capture: CaptureFolder,
     output: Annotated[
@@ -50,6 +57,15 @@ def encode(
     ] = 1,
     preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "main",
     settings: Settings = None,
+    list_settings: Annotated[
+        bool,
+        typer.Option(
+            "--list-settings",
+            help="Print what --set can change, and what it is.",
+            is_eager=True,
+            callback=_list_settings,
+        ),
+    ] = False,
     canonical_every: Annotated[
         int | None,
         typer.Option(
@@ -129,16 +145,17 @@ def encode(
     quiet: Quiet = False,
 ) -> None:
     """Encode multi-view video into a stream."""
+    del list_settings
     with reported_faults():
         to_pipe = str(output) == STANDARD_STREAM
         if to_pipe:
             _refuse_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
             _refuse_with("-o -", {"--segments": segments is not None})
         if segments is None:
-            given = {"--workers": workers is not None, "--ray": ray is not None}
-            _refuse_with("a stream without --segments", given)
+            _require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
             _refuse_with("--segments", {"--live": live})
+        require_positive({"--lambda": rate_weight, "--target-kb-per-frame": target})
         asked = {
             "canonical.every": canonical_every,
             "rate_weight": rate_weight,
@@ -166,6 +183,14 @@ def _refuse_with(what: str, asked: dict[str, bool]) -> None:
     for option, is_given in asked.items():
         if is_given:
             message = f"{what} does not go with {option}"
+            raise UsageError(message)
+
+
+def _require_segments(asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that is about segments, of which there are none."""
+    for option, is_given in asked.items():
+        if is_given:
+            message = f"{option} needs --segments"
             raise UsageError(message)
 
 

@@ -1,5 +1,7 @@
 """What the options of `encode` and `demo` ask of the encoder, proved before work begins."""
 
+import math
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,9 +33,31 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     return config
 
 
+def require_positive(asked: dict[str, float | None]) -> None:
+    """Raise UsageError if an option is given that is no number above 0."""
+    for option, value in asked.items():
+        if value is not None and not 0 < value < math.inf:
+            message = f"{option} takes a number above 0; this is {value}"
+            raise UsageError(message)
+
+
 def name_settings(asked: dict[str, float | None]) -> list[str]:
     """Return options that are settings under names of their own as `KEY=VALUE`."""
     return [f"{key}={value}" for key, value in asked.items() if value is not None]
+
+
+def print_settings() -> None:
+    """Print every setting that there is, as the preset `main` has it."""
+    from quarc_ref.encoder.presets import choose_preset
+    from quarc_ref.encoder.setting_list import explain_settings
+
+    explained = explain_settings(choose_preset("main"))
+    rows = [("KEY", "in main", "takes", "what it is")]
+    rows += [(each.name, each.text, each.takes, each.meaning) for each in explained]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for *cells, meaning in rows:  # the last is not filled up: a terminal would break what is blank
+        filled = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]
+        sys.stdout.write("  ".join([*filled, meaning]) + "\n")
 
 
 def require_device(device: str) -> None:

@@ -10,7 +10,7 @@ import difflib
 import struct
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from quarc_ref.encoder.config import (
     BirthSettings,
@@ -19,6 +19,7 @@ from quarc_ref.encoder.config import (
     MotionSettings,
     StepSettings,
 )
+from quarc_ref.encoder.ranges import name_values
 from quarc_ref.format.records import StreamHeader
 
 _PAPER_STEP = struct.unpack("<f", struct.pack("<f", 0.01))[0]
@@ -142,10 +143,12 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
     Raises:
         SettingError: No such leaf, or no such value.
     """
-    if path not in dict(list_settings(config)):
-        close = difflib.get_close_matches(path, dict(list_settings(config)), n=3)
+    names = dict(list_settings(config))
+    if path not in names:
+        last = [name for name in names if name.endswith(f".{path}")]
+        close = last or difflib.get_close_matches(path, names, n=3)
         hint = f"; close to it: {', '.join(close)}" if close else ""
-        message = f"no setting {path!r}{hint}"
+        message = f"no setting {path!r}{hint}; encode --list-settings prints all there are"
         raise SettingError(message)
     changed: EncoderConfig = _changed(config, path.split("."), path, text)
     return changed
@@ -166,28 +169,29 @@ def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa:
     name, *rest = names
     if rest:
         return replace(node, **{name: _changed(getattr(node, name), rest, path, text)})
-    kind = get_type_hints(type(node))[name]
+    hint = get_type_hints(type(node), include_extras=True)[name]
     try:
-        return replace(node, **{name: _parse_value(kind, text)})
+        value = _parse_value(hint, text)
+    except (KeyError, ValueError) as error:
+        message = f"{path}={text}: it takes {name_values(hint)}"
+        raise SettingError(message) from error
+    try:
+        return replace(node, **{name: value})
     except ValueError as error:
         message = f"{path}={text}: {error}"
         raise SettingError(message) from error
 
 
-def _parse_value(kind: Any, text: str) -> Any:  # noqa: ANN401
+def _parse_value(hint: Any, text: str) -> Any:  # noqa: ANN401
+    """Return the value that a text stands for; raise KeyError or ValueError if there is none."""
+    kind = get_args(hint)[0] if get_origin(hint) is Annotated else hint
     if kind is bool:
-        return _BOOLEANS[text.lower()] if text.lower() in _BOOLEANS else _refuse(tuple(_BOOLEANS))
+        return _BOOLEANS[text.lower()]
     if get_origin(kind) is tuple:
         return tuple(int(item) for item in text.split(",") if item)
-    choices = get_args(kind)
-    if choices:
-        return text if text in choices else _refuse(choices)
+    if get_origin(kind) is Literal:
+        return get_args(kind)[get_args(kind).index(text)]
     return kind(text)
-
-
-def _refuse(choices: tuple[str, ...]) -> None:
-    message = f"it takes {', '.join(choices)}"
-    raise ValueError(message)
 
 
 _BOOLEANS = {"true": True, "false": False, "yes": True, "no": False, "1": True, "0": False}

@@ -7,7 +7,7 @@ class Settings(Checked):
 
 import sys
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 
 class Bounds(NamedTuple):
@@ -15,6 +15,11 @@ class Bounds(NamedTuple):
 
     least: float
     most: float
+
+    def __str__(self) -> str:
+        if self.most < sys.float_info.max:
+            return f"from {self.least} to {self.most}"
+        return "above 0" if self.least == sys.float_info.min else f"from {self.least} on"
 
 
 Count = Annotated[int, Bounds(0, 1 << 40)]
@@ -37,11 +42,25 @@ class Checked:
     def __post_init__(self) -> None:
         hints = get_type_hints(type(self), include_extras=True)
         for field in fields(self):
-            for bounds in getattr(hints[field.name], "__metadata__", ()):
-                _check(field.name, getattr(self, field.name), bounds)
+            hint, value = hints[field.name], getattr(self, field.name)
+            for bounds in getattr(hint, "__metadata__", ()):
+                if not bounds.least <= value <= bounds.most:
+                    message = f"{field.name} takes {name_values(hint)}; this is {value!r}"
+                    raise ValueError(message)
 
 
-def _check(name: str, value: Any, bounds: Bounds) -> None:  # noqa: ANN401
-    if not bounds.least <= value <= bounds.most:
-        message = f"{name} takes {bounds.least:g} to {bounds.most:g}; this is {value!r}"
-        raise ValueError(message)
+def name_values(hint: Any) -> str:  # noqa: ANN401
+    """Return what a setting takes, in words.
+
+    Args:
+        hint: Its type, with the bounds of a number where it has some.
+    """
+    kind, *bounds = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    if get_origin(kind) is tuple:
+        return "whole numbers with commas between them"
+    if get_origin(kind) is Literal:
+        return ", ".join(get_args(kind))
+    return " ".join([_KINDS[kind], *map(str, bounds)])
+
+
+_KINDS = {bool: "true, false", int: "a whole number", float: "a number"}

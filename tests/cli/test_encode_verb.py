@@ -1,10 +1,12 @@
 import json
+import re
 
 import pytest
 
 from quarc_ref.cli import output as shown
 from quarc_ref.decoder import StreamDecoder, decode
 from quarc_ref.encoder import encode_stream
+from quarc_ref.encoder.presets import choose_preset, list_settings
 from quarc_ref.format.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
@@ -61,9 +63,13 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
         (["--set", "motion.rate"], "KEY=VALUE"),
         (["--set", "motion.iterations=many"], "motion.iterations=many"),
         (["--set", "stream.level_count=9"], "level_count"),
-        (["--lambda", "0"], "rate_weight"),
-        (["--lambda", "nan"], "rate_weight"),
-        (["--target-kb-per-frame", "-1"], "target_kb_per_frame"),
+        (["--set", "foo=1"], "no setting 'foo'; encode --list-settings prints all there are"),
+        (["--lambda", "0"], "--lambda takes a number above 0; this is 0.0"),
+        (["--lambda", "-1"], "--lambda takes a number above 0; this is -1.0"),
+        (["--lambda", "nan"], "--lambda takes a number above 0; this is nan"),
+        (["--lambda", "inf"], "--lambda takes a number above 0; this is inf"),
+        (["--target-kb-per-frame", "-1"], "--target-kb-per-frame takes a number above 0"),
+        (["--target-kb-per-frame", "0"], "--target-kb-per-frame takes a number above 0"),
         (["--preset", "fast"], "main, demo"),
         (["--seed", "-1"], "--seed"),
         (["--seed", 1 << 64], "--seed"),
@@ -79,6 +85,18 @@ def test_a_bad_option_is_a_usage_error_and_makes_nothing(options, said, capture,
     assert result.exit_code == 2
     assert said in result.stderr
     assert list_names(tmp_path) == []
+
+
+def test_the_settings_are_listed_without_a_capture():
+    result = run("encode", "--list-settings")
+    rows = [re.split("  +", line) for line in result.stdout.splitlines()]
+
+    assert result.exit_code == 0
+    assert rows[0] == ["KEY", "in main", "takes", "what it is"]
+    assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
+    rates = [row for row in rows if row[0] == "motion.rate"]
+    said = "Learning rate of residuals at level 1, world units (5e-4)."
+    assert rates == [["motion.rate", "0.001", "a number from 0 on", said]]
 
 
 def test_a_device_that_is_not_there_is_a_usage_error(capture, tmp_path):

@@ -127,8 +127,8 @@ def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
         (["--segments", 4], "3 frames cannot be cut into 4"),
         (["--segments", 0], "--segments"),
         (["--segments", 2, "--live"], "--live"),
-        (["--workers", 2], "--workers"),
-        (["--ray", "auto"], "--ray"),
+        (["--workers", 2], "quarc-ref: --workers needs --segments\n"),
+        (["--ray", "auto"], "quarc-ref: --ray needs --segments\n"),
         (["--segments", 2, "--workers", 0], "--workers"),
     ],
 )

@@ -72,6 +72,13 @@ def test_what_needs_more_says_what_to_install(verb, stream_file, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["small.quarc"]
 
 
+def test_settings_are_listed():
+    done = _run("encode", "--list-settings")
+
+    assert done.returncode == 0, done.stderr
+    assert "\nmotion.rate " in done.stdout
+
+
 def test_a_page_says_what_to_install(stream_file):
     done = _run("view", stream_file, "--no-open", blocked=("viser",))
 

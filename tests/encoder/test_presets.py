@@ -92,6 +92,7 @@ def test_changing_a_leaf_leaves_all_others():
     ("path", "text", "said"),
     [
         ("motion.rat", "1", "motion.rate"),
+        ("rate", "1", "close to it: motion.rate; "),
         ("motion", "1", "no setting"),
         ("", "1", "no setting"),
         ("motion.iterations", "many", "motion.iterations=many"),
@@ -104,6 +105,27 @@ def test_changing_a_leaf_leaves_all_others():
 def test_what_cannot_be_set_is_said(path, text, said):
     with pytest.raises(SettingError, match=said):
         change_setting(choose_preset("main"), path, text)
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "takes"),
+    [
+        ("canonical.iterations", "1.5", "a whole number from 1 to 1099511627776"),
+        ("motion.rate", "abc", "a number from 0 on"),
+        ("motion.dssim", "", "a number from 0 to 1"),
+        ("rate_weight", "much", "a number above 0"),
+        ("stream.level_count", "1.5", "a whole number"),
+        ("stream.opacity_step", "x", "a number"),
+        ("births.must_pay", "perhaps", "true, false"),
+        ("births.split_at", "1,b", "whole numbers with commas between them"),
+        ("births.placement", "here", "gate, errors"),
+    ],
+)
+def test_what_no_value_can_be_made_of_is_told_what_the_setting_takes(path, text, takes):
+    with pytest.raises(SettingError) as caught:
+        change_setting(choose_preset("main"), path, text)
+
+    assert str(caught.value) == f"{path}={text}: it takes {takes}"
 
 
 def test_an_unknown_preset_names_those_there_are():

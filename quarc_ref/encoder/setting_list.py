@@ -1,0 +1,53 @@
+"""All settings that there are, with what they take and mean: what `--list-settings` prints."""
+
+import inspect
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, get_type_hints
+
+from quarc_ref.encoder.ranges import name_values
+
+_ATTRIBUTE = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class ExplainedSetting:
+    """A leaf of a tree of settings.
+
+    Attributes:
+        name: Its path, such as `motion.rate`.
+        text: Its value, as `change_setting` takes it.
+        takes: What values it takes, in words.
+        meaning: What it is.
+    """
+
+    name: str
+    text: str
+    takes: str
+    meaning: str
+
+
+def explain_settings(config: Any, prefix: str = "") -> Iterator[ExplainedSetting]:  # noqa: ANN401
+    """Yield every leaf of the settings, in their order."""
+    hints = get_type_hints(type(config), include_extras=True)
+    meanings = _read_meanings(type(config))
+    for field in fields(config):
+        name, value = field.name, getattr(config, field.name)
+        if is_dataclass(value):
+            yield from explain_settings(value, f"{prefix}{name}.")
+        else:
+            takes, meaning = name_values(hints[name]), meanings.get(name, "")
+            yield ExplainedSetting(prefix + name, _write_value(value), takes, meaning)
+
+
+def _read_meanings(kind: type) -> dict[str, str]:
+    """Return what a docstring says of attributes; nothing where Python left docstrings out."""
+    _, _, attributes = (inspect.getdoc(kind) or "").partition("\nAttributes:\n")
+    return {name: " ".join(text.split()) for name, text in _ATTRIBUTE.findall(attributes)}
+
+
+def _write_value(value: Any) -> str:  # noqa: ANN401
+    if isinstance(value, tuple):
+        return ",".join(map(str, value))
+    return str(value).lower() if isinstance(value, bool) else str(value)
