@@ -70,9 +70,11 @@ def synth(
 ) -> None:
     """Ray-trace a synthetic capture in N3DV's layout: cam00 held out, 12 cameras to train."""
     with reported_faults():
+        from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
 
         try:
+            require_video_size(width, height)
             options = SynthOptions(width, height, frames, seed=seed)
         except ValueError as error:
             raise UsageError(str(error)) from error

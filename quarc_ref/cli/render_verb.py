@@ -80,7 +80,7 @@ def render(
         with open_source(file) as opened:
             source = hold_whole(opened)
             outline = outline_stream(source)
-            eye = _choose_camera(outline, camera, width)
+            eye = _choose_camera(outline, camera, width, kind)
             drawn = _draw(source, eye, wanted, progress, outline.count_frames(*wanted))
             if kind == "mp4":
                 form = _choose_form(outline, eye, pixels)
@@ -90,12 +90,17 @@ def render(
         _show(output, eye, made, as_json=as_json)
 
 
-def _choose_camera(outline: "Outline", name: str | None, width: int | None) -> "Camera":
-    from quarc_ref.viewing.outline import CameraChoiceError, find_camera, resize_camera
+def _choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
+    """Return the camera asked for, its pictures `width` pixels wide, if they can be made."""
+    from quarc_ref.datasets.calibration import require_picture_size, require_video_size
+    from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
 
+    require = require_video_size if kind == "mp4" else require_picture_size
     try:
         camera = find_camera(outline.cameras, name)
-    except CameraChoiceError as error:
+        wanted = width or camera.width
+        require(wanted, fit_height(camera, wanted))
+    except ValueError as error:
         raise UsageError(str(error)) from error
     return resize_camera(camera, width) if width else camera
 

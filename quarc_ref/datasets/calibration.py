@@ -18,10 +18,30 @@ from quarc_ref.format.records import Camera
 Numbers = NDArray[np.float64]
 
 _ORTHONORMAL_TOLERANCE = 1e-3  # poses are often written with four digits
-# Before a picture is read, its size is only said: by it, maps of pixels are allocated.
+# Before there is a picture, its size is only said: by it, maps of pixels are allocated.
 _MOST_SIDE = (1 << 15) - 1  # of cv2.remap
+_MOST_VIDEO_SIDE = 1 << 14  # of x264
 _MOST_PIXELS = 1 << 27
 _NEAR_QUANTILE = 0.01
+
+
+def require_picture_size(width: int, height: int) -> None:
+    """Raise ValueError, which tells the limits, if pictures are too large to be handled."""
+    _require_size(width, height, _MOST_SIDE, "too large")
+
+
+def require_video_size(width: int, height: int) -> None:
+    """Raise ValueError, which tells the limits, if pictures are too large to be made a video."""
+    _require_size(width, height, _MOST_VIDEO_SIDE, "too large for H.264")
+
+
+def _require_size(width: int, height: int, most_side: int, fault: str) -> None:
+    if max(width, height) > most_side or width * height > _MOST_PIXELS:
+        message = (
+            f"pictures of {width} x {height} are {fault}: at most {most_side:,} pixels a side, "
+            f"and {_MOST_PIXELS:,} in all"
+        )
+        raise ValueError(message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +81,7 @@ class Lens:
         if min(self.width, self.height, self.fx, self.fy) <= 0:
             message = "sizes and focal lengths must be positive"
             raise ValueError(message)
-        if max(self.width, self.height) > _MOST_SIDE or self.width * self.height > _MOST_PIXELS:
-            message = f"pictures of {self.width}x{self.height} are too large"
-            raise ValueError(message)
+        require_picture_size(self.width, self.height)
 
     @property
     def is_pinhole(self) -> bool:

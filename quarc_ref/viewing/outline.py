@@ -6,6 +6,7 @@ Found from chunk header to chunk header; of the frames' payloads nothing is read
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from quarc_ref.editing.frame_walk import FrameWalk
 from quarc_ref.format import container, wire
@@ -89,9 +90,19 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
     raise CameraChoiceError(message)
 
 
+def fit_height(camera: Camera, width: int) -> int:
+    """Return how high pictures are that show what a camera's do, `width` pixels wide.
+
+    Args:
+        camera: Whose pictures.
+        width: Pixels; however many, so that the size can be judged before it is taken.
+    """
+    return max(1, round(Fraction(camera.height * width, camera.width)))
+
+
 def resize_camera(camera: Camera, width: int) -> Camera:
     """Return a camera whose pictures are `width` pixels wide and show the same."""
-    height = max(1, round(camera.height * width / camera.width))
+    height = fit_height(camera, width)
     across, down = width / camera.width, height / camera.height
     return replace(
         camera,

@@ -34,6 +34,8 @@ def test_synth_says_what_it_has_made(tmp_path):
     [
         (["--width", 33], "width is 33"),
         (["--height", 17], "height is 17"),
+        (["--width", 1000000, "--height", 1000000], "at most 16,384 pixels a side"),
+        (["--width", 16384, "--height", 16384], "134,217,728 in all"),
         (["--width", 8], "--width"),
         (["--frames", 0], "--frames"),
         (["--seed", -1], "--seed"),

@@ -9,6 +9,7 @@ from quarc_ref.datasets.calibration import (
     choose_near,
     make_pose,
     measure_depths,
+    require_video_size,
 )
 from tests.datasets import scenes
 
@@ -98,8 +99,17 @@ def test_a_near_bound_leaves_one_in_a_hundred_beneath():
 
 @pytest.mark.parametrize("size", [(1 << 15, 4), (4, 10**30), (1 << 14, 1 << 14)])
 def test_a_size_by_which_no_maps_should_be_made_is_refused(size):
-    with pytest.raises(ValueError, match="too large"):
+    with pytest.raises(
+        ValueError, match="too large: at most 32,767 pixels a side, and 134,217,728"
+    ):
         Lens(*size, 40.0, 40.0, 20.0, 17.0)
+
+
+@pytest.mark.parametrize("size", [((1 << 14) + 1, 4), (4, 10**400), (1 << 14, (1 << 13) + 1)])
+def test_a_size_that_no_video_has_is_refused(size):
+    require_video_size(1 << 14, 1 << 13)
+    with pytest.raises(ValueError, match=r"H\.264: at most 16,384 pixels a side, and 134,217,728"):
+        require_video_size(*size)
 
 
 @pytest.mark.parametrize(("axes", "center"), [(1e200, 0.0), (1.0, 1.7e308)])

@@ -10,6 +10,7 @@ from quarc_ref.format.errors import BitstreamError
 from quarc_ref.viewing.outline import (
     CameraChoiceError,
     find_camera,
+    fit_height,
     outline_stream,
     resize_camera,
 )
@@ -95,6 +96,11 @@ def test_a_camera_that_is_not_there_is_answered_with_those_that_are():
         find_camera([CAMERA, OTHER], "cam02")
     with pytest.raises(CameraChoiceError, match="no cameras"):
         find_camera([], None)
+
+
+def test_a_height_is_found_for_any_width():
+    assert fit_height(CAMERA, 1) == 1
+    assert fit_height(CAMERA, 10**400) == 3 * 10**400 // 4
 
 
 @pytest.mark.parametrize("width", [1, 33, 64, 200])
