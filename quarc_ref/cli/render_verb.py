@@ -38,7 +38,13 @@ _X264 = {"crf": "6", "preset": "medium"}
 def render(
     file: StreamName,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="PATH", help="Video or folder to make.")
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="What to make: .mp4 is a video, a name without a suffix a folder of PNG files.",
+        ),
     ],
     camera: Annotated[
         str | None,
@@ -49,7 +55,9 @@ def render(
     to: Annotated[
         Literal["mp4", "png"] | None,
         typer.Option(
-            "--to", help="An H.264 video, or a PNG per frame; by default as PATH's name ends."
+            "--to",
+            help="An H.264 video, or a PNG per frame, whatever PATH's name.",
+            show_default="as PATH's name ends",
         ),
     ] = None,
     frames: Frames = None,
@@ -58,11 +66,13 @@ def render(
         typer.Option("--width", min=1, help="Pixels, the camera's by default; height in step."),
     ] = None,
     pixels: Annotated[
-        Literal["yuv444p", "yuv420p"],
+        Literal["yuv444p", "yuv420p"] | None,
         typer.Option(
-            "--pixels", help="Of a video: yuv420p halves the detail of colors, and plays anywhere."
+            "--pixels",
+            help="Of a video: yuv420p halves the detail of colors, and plays anywhere.",
+            show_default="yuv444p",
         ),
-    ] = "yuv444p",
+    ] = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -76,18 +86,34 @@ def render(
         from quarc_ref.viewing.outline import outline_stream
 
         wanted = parse_frames(frames)
-        kind = to or ("mp4" if output.suffix.lower() == ".mp4" else "png")
+        kind = to or _choose_kind(output)
+        if kind == "png" and pixels:
+            message = "PNG files do not go with --pixels"
+            raise UsageError(message)
         with open_source(file) as opened:
             source = hold_whole(opened)
             outline = outline_stream(source)
             eye = _choose_camera(outline, camera, width, kind)
             drawn = _draw(source, eye, wanted, progress, outline.count_frames(*wanted))
             if kind == "mp4":
-                form = _choose_form(outline, eye, pixels)
+                form = _choose_form(outline, eye, pixels or "yuv444p")
                 made = _write_video(drawn, output, form, force=force)
             else:
                 made = _write_pictures(drawn, output, force=force)
         _show(output, eye, made, as_json=as_json)
+
+
+def _choose_kind(output: Path) -> Literal["mp4", "png"]:
+    """Return what a name is for, where --to does not say it."""
+    if output.suffix.lower() == ".mp4":
+        return "mp4"
+    if output.suffix:
+        message = (
+            f"{output} has a name neither for a video, which ends in .mp4, nor for a folder of PNG "
+            "files, without a suffix: --to mp4 or --to png says which it is to be"
+        )
+        raise UsageError(message)
+    return "png"
 
 
 def _choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
@@ -160,9 +186,13 @@ def _write_pictures(drawn: "_Pictures", output: Path, *, force: bool) -> dict[st
 
 
 def _show(output: Path, camera: "Camera", made: dict[str, object], *, as_json: bool) -> None:
-    size = {"camera": camera.name, "width": camera.width, "height": camera.height}
     if as_json:
-        print_json(made | size)
+        print_json(made | {"camera": camera.name, "width": camera.width, "height": camera.height})
         return
-    pictures = f"{made['frames']} of {camera.width} x {camera.height}, as {camera.name} sees them"
-    print_table(str(output), {"frames": pictures})
+    size = f"{camera.width} x {camera.height}"
+    plural = "" if made["frames"] == 1 else "s"
+    if "folder" in made:
+        lines = {"folder": f"{made['frames']} PNG file{plural} of {size}"}
+    else:
+        lines = {"video": f"{made['frames']} frame{plural} of {size}, H.264"}
+    print_table(str(output), lines | {"camera": camera.name})

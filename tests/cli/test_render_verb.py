@@ -55,6 +55,37 @@ def test_the_kind_can_be_said(stream_file, tmp_path):
     assert VideoReader(tmp_path / "film").frame_count == 4
 
 
+@pytest.mark.parametrize("name", ["film.avi", "v.webm", "p.png", "out.v1"])
+def test_a_name_of_another_kind_of_file_makes_nothing_unless_the_kind_is_said(
+    name, stream_file, tmp_path
+):
+    result = run("render", stream_file, "-o", tmp_path / name, "--frames", ":1")
+    before = list_names(tmp_path)
+    run_json("render", stream_file, "-o", tmp_path / name, "--frames", ":1", "--to", "png")
+
+    assert result.exit_code == 2
+    assert ".mp4" in result.stderr
+    assert "--to" in result.stderr
+    assert before == ["small.quarc"]
+    assert list_names(tmp_path / name) == ["frame_0000.png"]
+
+
+@pytest.mark.parametrize(
+    ("name", "frames", "said"),
+    [
+        ("o", ":", "4 PNG files of 64 x 48"),
+        ("o", ":1", "1 PNG file of"),
+        ("o.MP4", ":", "4 frames of 64 x 48, H.264"),
+    ],
+)
+def test_people_are_told_what_was_made(name, frames, said, stream_file, tmp_path):
+    result = run("render", stream_file, "-o", tmp_path / name, "--frames", frames)
+
+    assert result.exit_code == 0
+    assert said in result.stdout
+    assert "cam00" in result.stdout
+
+
 def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
     done = run_piped(
         "render", "-", "-o", tmp_path / "o", "--frames", "2:", "--json", data=made.data
@@ -68,6 +99,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
     ("options", "said"),
     [
         (["--camera", "cam07"], "cam00"),
+        (["--pixels", "yuv444p"], "PNG files do not go with --pixels"),
         (["--frames", "4:"], "none of the frames"),
         (["--to", "mp4", "--pixels", "yuv420p", "--width", "33"], "even"),
         (["--to", "png", "--width", "1000000"], "at most 32,767 pixels a side"),
