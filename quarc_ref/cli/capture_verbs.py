@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
 
 _DEMO_FILES = ("capture", "demo.quarc", "report")
+# Not cam13 and later: --force is not to take a capture that was filmed for one of these.
+_CAPTURE_FILES = ("cam0[0-9].mp4", "cam1[0-2].mp4", "poses_bounds.npy", "points3D_init.ply")
 _REPORT_FILES = ("index.html", "*.png")
 
 
@@ -66,6 +68,7 @@ def synth(
     frames: Annotated[int, typer.Option("--frames", min=1, help="Frames, 30 a second.")] = 24,
     seed: Seed = 0,
     as_json: AsJson = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Ray-trace a synthetic capture in N3DV's layout: cam00 held out, 12 cameras to train."""
@@ -78,17 +81,18 @@ def synth(
             options = SynthOptions(width, height, frames, seed=seed)
         except ValueError as error:
             raise UsageError(str(error)) from error
-        with TerminalProgress(quiet=quiet) as progress:
-            try:
-                write_synthetic_capture(folder, options, partial(progress.advance, "synth"))
-            except FileExistsError as error:
-                raise UsageError(str(error)) from error
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_folder(folder, _CAPTURE_FILES, force=force) as made,
+        ):
+            write_synthetic_capture(made, options, partial(progress.advance, "synth"))
         cameras = options.cameras + 1
         if as_json:
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
             print_json({"folder": str(folder), **sizes})
         else:
-            videos = f"{cameras} of {frames} frames, {width} x {height}; cam00 is to be held out"
+            each = f"{frames} frame{'' if frames == 1 else 's'} each, {width} x {height}"
+            videos = f"{cameras}, of {each}; cam00 is to be held out"
             print_table(str(folder), {"videos": videos})
 
 

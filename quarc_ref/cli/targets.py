@@ -18,7 +18,7 @@ def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     """Open a file beside a target, and put it in the target's place when all is written.
 
     Raises:
-        UsageError: The target exists, and `force` is not given or it is a folder.
+        UsageError: The target is `-`, or exists and is not to be replaced.
     """
     refuse_target(target, force=force)
     beside = _beside(target, "part")
@@ -73,10 +73,9 @@ def grown_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterato
         force: Whether to replace what was made in it before.
 
     Raises:
-        UsageError: The target exists, and is not to be replaced.
+        UsageError: The target is `-`, or holds something and is not to be replaced.
     """
-    _refuse_existing(target, force=force)
-    refuse_foreign(target, made)
+    _refuse_folder(target, made, force=force)
     target.mkdir(exist_ok=True)
     for path in target.iterdir():
         path.unlink()
@@ -109,10 +108,9 @@ def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Itera
         force: Whether to replace a folder.
 
     Raises:
-        UsageError: The target exists, and is not to be replaced.
+        UsageError: The target is `-`, or holds something and is not to be replaced.
     """
-    _refuse_existing(target, force=force)
-    refuse_foreign(target, made)
+    _refuse_folder(target, made, force=force)
     beside = _beside(target, "part")
     beside.mkdir()
     try:
@@ -124,9 +122,23 @@ def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Itera
 
 def refuse_target(target: Path, *, force: bool) -> None:
     """Raise UsageError if a file may not be put in a place."""
+    _refuse_standard_output(target, "this file")
     _refuse_existing(target, force=force)
     if target.is_dir():
         message = f"{target} is a folder"
+        raise UsageError(message)
+
+
+def _refuse_folder(target: Path, made: tuple[str, ...], *, force: bool) -> None:
+    """Raise UsageError if a folder may not be made in a place."""
+    _refuse_standard_output(target, "a folder")
+    _refuse_existing(target, force=force or _is_empty_folder(target))
+    refuse_foreign(target, made)
+
+
+def _refuse_standard_output(target: Path, what: str) -> None:
+    if str(target) == STANDARD_STREAM:
+        message = f"-: {what} cannot go to standard output"
         raise UsageError(message)
 
 
@@ -151,6 +163,10 @@ def refuse_foreign(target: Path, made: tuple[str, ...]) -> None:
     if foreign:
         message = f"{target} also holds {foreign[0]}, which --force would remove: choose another"
         raise UsageError(message)
+
+
+def _is_empty_folder(path: Path) -> bool:
+    return path.is_dir() and not any(path.iterdir())
 
 
 def _put_in_place(beside: Path, target: Path) -> None:

@@ -25,7 +25,6 @@ class Verb:
             what it reads, `{out}` for what it makes.
         makes: "file", "folder", or nothing.
         middle: What is called in the middle of its work.
-        replaces: Whether it takes --force.
         ended: The exit code where it is ended by Ctrl-C.
         leaves: Names that may be left beside the target, so as to go on with.
         needs: A package that it cannot do without.
@@ -34,7 +33,6 @@ class Verb:
     line: str
     makes: str | None
     middle: str
-    replaces: bool = True
     ended: int = 3
     leaves: tuple[str, ...] = ()
     needs: str = "numpy"
@@ -67,7 +65,6 @@ VERBS = {
         "{out} --width 16 --height 16 --frames 1",
         "folder",
         "quarc_ref.datasets.synth.write_capture.write_video",
-        replaces=False,
     ),
     "demo": Verb(
         f"-o {{out}} --frames 2 {_TINY}",

@@ -26,7 +26,7 @@ def test_synth_says_what_it_has_made(tmp_path):
     result = run("synth", tmp_path / "room", "--width", 16, "--height", 16, "--frames", 1)
 
     assert result.exit_code == 0
-    assert "13 of 1 frames, 16 x 16" in result.stdout
+    assert "13, of 1 frame each, 16 x 16; cam00" in result.stdout
 
 
 @pytest.mark.parametrize(
@@ -51,11 +51,35 @@ def test_a_size_that_no_video_has_is_a_usage_error(options, said, tmp_path):
 
 def test_synth_refuses_a_folder_with_something_in_it(tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
-    result = run("synth", tmp_path)
+    refused, forced = run("synth", tmp_path), run("synth", tmp_path, "--force")
+
+    assert (refused.exit_code, forced.exit_code) == (2, 2)
+    assert "--force" in refused.stderr
+    assert "mine.txt" in forced.stderr
+    assert list_names(tmp_path) == ["mine.txt"]
+
+
+def test_a_traced_capture_is_replaced_by_force_alone(tmp_path):
+    size = ["--width", 16, "--height", 16, "--frames", 1]
+    (tmp_path / "room").mkdir()
+    run_json("synth", tmp_path / "room", *size)
+    refused = run("synth", tmp_path / "room", *size, "--seed", 1)
+    before = (tmp_path / "room" / "cam00.mp4").read_bytes()
+    run_json("synth", tmp_path / "room", *size, "--seed", 1, "--force")
+
+    assert refused.exit_code == 2
+    assert (tmp_path / "room" / "cam00.mp4").read_bytes() != before
+    assert list_names(tmp_path) == ["room"]
+
+
+def test_force_takes_no_filmed_capture_for_a_traced_one(tmp_path):
+    for name in ("cam00.mp4", "cam13.mp4", "poses_bounds.npy"):
+        (tmp_path / name).write_text("filmed")
+    result = run("synth", tmp_path, "--force")
 
     assert result.exit_code == 2
-    assert "new or empty" in result.stderr
-    assert list_names(tmp_path) == ["mine.txt"]
+    assert "cam13.mp4" in result.stderr
+    assert len(list_names(tmp_path)) == 3
 
 
 @pytest.fixture(scope="module")

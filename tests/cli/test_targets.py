@@ -88,6 +88,33 @@ def test_a_target_in_no_folder_is_refused(make, tmp_path):
         pytest.fail("the target was opened")
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        written_file,
+        lambda t, force: written_folder(t, (), force=force),
+        lambda t, force: grown_folder(t, (), force=force),
+    ],
+)
+@pytest.mark.parametrize("force", [False, True])
+def test_what_is_no_stream_does_not_go_to_standard_output(make, force, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with (
+        pytest.raises(UsageError, match="cannot go to standard output"),
+        make(Path("-"), force=force),
+    ):
+        pytest.fail("the target was opened")
+
+    assert _names(tmp_path) == []
+
+
+def test_a_folder_may_have_the_name_of_standard_output_by_its_whole_path(tmp_path):
+    with written_folder(tmp_path / "-", (), force=False):
+        pass
+
+    assert _names(tmp_path) == ["-"]
+
+
 def test_a_folder_is_not_seen_before_it_is_whole(tmp_path):
     with written_folder(tmp_path / "out", _MADE, force=False) as folder:
         (folder / "frame_0.ply").write_text("new")
@@ -117,6 +144,17 @@ def test_a_folder_is_replaced_by_force_alone(old_folder):
     assert kept == ["frame_0.ply"]
     assert _names(old_folder) == ["frame_1.ply"]
     assert _names(old_folder.parent) == ["out"]
+
+
+def test_an_empty_folder_is_nothing_to_replace(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    _write_frame(tmp_path / "a")
+    with grown_folder(tmp_path / "b", _MADE, force=False) as folder:
+        put_file(folder / "frame_1.ply", b"new")
+
+    assert _names(tmp_path) == ["a", "b"]
+    assert _names(tmp_path / "a") == _names(tmp_path / "b") == ["frame_1.ply"]
 
 
 def test_force_does_not_remove_what_the_command_has_not_made(old_folder):
