@@ -50,7 +50,7 @@ def evaluate(
         target = written_folder(report, _REPORT_FILES, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             try:
-                evaluation = evaluate_stream(file.read_bytes(), capture, progress.advance)
+                evaluation = evaluate_stream(Path(file).read_bytes(), capture, progress.advance)
             except MismatchError as error:
                 raise UsageError(str(error)) from error
             if folder:
@@ -58,7 +58,7 @@ def evaluate(
 
                 write_report(evaluation, folder)
         page = report / "index.html" if report else None
-        _show_evaluation(file, evaluation, page, as_json=as_json)
+        _show_evaluation(Path(file), evaluation, page, as_json=as_json)
 
 
 def synth(

@@ -59,7 +59,7 @@ def join(
     files: Annotated[
         list[str],
         typer.Argument(
-            metavar="FILE...",
+            metavar="FILE",
             help="Streams, in order: files or http(s) URLs.",
             show_default=False,
             callback=_check_files,

@@ -54,7 +54,11 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     with reported_faults():
         if follow and is_file(name):
             _await_file(Path(name), patience)
-    check_file(name)
+    try:
+        check_file(name)
+    except typer.BadParameter as error:
+        error.param_hint = "'FILE'"  # which a check by the argument itself would know
+        raise
     if not follow or name == STANDARD_STREAM:
         return None
     from quarc_ref.decoder import Follow

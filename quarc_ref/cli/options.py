@@ -3,7 +3,7 @@
 import os
 import stat
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -33,35 +33,63 @@ def check_file(name: str) -> str:
     Raises:
         BadParameter: It is not there, or no file.
     """
-    fault = _find_fault(name) if is_file(name) else None
-    if fault:
-        message = f"{name!r} {fault}."
-        raise typer.BadParameter(message, param_hint="'FILE'")
+    if is_file(name) and not stat.S_ISREG(_find_file_mode(name)):
+        _refuse(name, "is no file that can be read twice; - is standard input")
     return name
 
 
-def _find_fault(path: str) -> str | None:
-    """Return what keeps a path from being that of a file, if anything does."""
-    try:
-        mode = os.stat(path).st_mode
-    except (FileNotFoundError, NotADirectoryError):
-        return "does not exist"
-    except OSError as error:
-        return f"cannot be found: {error.strerror}"
+def check_path(name: str) -> str:
+    """Return the name of a stream that must be a path, and there; it is read once.
+
+    Raises:
+        BadParameter: It is none, or a folder's.
+    """
+    if not is_file(name):
+        _refuse(name, "is no file, and this verb takes a file only")
+    _find_file_mode(name)
+    return name
+
+
+def check_folder(path: Path) -> Path:
+    """Return the path of a folder, which must be there.
+
+    Raises:
+        BadParameter: It is not there, or no folder.
+    """
+    if not stat.S_ISDIR(_find_mode(str(path))):
+        _refuse(str(path), "is no folder")
+    return path
+
+
+def _find_file_mode(path: str) -> int:
+    mode = _find_mode(path)
     if stat.S_ISDIR(mode):
-        return "is a folder"
-    return None if stat.S_ISREG(mode) else "is no file that can be read twice; - is standard input"
+        _refuse(path, "is a folder")
+    return mode
+
+
+def _find_mode(path: str) -> int:
+    """Return what is found in a place, as the system has it; raise BadParameter if nothing is."""
+    try:
+        return os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        _refuse(path, "does not exist")
+    except OSError as error:
+        _refuse(path, f"cannot be found: {error.strerror}")
+
+
+def _refuse(path: str, fault: str) -> NoReturn:
+    message = f"{path!r} {fault}."
+    raise typer.BadParameter(message)
 
 
 StreamFile = Annotated[
-    Path,
+    str,
     typer.Argument(
         metavar="FILE",
-        help="A .quarc stream.",
+        help="A .quarc stream, in a file.",
         show_default=False,
-        exists=True,
-        dir_okay=False,
-        readable=False,  # found out when it is read, and then no fault of the command line
+        callback=check_path,
     ),
 ]
 StreamName = Annotated[
@@ -85,9 +113,8 @@ CaptureFolder = Annotated[
         metavar="CAPTURE",
         help="A capture: N3DV's layout, a COLMAP model with frames, or transforms.json.",
         show_default=False,
-        exists=True,
-        file_okay=False,
-        readable=False,
+        readable=False,  # found out when it is read, and then no fault of the command line
+        callback=check_folder,
     ),
 ]
 Settings = Annotated[

@@ -109,6 +109,13 @@ def test_a_target_that_exists_is_replaced_by_force_alone(verb, long_file, tmp_pa
     assert target.read_bytes() == _DATA
 
 
+def test_join_shows_once_that_it_takes_several_streams():
+    usage = run("join", "-h").stdout.split("Write")[0]
+
+    assert "FILE}..." in usage
+    assert usage.count("...") == 1
+
+
 def test_join_cannot_read_a_pipe_twice(long_file, tmp_path):
     result = run("join", long_file, "-", "-o", tmp_path / "b.quarc")
 

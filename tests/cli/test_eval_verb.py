@@ -1,3 +1,4 @@
+import os
 import shutil
 from statistics import mean
 
@@ -72,6 +73,24 @@ def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path
     assert result.exit_code == 2
     assert "other cameras" in result.stderr
     assert list_names(tmp_path) == ["other"]
+
+
+@pytest.mark.parametrize("name", ["-", "http://example.org/a.quarc"])
+def test_eval_takes_a_file_only(name, capture):
+    result = run("eval", name, capture)
+
+    assert result.exit_code == 2
+    assert "takes a file only" in " ".join(result.stderr.replace("│", " ").split())
+
+
+def test_eval_reads_a_named_pipe(encoded, capture):
+    reading, writing = os.pipe()
+    with os.fdopen(writing, "wb") as pipe:
+        pipe.write(encoded.file.read_bytes())
+    printed = run_json("eval", f"/dev/fd/{reading}", capture)
+    os.close(reading)
+
+    assert printed["frames"] == 3
 
 
 def test_an_unreadable_capture_is_the_tools_failure(encoded, capture, tmp_path):
