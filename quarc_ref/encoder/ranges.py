@@ -10,6 +10,9 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 
+_MANY = 1 << 40  # more than anybody wants of anything that is counted
+
+
 class Bounds(NamedTuple):
     """What a number may be, both ends included."""
 
@@ -17,13 +20,13 @@ class Bounds(NamedTuple):
     most: float
 
     def __str__(self) -> str:
-        if self.most < sys.float_info.max:
+        if self.most not in (_MANY, sys.float_info.max):
             return f"from {self.least} to {self.most}"
         return "above 0" if self.least == sys.float_info.min else f"from {self.least} on"
 
 
-Count = Annotated[int, Bounds(0, 1 << 40)]
-Some = Annotated[int, Bounds(1, 1 << 40)]
+Count = Annotated[int, Bounds(0, _MANY)]
+Some = Annotated[int, Bounds(1, _MANY)]
 Seed = Annotated[int, Bounds(0, (1 << 64) - 1)]
 Amount = Annotated[float, Bounds(0, sys.float_info.max)]
 Positive = Annotated[float, Bounds(sys.float_info.min, sys.float_info.max)]

@@ -110,7 +110,7 @@ def test_what_cannot_be_set_is_said(path, text, said):
 @pytest.mark.parametrize(
     ("path", "text", "takes"),
     [
-        ("canonical.iterations", "1.5", "a whole number from 1 to 1099511627776"),
+        ("canonical.iterations", "1.5", "a whole number from 1 on"),
         ("motion.rate", "abc", "a number from 0 on"),
         ("motion.dssim", "", "a number from 0 to 1"),
         ("rate_weight", "much", "a number above 0"),
