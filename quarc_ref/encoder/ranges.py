@@ -9,7 +9,6 @@ import sys
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
-
 _MANY = 1 << 40  # more than anybody wants of anything that is counted
 
 
