@@ -16,13 +16,19 @@ import typer
 
 from quarc_ref.cli.output import escape_controls
 from quarc_ref.datasets.errors import CaptureError
-from quarc_ref.format.errors import BitstreamError, EditError, QuarcError, ResumeError
+from quarc_ref.format.errors import (
+    BitstreamError,
+    EditError,
+    QuarcError,
+    ResumeError,
+    VariableError,
+)
 
 STREAM_IS_BAD = 1
 USAGE = 2
 TOOL_FAILED = 3
 _EXTRAS = {"gsplat": "gpu", "ray": "ray", "viser": "view"}
-_NOTHING_PUT = "interrupted; nothing was put in the place of the target"
+_NOTHING_LEFT = "interrupted; nothing is left behind"
 
 
 class UsageError(Exception):
@@ -40,13 +46,13 @@ def reported_faults() -> Iterator[None]:
         raise
     except BitstreamError as error:
         _leave(f"the stream is refused: {error}", STREAM_IS_BAD)
-    except (UsageError, EditError, ResumeError) as error:
+    except (UsageError, EditError, ResumeError, VariableError) as error:
         _leave(str(error), USAGE)
     except ImportError as error:
         _leave(_name_extra(error), TOOL_FAILED)
     except KeyboardInterrupt as error:
-        _leave(str(error) or _NOTHING_PUT, TOOL_FAILED)
-    except (CaptureError, QuarcError, OSError, RuntimeError) as error:
+        _leave(str(error) or _NOTHING_LEFT, TOOL_FAILED)
+    except (CaptureError, QuarcError, OSError, RuntimeError, MemoryError) as error:
         _leave(_sentence(error), TOOL_FAILED)
     except Exception as error:  # Python's own code for it, 1, would blame the stream
         traceback.print_exc()
@@ -82,6 +88,8 @@ def _let_go_of(output: TextIO) -> None:
 def _sentence(error: Exception) -> str:
     if isinstance(error, BrokenPipeError):
         return "standard output was closed by its reader"
+    if isinstance(error, MemoryError):
+        return f"there is not enough memory: {error}" if str(error) else "out of memory"
     if isinstance(error, OSError) and error.strerror:
         place = f"{error.filename}: " if error.filename else ""
         return f"{place}{error.strerror}"

@@ -21,7 +21,7 @@ from threading import Lock
 from types import ModuleType
 from typing import Final, Generic, TypeVar
 
-from quarc_ref.format.errors import SettingError
+from quarc_ref.format.errors import VariableError
 
 PLAIN: Final = "plain"
 COMPILED: Final = "compiled"
@@ -47,7 +47,7 @@ def load_kernels(module: str, elements: int) -> ModuleType | None:
         elements: How many Gaussians, anchors or bits there are to work on.
 
     Raises:
-        SettingError: QUARC_REF_KERNELS names no kernels.
+        VariableError: QUARC_REF_KERNELS names no kernels.
     """
     chosen = _kernels.get() or os.environ.get("QUARC_REF_KERNELS")
     pays = elements >= _WORTH_LOADING or module in sys.modules
@@ -69,7 +69,7 @@ def count_threads() -> int:
     """Return how many threads one piece of work may take.
 
     Raises:
-        SettingError: QUARC_REF_THREADS is no number of threads.
+        VariableError: QUARC_REF_THREADS is no number of threads.
     """
     return _threads.get() or _parse_threads(os.environ.get("QUARC_REF_THREADS") or "1")
 
@@ -173,14 +173,14 @@ def _do(tasks: Sequence[_Task[_Part, _Answer]]) -> None:
 def _is_compiled(kernels: str) -> bool:
     if kernels not in (PLAIN, COMPILED):
         message = f"QUARC_REF_KERNELS is {kernels!r}; it may be {PLAIN} or {COMPILED}"
-        raise SettingError(message)
+        raise VariableError(message)
     return kernels == COMPILED
 
 
 def _parse_threads(number: str) -> int:
     if not (number.isascii() and number.isdigit() and int(number) > 0):
         message = f"QUARC_REF_THREADS is {number!r}; it may be a whole number from 1 on"
-        raise SettingError(message)
+        raise VariableError(message)
     return int(number)
 
 

@@ -7,6 +7,7 @@
     │   └── StateError          what the frame would make of the scene
     ├── LimitError              they ask for more than this decoder gives
     ├── SourceError             what holds the bytes cannot be read
+    ├── VariableError           your environment asks for what there is not
     ├── EncodeError             your scene or setting cannot be written
     ├── ResumeError             your stream cannot be gone on with so
     ├── EditError               your streams cannot be cut or joined so
@@ -237,7 +238,7 @@ class SourceError(QuarcError):
     """What holds the stream cannot be read as asked: no fault of the bytes."""
 
 
-class SettingError(QuarcError):
+class VariableError(QuarcError):
     """A variable of the environment says what cannot be done."""
 
 

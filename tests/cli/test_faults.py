@@ -13,6 +13,7 @@ from quarc_ref.format.errors import (
     ProofError,
     SourceError,
     StateCrcError,
+    VariableError,
 )
 
 
@@ -39,9 +40,12 @@ def _leave(error):
         (RuntimeError(), 3, "RuntimeError()"),
         (ModuleNotFoundError("No module", name="torch"), 3, "pip install 'quarc-ref[encode]'"),
         (ModuleNotFoundError("No module", name="gsplat"), 3, "pip install 'quarc-ref[gpu]'"),
-        (KeyboardInterrupt(), 3, "interrupted; nothing was put"),
+        (KeyboardInterrupt(), 3, "interrupted; nothing is left behind"),
+        (MemoryError("Unable to allocate 2 TiB"), 3, "not enough memory: Unable to allocate"),
+        (MemoryError(), 3, "out of memory"),
         (KeyboardInterrupt("interrupted; the file holds"), 3, "interrupted; the file holds"),
         (EditError("frame 3 is not canonical"), 2, "frame 3 is not canonical"),
+        (VariableError("no such kernels"), 2, "no such kernels"),
         (SourceError("the server is silent"), 3, "the server is silent"),
         (ProofError("two results"), 3, "two results"),
     ],

@@ -20,7 +20,7 @@ from quarc_ref.format.acceleration import (
     threading_by,
     threading_for,
 )
-from quarc_ref.format.errors import SettingError
+from quarc_ref.format.errors import VariableError
 from tests.streams import make_stream
 
 _MODULE = "quarc_ref.format.plane_kernels"
@@ -79,7 +79,7 @@ def test_kernels_are_chosen_by_whoever_asks_for_them():
 def test_a_number_of_threads_that_is_none_is_refused(number, monkeypatch):
     monkeypatch.setenv("QUARC_REF_THREADS", number)
 
-    with pytest.raises(SettingError, match="QUARC_REF_THREADS is"):
+    with pytest.raises(VariableError, match="QUARC_REF_THREADS is"):
         count_threads()
 
 
@@ -92,7 +92,7 @@ def test_the_environment_says_how_many_threads_and_which_kernels(monkeypatch):
     monkeypatch.setenv("QUARC_REF_THREADS", "")
     monkeypatch.setenv("QUARC_REF_KERNELS", "fast")
     assert count_threads() == 1
-    with pytest.raises(SettingError, match="QUARC_REF_KERNELS is"):
+    with pytest.raises(VariableError, match="QUARC_REF_KERNELS is"):
         load_kernels(_MODULE, 1 << 20)
 
 
