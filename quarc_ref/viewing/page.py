@@ -79,7 +79,8 @@ class Page:
     @property
     def url(self) -> str:
         """Where the page is."""
-        return f"http://{self._server.get_host()}:{self._server.get_port()}"
+        host = self._server.get_host()
+        return f"http://{f'[{host}]' if ':' in host else host}:{self._server.get_port()}"
 
     def steer(self, playback: Playback) -> None:
         """Have the controls steer a playback."""

@@ -1,4 +1,6 @@
+import socket
 import urllib.request
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +35,13 @@ def page():
         yield page
 
 
+def _has_ipv6():
+    with suppress(OSError), socket.socket(socket.AF_INET6) as probe:
+        probe.bind(("::1", 0))
+        return True
+    return False
+
+
 def test_a_page_is_served_where_it_says(page):
     with urllib.request.urlopen(page.url, timeout=30) as answer:
         assert answer.status == 200
@@ -41,10 +50,20 @@ def test_a_page_is_served_where_it_says(page):
     assert not page.has_viewers
 
 
+_BARE = Program("toy.quarc", range(2), (np.zeros(0), np.zeros(0)), {}, np.array([0, 0, 1.0]))
+
+
 def test_a_second_page_has_a_port_of_its_own(page):
-    program = Program("toy.quarc", range(2), (np.zeros(0), np.zeros(0)), {}, np.array([0, 0, 1.0]))
-    with Page(program, ("127.0.0.1", 8080)) as other:
+    with Page(_BARE, ("127.0.0.1", 8080)) as other:
         assert other.url != page.url
+
+
+@pytest.mark.skipif(not _has_ipv6(), reason="no IPv6 here")
+def test_a_page_with_an_address_of_ipv6_is_served_where_it_says():
+    with Page(_BARE, ("::1", 8080)) as page:
+        assert page.url.startswith("http://[::1]:")
+        with urllib.request.urlopen(page.url, timeout=30) as answer:
+            assert answer.status == 200
 
 
 def test_nothing_is_written_to_standard_output(page, capsys):
