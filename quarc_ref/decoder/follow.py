@@ -49,7 +49,8 @@ def ask(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
             return action()
         except TruncatedError as error:
             if time.monotonic() >= give_up:
-                message = f"{error.args[0]}; nothing new came in {follow.patience:g} seconds"
+                waited = str(follow.patience).removesuffix(".0")
+                message = f"{error.args[0]}; nothing new came in {waited} seconds"
                 raise TruncatedError(message, error.offset) from error
             if follow.ended.wait(follow.poll):
                 raise
