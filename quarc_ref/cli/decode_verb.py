@@ -52,7 +52,8 @@ def decode_frames(
             total = 0 if follow else count_frames(source)
             for scene in _decode(source, wanted, waiting, written.gaps if past_damage else None):
                 written.add(folder, scene)
-                progress.advance("decode", min(scene.frame + 1, total), total)
+                done = scene.frame + 1
+                progress.advance("decode", min(done, total) if total else done, total)
             if not written.names and not written.gaps:
                 message = f"the stream has no frame{f' of {frames}' if frames else ''}"
                 raise UsageError(message)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from quarc_ref.cli import output
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.arrays_npz import build_npz
 from quarc_ref.export.gaussian_ply import build_ply
@@ -80,3 +81,14 @@ def test_decoded_arrays_are_those_of_the_scene(stream_file, made, tmp_path):
 
     with np.load(tmp_path / "out" / "frame_0003.npz", allow_pickle=False) as arrays:
         assert np.array_equal(arrays["state_positions"], made.states[3].scene.positions)
+
+
+@pytest.mark.parametrize(("options", "end"), [([], "/4"), (["--follow"], "")])
+def test_progress_counts_frames_also_where_nobody_knows_how_many(
+    options, end, stream_file, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(output, "_SECONDS_BETWEEN_LINES", 0.0)
+
+    told = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
+
+    assert told.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
