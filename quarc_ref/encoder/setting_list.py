@@ -3,9 +3,12 @@
 import inspect
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
+from functools import reduce
 from typing import Any, get_type_hints
 
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.presets import list_settings
 from quarc_ref.encoder.ranges import name_values
 
 _ATTRIBUTE = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
@@ -28,17 +31,13 @@ class ExplainedSetting:
     meaning: str
 
 
-def explain_settings(config: Any, prefix: str = "") -> Iterator[ExplainedSetting]:  # noqa: ANN401
+def explain_settings(config: EncoderConfig) -> Iterator[ExplainedSetting]:
     """Yield every leaf of the settings, in their order."""
-    hints = get_type_hints(type(config), include_extras=True)
-    meanings = _read_meanings(type(config))
-    for field in fields(config):
-        name, value = field.name, getattr(config, field.name)
-        if is_dataclass(value):
-            yield from explain_settings(value, f"{prefix}{name}.")
-        else:
-            takes, meaning = name_values(hints[name]), meanings.get(name, "")
-            yield ExplainedSetting(prefix + name, _write_value(value), takes, meaning)
+    for path, value in list_settings(config):
+        *groups, name = path.split(".")
+        kind = type(reduce(getattr, groups, config))
+        takes = name_values(get_type_hints(kind, include_extras=True)[name])
+        yield ExplainedSetting(path, _write_value(value), takes, _read_meanings(kind).get(name, ""))
 
 
 def _read_meanings(kind: type) -> dict[str, str]:
