@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -91,7 +91,9 @@ def _lock(file: BinaryIO, path: Path) -> None:
 
 def _is_at(file: BinaryIO, path: Path) -> bool:
     """Return whether a file is still where it was opened: its writer may just have moved it."""
-    return path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat())
+    with suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    return False
 
 
 _BINARY = getattr(os, "O_BINARY", 0)
