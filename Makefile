@@ -5,12 +5,35 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check lint types imports conformance mutants clean
+.PHONY: help setup lock outdated locked demo test check lint types imports conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 setup: $(READY) ## Install everything into .venv.
+
+# Exact versions and hashes for every platform, resolved from the ranges in pyproject.toml.
+# torch and what it needs are apart: requirements/README.md says why.
+LOCKS := requirements/main.txt requirements/torch.txt
+RESOLVE := $(BIN)/uv pip compile --quiet --upgrade --universal --fork-strategy fewest --python-version 3.11 \
+  --generate-hashes --no-header --no-annotate pyproject.toml
+define resolve
+$(RESOLVE) --extra media --extra view --extra dev -o $(1)/main.txt
+$(RESOLVE) --extra train --constraints $(1)/main.txt -o $(1)/torch.txt
+endef
+
+lock: $(READY) ## Take the newest versions that pyproject.toml allows into requirements/.
+	$(call resolve,requirements)
+
+NEWER := $(VENV)/newer
+outdated: $(READY) ## Show what `make lock` would change: to be looked at every week.
+	@mkdir -p $(NEWER)
+	$(call resolve,$(NEWER))
+	@$(BIN)/python requirements/compare.py requirements $(NEWER) || true
+
+locked: $(READY) ## Compare the installed versions with requirements/.
+	$(BIN)/python requirements/compare.py requirements
+	$(BIN)/python -m pip check --disable-pip-version-check
 
 demo: $(READY) ## Trace a scene, encode it, decode it, measure it: demo/report/index.html.
 	$(BIN)/quarc-ref demo -o demo --force
@@ -18,7 +41,7 @@ demo: $(READY) ## Trace a scene, encode it, decode it, measure it: demo/report/i
 test: $(READY) ## Run all tests.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
 
-check: lint types imports test ## Everything that CI runs: lint, types, import rules, tests.
+check: locked lint types imports test ## Everything that CI runs: versions, lint, types, import rules, tests.
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -53,8 +76,14 @@ clean: ## Remove what was made.
 	rm -rf $(VENV) demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-$(READY): pyproject.toml
+# With TORCH_INDEX, torch comes from there and not from PyPI.
+TORCH := $(shell sed -n 's/^\(torch==[^ ;]*\).*/\1/p' requirements/torch.txt)
+PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check
+
+$(READY): pyproject.toml $(LOCKS)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "quarc-ref needs Python 3.11 or later: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[encode,view,dev]'
+	$(PIP_INSTALL) --require-hashes -r requirements/main.txt
+	$(PIP_INSTALL) $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX) $(TORCH),--require-hashes -r requirements/torch.txt)
+	$(PIP_INSTALL) --no-deps --no-build-isolation -e .
 	@touch $(READY)
