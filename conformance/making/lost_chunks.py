@@ -1,11 +1,13 @@
 """damaged/: chunks that are lost, that come twice or in another order."""
 
+from dataclasses import replace
+
 from making.fault_rows import (
     RECOVERY_CLAUSES,
     count_frames,
     damaged_by,
 )
-from making.streams import Layout
+from making.streams import Layout, assemble
 from making.vectors import Gap, Outcome, Recovery, Valid, Vector
 
 
@@ -23,7 +25,8 @@ def make_losses(parent: Valid) -> list[Vector]:
         "last-frame": ([12], 8, "the last FRAM"),
         "index": ([13], 9, "INDX"),
     }
-    return [_lost(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+    losses = [_lost(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+    return [*losses, _lose_both_ends(parent), _reject_two_canonicals(parent)]
 
 
 def _lost(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
@@ -46,6 +49,48 @@ def _lost(parent: Valid, name: str, gone: list[int], before: int, what: str) -> 
         said = Outcome((), ("sequence",))
     return damaged_by(
         parent, name, f"5.2-4 {RECOVERY_CLAUSES}", layout.data, said, recovery, f"lost: {what}"
+    )
+
+
+def _lose_both_ends(parent: Valid) -> Vector:
+    """TAIL counts from the first frame of the stream, and nobody knows which that was."""
+    layout = _assemble_lost(parent, [2, 12])
+    offsets = layout.offsets  # of pieces 0, 1, 3 to 11, 13, 14
+    first = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
+    last = Gap(offsets[11], offsets[12] - offsets[11], ("sequence",), None)
+    return damaged_by(
+        parent,
+        "damaged/lost-first-canonical-and-last-frame",
+        f"5.2-4 {RECOVERY_CLAUSES}",
+        layout.data,
+        Outcome((), ("sequence",)),
+        Recovery(parent.frames[3:8], (first, last)),
+        "lost: the first CANO, and the last FRAM",
+    )
+
+
+def _reject_two_canonicals(parent: Valid) -> Vector:
+    """The frame that was resumed at is missing as well, if it is rejected."""
+    pieces = list(parent.stream.pieces)
+    for frame in (3, 6):
+        payload = parent.stream.payloads[frame]
+        spoiled = replace(payload, state_crc=payload.state_crc ^ 1)
+        place = parent.stream.places[frame]
+        pieces[place] = replace(pieces[place], payload=spoiled.pack())
+    layout = assemble(pieces)
+    offsets = layout.offsets
+    gaps = (
+        Gap(offsets[5], offsets[9] - offsets[5], ("state-crc",), 3),
+        Gap(offsets[9], offsets[14] - offsets[9], ("state-crc",), 3),
+    )
+    return damaged_by(
+        parent,
+        "damaged/canonicals-rejected",
+        f"9.2-1 {RECOVERY_CLAUSES}",
+        layout.data,
+        Outcome(parent.frames[:3], ("state-crc",)),
+        Recovery(parent.frames[:3], gaps),
+        "the states of the last two CANO do not match their CRCs",
     )
 
 

@@ -82,6 +82,20 @@ MUTANTS = (
         "return True",
     ),
     mutant(
+        "TAIL tells how many frames are missing, also where the first was lost",
+        "decoder/recover.py",
+        "        if self._first is None:\n            return None\n        return self._first +",
+        "        return (self._first or 0) +",
+        alone="damaged",
+    ),
+    mutant(
+        "a frame that was resumed at is not missing if it is rejected",
+        "decoder/recover.py",
+        "        return self._due - before\n",
+        "        self._due += 1\n        return self._due - 1 - before\n",
+        alone="damaged",
+    ),
+    mutant(
         "damaged ancillary chunks cost frames",
         "decoder/recover.py",
         "elif header is not None and header.is_ancillary and",

@@ -13,8 +13,13 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.errors import BitstreamError, TruncatedError, UnknownCriticalError
-from quarc_ref.format.resync import Search, canonical_frame, find_resumption
+from quarc_ref.format.errors import (
+    BitstreamError,
+    PayloadCrcError,
+    TruncatedError,
+    UnknownCriticalError,
+)
+from quarc_ref.format.resync import Effort, Search, canonical_frame, find_resumption
 from quarc_ref.format.source import Source, as_source
 
 
@@ -73,12 +78,14 @@ class _Recovery:
         self._follow = follow
         self._reader = ChunkReader(source)
         self._decoder = StreamDecoder()
-        self._first: int | None = None  # ordinal of the stream's first frame
+        self._effort = Effort(0)
+        self._first: int | None = None  # ordinal of the stream's first frame, if it was decoded
         self._due: int | None = None  # ordinal of the frame to come
 
     def begin(self) -> None:
         """Take HEAD."""
         self._push(self._read())
+        self._effort = Effort(self._decoder.header.limits.chunk_bytes)
 
     def step(self) -> Iterator[Scene | Gap]:
         """Take a chunk, or find the way past what cannot be taken."""
@@ -116,12 +123,19 @@ class _Recovery:
             self._reader.skip(header)
             yield _gap(error, offset, header.end, 0)
         else:
+            if header is not None and isinstance(error, PayloadCrcError):
+                self._effort.spend(header.length)
             self._decoder.lose()
             yield from self._resume(error, offset)
 
     def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
-        limit = self._decoder.header.limits.chunk_bytes
-        search = Search(self._reader.offset, self._reader.sequence, self._due or 0, limit)
+        search = Search(
+            offset=self._reader.offset,
+            sequence=self._reader.sequence,
+            frame=self._due or 0,
+            limit=self._decoder.header.limits.chunk_bytes,
+            effort=self._effort,
+        )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:
             chunk = ask(lambda: find_resumption(self._source, search), follow)
@@ -135,15 +149,19 @@ class _Recovery:
         yield _gap(error, offset, chunk.offset, self._count_lost(chunk))
 
     def _count_lost(self, chunk: Chunk) -> int | None:
-        """Return how many frames are missing before the chunk that decoding goes on at."""
-        before = self._due
-        if chunk.kind == container.CANO:
-            self._due = canonical_frame(chunk.payload)
-        elif self._first is not None:
-            self._due = self._first + wire.parse_tail(chunk.payload).frame_count
+        """Count the frames that are missing before the chunk that decoding resumes at."""
+        before, self._due = self._due, self._find_due(chunk)
         if before is None or self._due is None or self._due < before:
             return None
         return self._due - before
+
+    def _find_due(self, chunk: Chunk) -> int | None:
+        """Return the ordinal due at a CANO or TAIL; None at a TAIL if the first frame was lost."""
+        if chunk.kind == container.CANO:
+            return canonical_frame(chunk.payload)
+        if self._first is None:
+            return None
+        return self._first + wire.parse_tail(chunk.payload).frame_count
 
 
 def _gap(error: BitstreamError, offset: int, end: int | None, frames_lost: int | None) -> Gap:

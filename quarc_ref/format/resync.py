@@ -1,8 +1,8 @@
-"""After damage: the next chunk that decoding can go on at (SPEC 11.4).
+"""After damage: the next chunk that decoding can resume at (SPEC 11.4).
 
-A search looks at every sync word once, and proves payloads in a bounded share
-of what it has passed: junk, also junk made to look like chunks, costs time in
-proportion to its length.
+A search looks at every sync word once. Each payload whose CRC fails is charged
+to an `Effort` that all searches of a stream share, so that their time stays in
+proportion to the stream, also where it was made to look like chunks.
 """
 
 from collections.abc import Iterator
@@ -16,38 +16,57 @@ from quarc_ref.format.errors import PayloadCrcError, TruncatedError
 from quarc_ref.format.source import Source
 
 WINDOW_BYTES = 1 << 20
+_FIRST_WINDOW_BYTES = 1 << 12  # what is looked for is often near
 _EFFORT = 16
-_ALLOWANCE = LEVELS[30].chunk_bytes
+_MOST_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
 _FRAME_BYTES = 4
+
+
+class Effort:
+    """How many payload bytes the recovery of a stream may check in vain (SPEC 11.4, 13-2).
+
+    Args:
+        limit: Most bytes of a payload, by the stream's level.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self._besides = _EFFORT * min(limit, _MOST_PAYLOAD_BYTES)
+        self._spent = 0
+
+    def spend(self, byte_count: int) -> None:
+        """Charge a payload whose CRC failed."""
+        self._spent += byte_count
+
+    def suffices(self, place: int) -> bool:
+        """Tell whether a payload may be checked at a place, in bytes from the stream's start."""
+        return self._spent <= _EFFORT * place + self._besides
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """What decoding can go on at.
+    """What decoding can resume at.
 
     Attributes:
         offset: First byte to look at.
         sequence: Least number of a chunk that is still to come.
         frame: Least ordinal of a frame that is still to come.
         limit: Most bytes of a payload, by the stream's level.
+        effort: Of the whole recovery.
     """
 
     offset: int
     sequence: int
     frame: int
     limit: int
+    effort: Effort
 
     def admits(self, header: ChunkHeader) -> bool:
-        """Tell whether a chunk may be one to go on at, by its header."""
+        """Tell whether a chunk may be one to resume at, by its header."""
         if header.sequence < self.sequence or header.length > self.limit:
             return False
         if header.kind == container.TAIL:
             return header.length == TAIL_BYTES
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
-
-    def allow(self, place: int) -> int:
-        """Return how many bytes of payloads may have been proved in vain before a place."""
-        return _EFFORT * (place - self.offset + min(self.limit, _ALLOWANCE))
 
     def accepts(self, chunk: Chunk, source: Source) -> bool:
         """Tell whether an admitted chunk is to come: a later frame, or the very end."""
@@ -66,27 +85,28 @@ def find_resumption(source: Source, search: Search) -> Chunk:
 
     Args:
         source: The stream.
-        search: What of it may come.
+        search: Which chunks may come.
 
     Raises:
-        TruncatedError: There is none; the offset is the end of what there is.
+        TruncatedError: The stream has none; the offset is where it ends.
     """
-    start, spent = search.offset, 0
+    start, size = search.offset, _FIRST_WINDOW_BYTES
     while True:
-        window = source.read(start, WINDOW_BYTES)
+        window = source.read(start, size)
         for header in _find_headers(window, start):
-            if not search.admits(header) or spent > search.allow(header.offset):
+            if not search.admits(header) or not search.effort.suffices(header.offset):
                 continue
             with suppress(PayloadCrcError, TruncatedError):
                 data = _read_payload(source, header, start, window)
                 chunk = container.take_payload(header, data)
                 if search.accepts(chunk, source):
                     return chunk
-            spent += header.length
-        if len(window) < WINDOW_BYTES:
+            search.effort.spend(header.length)
+        if len(window) < size:
             message = "the stream ends with no chunk to go on at"
             raise TruncatedError(message, start + len(window))
-        start += WINDOW_BYTES - CHUNK_HEADER_BYTES + 1
+        start += size - CHUNK_HEADER_BYTES + 1
+        size = min(2 * size, WINDOW_BYTES)
 
 
 def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:

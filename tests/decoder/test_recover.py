@@ -1,6 +1,7 @@
 import io
 import itertools
 import random
+import zlib
 
 import pytest
 from hypothesis import given, settings
@@ -17,11 +18,11 @@ from quarc_ref.decoder import (
 )
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
-from quarc_ref.format.constants import MAGIC, SYNC
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, MAGIC, SYNC
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import BitstreamError, TruncatedError, UnknownCriticalError
 from quarc_ref.format.records import Tail
-from tests.streams import make_stream, rebuild_stream
+from tests.streams import CountedSource, make_stream, rebuild_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _CHUNKS = list(split_chunks(_DATA))
@@ -223,6 +224,41 @@ def test_what_the_tail_says_is_believed_after_damage_unless_it_cannot_be(frame_c
 
     assert frames == list(range(8))
     assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("payload-crc", lost)]
+
+
+def test_the_tail_tells_nothing_where_the_first_frame_is_lost():
+    pieces = [*_PIECES[:_FIRST], *_PIECES[_FIRST + 1 : _FIRST + 8], *_PIECES[_FIRST + 9 :]]
+
+    frames, gaps = _recover(_joined(pieces))
+
+    assert frames == [3, 4, 5, 6, 7]
+    assert [gap.frames_lost for gap in gaps] == [None, None]
+
+
+def _forge_header(kind, sequence, length):
+    """A chunk header whose CRC holds, of a payload that is not there."""
+    header = build_chunk(kind, sequence, bytes(0))[:12] + length.to_bytes(4, "little")
+    return header + zlib.crc32(header).to_bytes(4, "little")
+
+
+def _forge_nested_chunks(kind, count, canonical):
+    """Pairs of a small CANO and a header whose payload reaches to the end of them all."""
+    unit = len(build_chunk(b"CANO", 0, canonical)) + CHUNK_HEADER_BYTES
+    for pair in range(count):
+        rest = (count - pair - 1) * unit + 1000
+        yield build_chunk(b"CANO", _FIRST + 2 * pair, pair.to_bytes(4, "little") + canonical[4:])
+        yield _forge_header(kind, _FIRST + 2 * pair + 1, rest)
+
+
+@pytest.mark.parametrize("kind", [b"CANO", b"FRAM"])
+@pytest.mark.parametrize("canonical", [bytes(2000), _CHUNKS[_FIRST].payload])
+def test_what_is_proved_in_vain_has_one_budget_for_the_whole_stream(kind, canonical):
+    chunks = _forge_nested_chunks(kind, 1024, canonical)
+    source = CountedSource(_joined([*_PIECES[:_FIRST], *chunks, bytes(2100)]))
+    limit = LEVELS[10].chunk_bytes
+
+    assert Gap in {type(event) for event in recover(source)}
+    assert source.byte_count() < 16 * (source.size() + limit) + 8 * source.size() + limit
 
 
 @pytest.mark.parametrize("source", [BytesSource, lambda data: PipeSource(io.BytesIO(data))])

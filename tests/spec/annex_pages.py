@@ -1,5 +1,6 @@
-"""The pages of Annex G: a stream as a dump, field by field, plane by plane, state by state."""
+"""The pages of Annex G: a stream field by field, plane by plane, state by state."""
 
+import hashlib
 from itertools import groupby
 
 from tests.spec.annex_vectors import render_table
@@ -9,11 +10,19 @@ from tests.spec.plain_planes import Run
 _HALF = str(1 << 23)
 
 
-def dump(data: bytes, marker: str) -> str:
+def dump(data: bytes) -> str:
+    """The text of a file that `xxd -r` turns back into the bytes."""
     lines = [
-        f"{offset:04x}: {data[offset : offset + 16].hex(' ')}" for offset in range(0, len(data), 16)
+        f"{offset:08x}: {data[offset : offset + 16].hex(' ')}" for offset in range(0, len(data), 16)
     ]
-    return "\n".join([f"<!-- spec:hex {marker} -->", "```", *lines, "```", ""])
+    return "\n".join([*lines, ""])
+
+
+def introduction(data: bytes, path: str) -> str:
+    """Which bytes the stream has, and where they are dumped."""
+    digest = hashlib.sha256(data).hexdigest()
+    name = path.rpartition("/")[2]
+    return f"{len(data)} bytes, dumped in [{name}]({path}); their SHA-256 is\n`{digest}`.\n"
 
 
 def fields(stream: PlainStream, marker: str) -> str:

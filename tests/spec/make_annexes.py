@@ -1,4 +1,4 @@
-"""Writes the made regions of SPEC.md anew: `python -m tests.spec.make_annexes`.
+"""Writes the made regions of SPEC.md, and its dumps, anew: `python -m tests.spec.make_annexes`.
 
 All comes from hand-built records and from the text's own syntax tables, so that
 two runs give the same bytes. Run it after a change to the format, and read the
@@ -44,7 +44,7 @@ def make_regions(spec: str) -> dict[str, str]:
 
 def make_page(name: str, data: bytes, stream: PlainStream) -> str:
     parts = [
-        f"{len(data)} bytes:\n\n" + annex_pages.dump(data, name),
+        annex_pages.introduction(data, spec_text.dump_path(name)),
         "The frames:\n\n" + annex_pages.digests(stream, name),
         "The fields:\n\n" + annex_pages.fields(stream, name),
     ]
@@ -68,6 +68,8 @@ def main() -> None:
     for name, body in make_regions(spec).items():
         spec = spec_text.replace_made(spec, name, body)
     spec_text.SPEC.write_text(spec, "utf-8")
+    for name, data in streams().items():
+        (spec_text.ROOT / spec_text.dump_path(name)).write_text(annex_pages.dump(data), "utf-8")
 
 
 if __name__ == "__main__":

@@ -55,13 +55,23 @@ def replace_made(spec: str, name: str, body: str) -> str:
     return spec.replace(begin + old, begin + body, 1)
 
 
-def dump(spec: str, marker: str) -> bytes:
-    """The bytes of the hex dump under a marker: `0010: 89 51 ...` in a fence."""
-    lines = [line for line in lines_of(spec, marker) if not line.startswith("```")]
+def dump_path(name: str) -> str:
+    """Where the dump of a stream of Annex G is, from the root of the repository."""
+    return f"conformance/annex-g/stream-{name}.hex"
+
+
+@cache
+def dump(name: str) -> bytes:
+    """The bytes of a stream of Annex G."""
+    return parse_dump((ROOT / dump_path(name)).read_text("utf-8"))
+
+
+def parse_dump(dump: str) -> bytes:
+    """The bytes of lines such as `00000010: 89 51 ...`."""
     data = b""
-    for line in lines:
+    for line in dump.splitlines():
         offset, digits = line.split(":")
-        assert int(offset, 16) == len(data), f"{marker}: offset {offset}"
+        assert int(offset, 16) == len(data), f"offset {offset}"
         data += bytes.fromhex(digits)
     return data
 

@@ -21,6 +21,11 @@ def test_the_text_is_in_step_with_the_code(check):
     check(spec_text.text())
 
 
+@pytest.mark.parametrize("name", ["A", "B", "C"])
+def test_the_dumps_of_annex_g_are_the_streams(name):
+    check_annexes.check_dump(name, spec_text.dump(name))
+
+
 def test_every_section_that_the_code_names_exists():
     known, missing = spec_text.sections(spec_text.text()), {}
     for folder in ("quarc_ref", "tests"):

@@ -48,16 +48,6 @@ def _other_type(line: str) -> Iterator[str]:
     yield f"| {name} | {others.get(kind, 'u8')} | {' | '.join(rest)} |"
 
 
-def _other_digit(line: str) -> Iterator[str]:
-    """A dump's line with one bit of one byte, each in turn, flipped."""
-    if line.startswith("```"):
-        return
-    offset, digits = line.split(": ")
-    for i in range(0, len(digits), 3):
-        byte = f"{int(digits[i : i + 2], 16) ^ 1:02x}"
-        yield f"{offset}: {digits[:i]}{byte}{digits[i + 2 :]}"
-
-
 def _other_cell(line: str) -> Iterator[str]:
     """A row with one of its cells, each in turn, changed by its last letter."""
     cells = spec_text.cells_of(line)
@@ -155,7 +145,11 @@ def test_two_rows_of_syntax_in_another_order_are_seen():
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])
 def test_a_wrong_byte_of_a_dump_is_seen(name):
-    _expect_red(_mutate_lines(f"hex {name}", _other_digit), check_annexes.check_dumps, 250)
+    data = spec_text.dump(name)
+    for place in range(len(data)):
+        other = bytes([*data[:place], data[place] ^ 1, *data[place + 1 :]])
+        with pytest.raises(AssertionError):
+            check_annexes.check_dump(name, other)
 
 
 @pytest.mark.parametrize("name", ["A", "B", "C"])

@@ -2,7 +2,8 @@
 
 import { readFileSync } from "node:fs";
 
-const TEXT = readFileSync(new URL("../../../../SPEC.md", import.meta.url), "utf8");
+const ROOT = new URL("../../../../", import.meta.url);
+const TEXT = readFileSync(new URL("SPEC.md", ROOT), "utf8");
 
 /** The cells of the table `<!-- spec:NAME -->`, row by row, without its head; code marks are taken off. */
 export function table(name: string): string[][] {
@@ -28,8 +29,8 @@ export function sampler(): string[][] {
 
 /** The bytes of a stream of Annex G. */
 export function streamBytes(name: string): Uint8Array {
-  const dump = after(`<!-- spec:hex ${name} -->`).split("```")[1];
-  const digits = dump.replaceAll(/^[0-9a-f]{4}:/gm, "").replaceAll(/\s/g, "");
+  const dump = readFileSync(new URL(`conformance/annex-g/stream-${name}.hex`, ROOT), "utf8");
+  const digits = dump.replaceAll(/^[0-9a-f]{8}:/gm, "").replaceAll(/\s/g, "");
   return Uint8Array.from(Buffer.from(digits, "hex"));
 }
 
