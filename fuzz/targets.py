@@ -16,6 +16,7 @@ from typing import cast
 from quarc_ref.datasets import colmap, n3dv, transforms_json
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.points_ply import read_points_ply
+from quarc_ref.datasets.still_header import read_still_header
 from quarc_ref.datasets.transforms_entries import read_transforms
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.decoder import Source, decode, recover
@@ -109,6 +110,12 @@ def transforms(data: bytes) -> None:
         transforms_json._build_rig(read_transforms(path).entries, path)
 
 
+def stills(data: bytes) -> None:
+    """Read the header of a picture file."""
+    with suppress(ValueError):
+        read_still_header(data)
+
+
 def colmap_model(data: bytes) -> None:
     """Read a COLMAP model, one file of which is the data after the first byte, which says which."""
     which = data[0] if data else 0
@@ -141,5 +148,6 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "poses": poses,
     "ply": ply,
     "transforms": transforms,
+    "stills": stills,
     "colmap": colmap_model,
 }

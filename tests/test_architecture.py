@@ -213,6 +213,13 @@ def test_kernels_are_all_compiled_but_for_what_makes_a_constant(path):
     assert not any(isinstance(node, ast.ClassDef) for node in tree.body)
 
 
+def test_ffmpeg_opens_files_to_read_in_one_module_alone():
+    opening = re.compile(r"\bav\.(open|CodecContext)\b")
+    openers = {_name(path) for path in MODULES if opening.search(path.read_text("utf-8"))}
+
+    assert openers == {"datasets/media.py", "datasets/video_writer.py"}
+
+
 def test_the_package_itself_imports_nothing():
     assert list(_list_imports(_parse(PACKAGE / "__init__.py"))) == []
 

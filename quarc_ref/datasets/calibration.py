@@ -21,7 +21,7 @@ _ORTHONORMAL_TOLERANCE = 1e-3  # poses are often written with four digits
 # Before there is a picture, its size is only said: by it, maps of pixels are allocated.
 _MOST_SIDE = (1 << 15) - 1  # of cv2.remap
 _MOST_VIDEO_SIDE = 1 << 14  # of x264
-_MOST_PIXELS = 1 << 27
+MOST_PIXELS = 1 << 27
 _NEAR_QUANTILE = 0.01
 
 
@@ -36,10 +36,10 @@ def require_video_size(width: int, height: int) -> None:
 
 
 def _require_size(width: int, height: int, most_side: int, fault: str) -> None:
-    if max(width, height) > most_side or width * height > _MOST_PIXELS:
+    if max(width, height) > most_side or width * height > MOST_PIXELS:
         message = (
             f"pictures of {width} x {height} are {fault}: at most {most_side:,} pixels a side, "
-            f"and {_MOST_PIXELS:,} in all"
+            f"and {MOST_PIXELS:,} in all"
         )
         raise ValueError(message)
 

@@ -70,7 +70,7 @@ def read_colmap(folder: Path, model_folder: Path) -> Footage:
         frame_count=len(frames),
         frames_per_second=USUAL_FRAMES_PER_SECOND,
         points=points,
-        source=FilePictures(paths),
+        source=FilePictures(paths, [camera.lens for camera in cameras]),
         files=CaptureFiles(
             descriptions=tuple(
                 path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
 from quarc_ref.datasets.undistortion import Rectifier
@@ -59,14 +60,16 @@ class FilePictures:
 
     Args:
         paths: `[camera][frame]`.
+        lenses: `[camera]`; files of other sizes are not decoded.
     """
 
-    def __init__(self, paths: Sequence[Sequence[Path]]) -> None:
+    def __init__(self, paths: Sequence[Sequence[Path]], lenses: Sequence[Lens]) -> None:
         self._paths = tuple(tuple(row) for row in paths)
+        self._sizes = tuple((lens.width, lens.height) for lens in lenses)
 
     def read(self, camera: int, frame: int) -> Image:
         """See `PictureSource.read`."""
-        return read_still(self._paths[camera][frame])
+        return read_still(self._paths[camera][frame], self._sizes[camera])
 
 
 class RectifiedPictures:

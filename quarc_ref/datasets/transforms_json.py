@@ -100,7 +100,7 @@ def _join_pictures(folder: Path, transforms: Transforms, rig: _Rig) -> Footage:
         frame_count=_require_equal_times(rig),
         frames_per_second=transforms.frames_per_second or USUAL_FRAMES_PER_SECOND,
         points=points,
-        source=FilePictures(paths),
+        source=FilePictures(paths, [camera.lens for camera in rig.cameras]),
         files=CaptureFiles(descriptions, every_path, sampled=tuple(row[0] for row in paths)),
     )
 

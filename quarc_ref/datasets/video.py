@@ -9,7 +9,6 @@ by the packets that are there, since headers lie. A reader serves one thread.
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,11 +17,11 @@ import numpy as np
 from av.container import InputContainer
 from av.video.stream import VideoStream
 
+from quarc_ref.datasets.calibration import Numbers
 from quarc_ref.datasets.capture import Image
-from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
-
-_THREADS = 4  # every camera has a decoder of its own, so a few each are plenty
-_STRICT = {"err_detect": "crccheck+explode"}
+from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
+from quarc_ref.datasets.media import decode_still, open_video
+from quarc_ref.datasets.orientation import turn_upright
 
 
 class VideoReader:
@@ -32,41 +31,49 @@ class VideoReader:
     the key frame before it.
 
     Args:
-        path: Of a file with time stamps: mp4, mov, mkv.
+        path: Of a file with time stamps: mp4, mov, mkv, webm.
 
     Attributes:
         path: As given.
-        width: Pixels.
-        height: Pixels.
+        width: Pixels, of the pictures the right way up.
+        height: Pixels, of the pictures the right way up.
         frames_per_second: The average.
         frame_count: Frames that are in the file.
+        frame_times: `[frame_count]` seconds, ascending.
+        tick: Seconds that frame times are whole multiples of.
 
     Raises:
         MissingFileError: There is no such file.
         TruncatedVideoError: The file breaks off.
-        UnreadableVideoError: The file is no video that can be decoded.
+        UnreadableVideoError: The file is no video that can be decoded, or its
+            pictures cannot be turned the right way up.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._container = _open_video(path)
-        self._stream = _prepare_stream(self._container, path)
-        self.width = self._stream.width
-        self.height = self._stream.height
+        self._container, self._stream = open_video(path)
         self.frames_per_second = float(self._stream.average_rate or 0)
+        self.tick = float(self._stream.time_base or 0)
         packets = _list_packets(self._container, self._stream, path)
         self._times = sorted(packet.time for packet in packets if packet.is_shown)
         self._keys = sorted(packet for packet in packets if packet.is_key)
         self.frame_count = len(self._times)
         self._frames: Iterator[av.VideoFrame] = iter(())
         self._next = self.frame_count
+        self.height, self.width = self.read(0).shape[:2]
+        self._release_decoder()
+
+    @property
+    def frame_times(self) -> Numbers:
+        """See the attributes of the class."""
+        return np.array(self._times) * self.tick
 
     def read(self, frame: int) -> Image:
         """Return `[H, W, 3]` sRGB of a frame by its ordinal.
 
         Raises:
             TruncatedVideoError: The video has no such frame.
-            UnreadableVideoError: The frame is damaged.
+            UnreadableVideoError: The frame is damaged, or cannot be turned the right way up.
         """
         if not 0 <= frame < self.frame_count:
             message = f"{self.path} has {self.frame_count} frames, none of ordinal {frame}"
@@ -74,13 +81,23 @@ class VideoReader:
         try:
             found = self._decode(frame)
         except av.FFmpegError as error:
-            message = f"frame {frame} of {self.path} cannot be decoded ({error}): export it again"
+            reason = error.strerror
+            message = f"frame {frame} of {self.path} cannot be decoded ({reason}): export it again"
             raise UnreadableVideoError(message) from error
         if found is None or found.is_corrupt:
             message = f"frame {frame} of {self.path} is damaged: export the video again"
             raise UnreadableVideoError(message)
         self._next = frame + 1
-        return _to_rgb(found)
+        try:
+            return turn_upright(found)
+        except (av.FFmpegError, ValueError) as error:
+            message = f"frame {frame} of {self.path} cannot be used: {error}; export it upright"
+            raise UnreadableVideoError(message) from error
+
+    def _release_decoder(self) -> None:
+        """Give up what the decoder holds, until the next read: a capture has many videos."""
+        self._container, self._stream = open_video(self.path)
+        self._frames, self._next = iter(()), self.frame_count
 
     def _decode(self, frame: int) -> av.VideoFrame | None:
         """Return the decoded frame, or None if the decoder leaves it out."""
@@ -97,25 +114,23 @@ class VideoReader:
         return None
 
 
-def read_still(path: Path) -> Image:
+def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
     """Return `[H, W, 3]` sRGB of a PNG or JPEG file; transparency is left out.
+
+    Args:
+        path: Of the file.
+        size: Width and height that the picture must have, pixels; None for any.
 
     Raises:
         MissingFileError: There is no such file.
-        UnreadableVideoError: The file is no picture, or is damaged.
+        UnreadableVideoError: The file is no picture that can be used as it is
+            stored, or one of another size.
     """
+    frame = decode_still(path, size)
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
-    try:
-        # From memory, since FFmpeg takes a % in a file's name for a sequence.
-        with av.open(BytesIO(data), mode="r") as container:
-            container.streams.video[0].codec_context.options = _STRICT
-            return _to_rgb(next(container.decode(video=0)))
-    except (av.FFmpegError, IndexError, StopIteration) as error:
-        message = f"{path} cannot be decoded as a picture: export it again"
+        return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
+    except (av.FFmpegError, ValueError) as error:
+        message = f"{path} cannot be turned into RGB ({error}): export it again"
         raise UnreadableVideoError(message) from error
 
 
@@ -129,41 +144,17 @@ class _Packet(NamedTuple):
     is_shown: bool
 
 
-def _open_video(path: Path) -> InputContainer:
-    try:
-        return av.open(str(path))
-    except av.FileNotFoundError as error:
-        message = f"{path} is missing"
-        raise MissingFileError(message) from error
-    except av.EOFError as error:
-        message = f"{path} breaks off before its table of frames: copy or export it again"
-        raise TruncatedVideoError(message) from error
-    except av.FFmpegError as error:
-        message = f"{path} cannot be opened as a video ({error}): export it again as mp4"
-        raise UnreadableVideoError(message) from error
-
-
-def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
-    if not container.streams.video:
-        message = f"{path} has no video in it"
-        raise UnreadableVideoError(message)
-    stream = container.streams.video[0]
-    if not (stream.average_rate and stream.width and stream.height):
-        message = f"{path} does not tell its frame rate or size: export it again as mp4"
-        raise UnreadableVideoError(message)
-    stream.thread_type = "AUTO"
-    stream.codec_context.thread_count = _THREADS
-    return stream
-
-
 def _list_packets(container: InputContainer, stream: VideoStream, path: Path) -> list[_Packet]:
     """Return the packets that are there, in decoding order, proved against the header."""
     try:
-        found = [packet for packet in container.demux(stream) if packet.size]
+        packets = [
+            _describe(packet, path)
+            for packet in container.demux(stream)
+            if packet.size and not packet.is_corrupt
+        ]
     except av.FFmpegError as error:
         message = f"{path} breaks off ({error}): copy or export it again"
         raise TruncatedVideoError(message) from error
-    packets = [_describe(packet, path) for packet in found if not packet.is_corrupt]
     if not packets or _is_cut_short(packets, stream):
         message = (
             f"{path} breaks off: it holds {len(packets)} of the {max(1, stream.frames)} frames "
@@ -193,7 +184,3 @@ def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
     shown = [packet.duration for packet in packets if packet.is_shown]
     most = sum(shown) + max(shown, default=0) / 2
     return len(packets) < stream.frames and most < (stream.duration or math.inf)
-
-
-def _to_rgb(frame: av.VideoFrame) -> Image:
-    return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)

@@ -108,11 +108,13 @@ def plane_points(count=200):
     return Points(positions, paint(x, z).astype(np.uint8))
 
 
-def write_video(path, pictures, *, faststart=False, key_interval=4, codec="libx264"):
+def write_video(
+    path, pictures, *, faststart=False, key_interval=4, codec="libx264", rate=FRAMES_PER_SECOND
+):
     """Write pictures as a video, with frames that are coded out of order."""
     options = {"movflags": "faststart"} if faststart else {}
     with av.open(str(path), "w", options=options) as container:
-        stream = container.add_stream(codec, rate=FRAMES_PER_SECOND)
+        stream = container.add_stream(codec, rate=rate)
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = "yuv420p"
         stream.codec_context.gop_size = key_interval

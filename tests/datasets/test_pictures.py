@@ -6,14 +6,15 @@ from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
 from quarc_ref.datasets.pictures import FilePictures, RectifiedPictures, VideoPictures
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
-from tests.datasets import scenes
+from tests.datasets import forgeries, scenes
 
 
 def test_videos_and_files_give_the_same_pictures(n3dv_folder, shots, pictures, tmp_path):
     videos = VideoPictures([VideoReader(n3dv_folder / f"{shot.name}.mp4") for shot in shots])
     scenes.write_frames(tmp_path, shots, pictures)
     files = FilePictures(
-        [[tmp_path / f"frames/{f:04d}/{shot.name}.png" for f in range(6)] for shot in shots]
+        [[tmp_path / f"frames/{f:04d}/{shot.name}.png" for f in range(6)] for shot in shots],
+        [Lens(48, 32, 40, 40, 24, 16)] * len(shots),
     )
 
     assert videos.frame_count == 6
@@ -36,6 +37,15 @@ def test_a_picture_of_another_size_than_its_calibration_is_refused(n3dv_folder):
 
     with pytest.raises(UnreadableVideoError, match=r"cam00 is 48x32.* calibration is for 96x64"):
         rectified.read(0, 0)
+
+
+def test_a_file_of_another_size_than_its_calibration_is_refused_before_it_is_decoded(tmp_path):
+    broken = forgeries.forge_png(11_000, 11_000)[:60]
+    (tmp_path / "cam00.png").write_bytes(broken)
+    files = FilePictures([[tmp_path / "cam00.png"]], [Lens(48, 32, 40, 40, 24, 16)])
+
+    with pytest.raises(UnreadableVideoError, match=r"cam00.png is 11000x11000.* is for 48x32"):
+        files.read(0, 0)
 
 
 def test_rectified_pictures_are_made_smaller(n3dv_folder, pictures):

@@ -176,17 +176,21 @@ def test_a_video_without_its_first_key_frame_is_refused(video, tmp_path):
         VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 0, 0))
 
 
-def test_a_stream_without_time_stamps_is_refused(tmp_path, decoded):
-    scenes.write_video(tmp_path / "raw.h264", decoded)
-
-    with pytest.raises(UnreadableVideoError, match=r"raw.h264 has frames without time stamps"):
-        VideoReader(tmp_path / "raw.h264")
-
-
-@pytest.mark.parametrize("suffix", ["mkv", "mov"])
-def test_other_containers_are_read(tmp_path, decoded, suffix):
+@pytest.mark.parametrize("suffix", ["h264", "avi", "ts", "flv"])
+def test_a_video_in_another_container_is_refused_by_name(tmp_path, decoded, suffix):
     path = tmp_path / f"cam00.{suffix}"
     scenes.write_video(path, decoded)
+
+    with pytest.raises(UnreadableVideoError, match=rf"{suffix} cannot be opened as mp4, mov, mkv"):
+        VideoReader(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "codec"), [("mkv", "libx264"), ("mov", "libx264"), ("webm", "libvpx-vp9")]
+)
+def test_other_containers_are_read(tmp_path, decoded, suffix, codec):
+    path = tmp_path / f"cam00.{suffix}"
+    scenes.write_video(path, decoded, codec=codec)
     reader, expected = VideoReader(path), scenes.read_video(path)
 
     assert reader.frame_count == FRAMES

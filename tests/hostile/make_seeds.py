@@ -22,7 +22,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.gaussian_planes import write_births
 from quarc_ref.format.records import SH_DC, Births, StreamHeader
-from tests.datasets import scenes
+from tests.datasets import forgeries, scenes
 from tests.streams import CAMERA, make_births, make_gaussians, make_symbols, rebuild_stream
 
 FOLDER = Path(__file__).parent / "seeds"
@@ -127,8 +127,12 @@ def files() -> Iterator[tuple[str, bytes]]:
     yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
     pictures = scenes.picture_document(shots, frames=1)
     yield "transforms/pictures.json", json.dumps(pictures).encode()
+    exif = forgeries.forge_exif(6)
+    yield "stills/turned.png", forgeries.forge_png(8, 4, exif)
+    yield "stills/turned.jpg", forgeries.add_exif(_JPEG_HEADER, exif)
 
 
+_JPEG_HEADER = bytes.fromhex("ffd8 ffe00004abcd ffc0000b08000400080101 1100 ffda0002 ffd9")
 _PROPERTIES = b"".join(
     [*(b"property float %c\n" % axis for axis in b"xyz")]
     + [b"property uchar " + color + b"\n" for color in (b"red", b"green", b"blue")]

@@ -1,0 +1,133 @@
+"""What the header of a PNG or JPEG file says of its picture, before anything is decoded."""
+
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Literal, NamedTuple
+
+UPRIGHT = 1  # of EXIF's orientations
+_PNG = b"\x89PNG\r\n\x1a\n"
+_JPEG = b"\xff\xd8\xff"
+_EXIF = b"Exif\0\0"
+_MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
+_APP1, _SCAN = 0xE1, 0xDA
+_BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # without a length
+_FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+_ORIENTATION_TAG, _SHORT = 0x0112, 3
+_MOST_PARTS = 4096  # chunks or segments before the picture; real files have dozens at most
+
+
+@dataclass(frozen=True, slots=True)
+class StillHeader:
+    """The header of a picture file.
+
+    Attributes:
+        codec: FFmpeg's name of its decoder.
+        width: Pixels, as stored.
+        height: Pixels, as stored.
+        orientation: EXIF's, 1 to 8; `UPRIGHT` if the file has none.
+    """
+
+    codec: Literal["png", "mjpeg"]
+    width: int
+    height: int
+    orientation: int
+
+
+class _Part(NamedTuple):
+    """A chunk of a PNG file, or a segment of a JPEG file."""
+
+    kind: bytes | int
+    payload: bytes
+
+
+def read_still_header(data: bytes) -> StillHeader:
+    """Return the header of a picture file.
+
+    Args:
+        data: The whole file.
+
+    Raises:
+        ValueError: The file is neither PNG nor JPEG, or its header is malformed.
+    """
+    try:
+        if data.startswith(_PNG):
+            return _read_png(list(islice(_split_png(data), _MOST_PARTS)))
+        if data.startswith(_JPEG):
+            return _read_jpeg(list(islice(_split_jpeg(data), _MOST_PARTS)))
+    except (IndexError, struct.error) as error:
+        message = "its header breaks off"
+        raise ValueError(message) from error
+    message = "it is neither PNG nor JPEG"
+    raise ValueError(message)
+
+
+def _split_png(data: bytes) -> Iterator[_Part]:
+    """Yield the chunks before the picture."""
+    position = len(_PNG)
+    while True:
+        length, kind = struct.unpack_from(">I4s", data, position)
+        if kind == b"IDAT":
+            return
+        yield _Part(kind, data[position + 8 : position + 8 + length])
+        position += 12 + length
+
+
+def _read_png(chunks: list[_Part]) -> StillHeader:
+    if not chunks or chunks[0].kind != b"IHDR":
+        message = "its first chunk is not a PNG header"
+        raise ValueError(message)
+    width, height = struct.unpack_from(">II", chunks[0].payload)
+    exif = [chunk.payload for chunk in chunks if chunk.kind == b"eXIf"]
+    return StillHeader("png", width, height, _find_orientation(exif))
+
+
+def _split_jpeg(data: bytes) -> Iterator[_Part]:
+    """Yield the segments before the picture; bytes between segments are passed over."""
+    position = 2
+    while (found := _MARKER.search(data, position)) is not None:
+        marker, position = found[1][0], found.end()
+        if marker == _SCAN:
+            return
+        length = 0
+        if marker not in _BARE_MARKERS:
+            (length,) = struct.unpack_from(">H", data, position)
+        yield _Part(marker, data[position + 2 : position + length])
+        position += length
+
+
+def _read_jpeg(segments: list[_Part]) -> StillHeader:
+    frame = next((s.payload for s in segments if s.kind in _FRAME_MARKERS), None)
+    if frame is None:
+        message = "it has no JPEG frame header"
+        raise ValueError(message)
+    height, width = struct.unpack_from(">HH", frame, 1)
+    exif = [
+        segment.payload.removeprefix(_EXIF)
+        for segment in segments
+        if segment.kind == _APP1 and segment.payload.startswith(_EXIF)
+    ]
+    return StillHeader("mjpeg", width, height, _find_orientation(exif))
+
+
+def _find_orientation(exif: list[bytes]) -> int:
+    """Return the orientation that the first EXIF block has; a malformed one has none."""
+    try:
+        found = _read_orientation(exif[0])
+    except (IndexError, KeyError, struct.error):
+        return UPRIGHT
+    return found if 1 <= found <= 8 else UPRIGHT
+
+
+def _read_orientation(exif: bytes) -> int:
+    """Return the orientation of a TIFF structure's first directory."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}[exif[:4]]
+    (directory,) = struct.unpack_from(f"{order}I", exif, 4)
+    (count,) = struct.unpack_from(f"{order}H", exif, directory)
+    for index in range(count):
+        tag, kind, _, value = struct.unpack_from(f"{order}HHIH", exif, directory + 2 + 12 * index)
+        if (tag, kind) == (_ORIENTATION_TAG, _SHORT):
+            return int(value)
+    return UPRIGHT

@@ -1,0 +1,258 @@
+"""Pictures and videos that would have FFmpeg open something else, wait, or fill the memory."""
+
+import os
+import shutil
+import socket
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.errors import CaptureError, MissingFileError, UnreadableVideoError
+from quarc_ref.datasets.transforms_json import read_nerfstudio
+from quarc_ref.datasets.video import VideoReader, read_still
+from tests.datasets import forgeries, scenes
+
+_PATIENCE = 30.0  # seconds; all of this takes milliseconds
+_SESSION = (
+    "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\n"
+    "m=video 53998 RTP/AVP 96\na=rtpmap:96 H264/90000\n"
+)
+_CONCAT_SCRIPT = "ffconcat version 1.0\nfile cam01.mp4\n"
+_PLAYLIST = (
+    "#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:1\n#EXT-X-MEDIA-SEQUENCE:0\n"
+    "#EXTINF:0.2,\ncam01.mp4\n#EXT-X-ENDLIST\n"
+)
+_MANIFEST = (
+    '<?xml version="1.0"?><MPD xmlns="urn:mpeg:dash:schema:mpd:2011" type="static">'
+    '<Period><AdaptationSet mimeType="video/mp4"><Representation id="0">'
+    "<BaseURL>cam01.mp4</BaseURL></Representation></AdaptationSet></Period></MPD>"
+)
+_TEXTS = {
+    "session": _SESSION,
+    "concat script": _CONCAT_SCRIPT,
+    "playlist": _PLAYLIST,
+    "manifest": _MANIFEST,
+}
+
+
+def in_time(read, *arguments):
+    """Return what a function raises, which must not take long to come."""
+    raised = []
+
+    def call():
+        try:
+            read(*arguments)
+        except Exception as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(_PATIENCE)
+    assert not thread.is_alive(), "it never ends"
+    return raised[0] if raised else None
+
+
+@pytest.fixture
+def folder(n3dv_folder, tmp_path, monkeypatch):
+    """The videos of a capture, and here is their folder."""
+    copy = shutil.copytree(n3dv_folder, tmp_path / "copy")
+    monkeypatch.chdir(copy)
+    return copy
+
+
+@pytest.mark.parametrize("text", _TEXTS)
+def test_text_that_names_other_places_is_no_video(folder, text):
+    (folder / "cam00.mp4").write_text(_TEXTS[text])
+    raised = in_time(VideoReader, folder / "cam00.mp4")
+
+    assert isinstance(raised, UnreadableVideoError)
+    assert "cam00.mp4 cannot be opened as mp4, mov, mkv or webm" in str(raised)
+
+
+@pytest.mark.parametrize("text", _TEXTS)
+def test_text_that_names_other_places_is_no_picture(folder, text):
+    (folder / "cam00.png").write_text(_TEXTS[text])
+    raised = in_time(read_still, folder / "cam00.png")
+
+    assert isinstance(raised, UnreadableVideoError)
+    assert "cam00.png cannot be decoded as a picture (it is neither PNG nor JPEG)" in str(raised)
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".bmp", ".tif"])
+def test_a_picture_of_another_format_is_refused_by_name(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    if not cv2.imwrite(str(path), np.zeros((8, 8, 3), np.uint8)):
+        pytest.skip("OpenCV cannot write it")
+
+    with pytest.raises(UnreadableVideoError, match=f"a{suffix} .*neither PNG nor JPEG"):
+        read_still(path)
+
+
+@pytest.fixture
+def requests():
+    """Requests that a server of this machine gets, and its port."""
+    got = []
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self):
+            got.append(self.path)
+            self.send_error(404)
+
+        def log_message(self, *_arguments):
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield got, server.server_port
+        server.shutdown()
+
+
+@pytest.mark.parametrize("key", ["file_path", "ply_file_path"])
+def test_an_address_in_transforms_json_is_not_fetched(folder, shots, requests, key):
+    got, port = requests
+    document = scenes.video_document(shots)
+    target = document if key == "ply_file_path" else document["frames"][0]
+    target[key] = f"http://127.0.0.1:{port}/cam00.mp4"
+    scenes.write_transforms(folder, document)
+
+    raised = in_time(read_nerfstudio, Path())
+    assert got == []
+    assert isinstance(raised, CaptureError)
+    assert "127.0.0.1" in str(raised)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "concat:cam00.mp4|cam01.mp4",
+        "subfile,,start,0,end,0,,:cam00.mp4",
+        "file:cam00.mp4",
+        "cache:cam00.mp4",
+        "async:cam00.mp4",
+        "crypto:cam00.mp4",
+    ],
+)
+def test_a_protocol_in_transforms_json_is_but_a_name(folder, shots, name):
+    document = scenes.video_document(shots)
+    document["frames"][0]["file_path"] = name
+    scenes.write_transforms(folder, document)
+    raised = in_time(read_nerfstudio, Path())
+
+    assert isinstance(raised, MissingFileError)
+    assert name in str(raised)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["100%d", "%05d", "a:b", "file:a", "concat:a", "subfile,,a", "http:a", "a|b", "a*b?[c]", "-i"],
+)
+def test_a_name_means_nothing_but_a_file(folder, pictures, name):
+    (folder / "cam00.mp4").rename(folder / f"{name}.mp4")
+    scenes.write_picture(folder / "a.png", pictures[0][0])
+    (folder / "a.png").rename(folder / f"{name}.png")
+
+    for path in (folder / f"{name}.mp4", Path(f"{name}.mp4")):
+        assert np.array_equal(VideoReader(path).read(3), pictures[0][3])
+    for path in (folder / f"{name}.png", Path(f"{name}.png")):
+        assert np.array_equal(read_still(path), pictures[0][0])
+
+
+def _make_fifo(path):
+    os.mkfifo(path)
+
+
+def _make_socket(path):
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(path))
+
+
+def _link_device(path):
+    path.symlink_to("/dev/null")
+
+
+@pytest.mark.parametrize("read", [VideoReader, read_still])
+@pytest.mark.parametrize("make", [_make_fifo, _make_socket, _link_device, os.mkdir])
+def test_only_a_regular_file_is_opened(tmp_path, monkeypatch, read, make):
+    monkeypatch.chdir(tmp_path)
+    path = Path("cam00")
+    make(path)
+    raised = in_time(read, path)
+
+    assert isinstance(raised, UnreadableVideoError)
+    assert str(raised) == "cam00 is not a regular file"
+
+
+@pytest.mark.parametrize("read", [VideoReader, read_still])
+@pytest.mark.parametrize("name", ["a\0b", "\ud800", "x" * 300])
+def test_a_name_that_no_file_can_have_is_refused(tmp_path, read, name):
+    with pytest.raises(MissingFileError, match="is missing or cannot be opened"):
+        read(tmp_path / name)
+
+
+def test_a_video_whose_frames_are_in_another_file_is_refused(folder):
+    data = (folder / "cam00.mp4").read_bytes()
+    (folder / "cam00.mov").write_bytes(forgeries.point_elsewhere(data, "cam01.mp4"))
+
+    with pytest.raises(CaptureError, match=r"cam00.mov"):
+        VideoReader(folder / "cam00.mov")
+
+
+def test_a_picture_that_would_fill_the_memory_is_refused_by_its_header(tmp_path):
+    data = forgeries.forge_png(16_000, 16_000)
+    (tmp_path / "a.png").write_bytes(data)
+
+    assert len(data) < 40_000
+    with pytest.raises(UnreadableVideoError, match=r"a.png .*16000 x 16000 are too large: at most"):
+        read_still(tmp_path / "a.png")
+
+
+def test_a_jpeg_that_would_fill_the_memory_is_refused_by_its_header(tmp_path):
+    scenes.write_picture(tmp_path / "a.jpg", np.zeros((32, 48, 3), np.uint8))
+    small = (tmp_path / "a.jpg").read_bytes()
+    size = small.index(b"\0\x20\0\x30")
+    large = small[:size] + (16_000).to_bytes(2, "big") * 2 + small[size + 4 :]
+    (tmp_path / "a.jpg").write_bytes(large)
+
+    with pytest.raises(UnreadableVideoError, match="16000 x 16000 are too large"):
+        read_still(tmp_path / "a.jpg")
+
+
+def test_a_video_whose_frames_would_fill_the_memory_is_refused(tmp_path):
+    path, bomb = tmp_path / "cam00.mov", forgeries.forge_png(16_000, 16_000)
+    forgeries.write_pngs_as_video(path, [bomb, bomb], (48, 32))
+
+    with pytest.raises(UnreadableVideoError, match=r"has more than 134,217,728 pixels a frame"):
+        VideoReader(path)
+
+
+def test_a_frame_that_would_fill_the_memory_is_refused_in_mid_stream(tmp_path):
+    path, pngs = tmp_path / "cam00.mov", [forgeries.forge_png(48, 32)] * 12
+    forgeries.write_pngs_as_video(path, [*pngs, forgeries.forge_png(16_000, 16_000)], (48, 32))
+    reader = VideoReader(path)
+
+    assert reader.read(0).shape == (32, 48, 3)
+    with pytest.raises(UnreadableVideoError, match=r"frame 12 of .*cannot be decoded"):
+        reader.read(12)
+
+
+def test_a_video_that_no_decoder_is_there_for_is_refused_by_name(folder):
+    data = (folder / "cam00.mp4").read_bytes().replace(b"avc1", b"zzzz")
+    (folder / "cam00.mp4").write_bytes(data)
+
+    with pytest.raises(UnreadableVideoError, match=r"cam00.mp4 has a video that there is no deco"):
+        VideoReader(folder / "cam00.mp4")
+
+
+def test_a_picture_file_without_end_is_not_read_whole(tmp_path, monkeypatch):
+    monkeypatch.setattr("quarc_ref.datasets.media._MOST_STILL_BYTES", 1 << 10)
+    path = tmp_path / "a.png"
+    with path.open("wb") as file:
+        file.write(forgeries.forge_png(48, 32))
+        file.truncate(1 << 20)
+
+    with pytest.raises(UnreadableVideoError, match=r"a.png has more than 1,024 bytes"):
+        read_still(path)

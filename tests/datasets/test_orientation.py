@@ -1,0 +1,126 @@
+"""Videos that are to be shown turned, and pictures that say that they are."""
+
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.errors import UnreadablePoseError, UnreadableVideoError
+from quarc_ref.datasets.n3dv import read_n3dv
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.datasets.video import VideoReader, read_still
+from tests.datasets import forgeries, scenes
+
+# Each way that a video is shown, and how OpenCV turns stored pictures so.
+TURNS = {
+    "90 clockwise": cv2.ROTATE_90_CLOCKWISE,
+    "half a turn": cv2.ROTATE_180,
+    "90 counterclockwise": cv2.ROTATE_90_COUNTERCLOCKWISE,
+}
+
+
+@pytest.mark.parametrize("how", TURNS)
+def test_the_pictures_of_a_turned_video_are_upright(n3dv_folder, pictures, tmp_path, how):
+    path = tmp_path / "cam00.mp4"
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
+    reader = VideoReader(path)
+
+    assert (reader.height, reader.width) == ((48, 32) if "90" in how else (32, 48))
+    for frame in (0, 4, 2):
+        assert np.array_equal(reader.read(frame), cv2.rotate(pictures[0][frame], TURNS[how]))
+
+
+@pytest.mark.parametrize("how", TURNS)
+def test_a_video_is_turned_as_opencv_turns_it(n3dv_folder, tmp_path, how):
+    path = tmp_path / "cam00.mp4"
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
+    found, picture = cv2.VideoCapture(str(path)).read()
+
+    assert found
+    ours = VideoReader(path).read(0).astype(int)
+    assert ours.shape == picture.shape
+    assert np.abs(ours - picture[..., ::-1]).mean() < 4
+
+
+def test_a_video_that_is_shown_as_stored_is_not_turned(n3dv_folder, pictures, tmp_path):
+    path = tmp_path / "cam00.mp4"
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), "as stored"))
+
+    assert np.array_equal(VideoReader(path).read(1), pictures[0][1])
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("45 clockwise", r"turned by -45 degrees"),
+        ("mirrored", "mirrored"),
+        ("upside down in a mirror", "mirrored"),
+        ("transposed", "mirrored"),
+    ],
+)
+def test_a_video_that_no_quarter_turn_makes_upright_is_refused(n3dv_folder, tmp_path, how, said):
+    path = tmp_path / "cam00.mp4"
+    path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
+
+    with pytest.raises(UnreadableVideoError, match=rf"frame 0 of .*cam00.mp4 .*shown {said}"):
+        VideoReader(path)
+
+
+@pytest.fixture
+def filmed_on_its_side(n3dv_folder, tmp_path, shots, pictures):
+    """The capture of `n3dv_folder`, but all cameras lay on their side, and their videos say so."""
+    folder = shutil.copytree(n3dv_folder, tmp_path / "side")
+    for shot, row in zip(shots, pictures, strict=True):
+        path = folder / f"{shot.name}.mp4"
+        scenes.write_video(path, [cv2.rotate(each, cv2.ROTATE_90_CLOCKWISE) for each in row])
+        path.write_bytes(forgeries.show_video(path.read_bytes(), "90 counterclockwise"))
+    return folder
+
+
+@pytest.mark.parametrize("layout", ["n3dv", "nerfstudio"])
+def test_intrinsics_are_those_of_upright_pictures(
+    filmed_on_its_side, n3dv_folder, shots, points, layout
+):
+    if layout == "nerfstudio":
+        (filmed_on_its_side / "poses_bounds.npy").unlink()
+        scenes.write_transforms(filmed_on_its_side, scenes.video_document(shots), points)
+    upright, turned = open_capture(n3dv_folder), open_capture(filmed_on_its_side)
+
+    for index, (camera, same) in enumerate(zip(turned.cameras, upright.cameras, strict=True)):
+        assert (camera.width, camera.height, camera.fx) == (48, 32, pytest.approx(same.fx))
+        assert (camera.cx, camera.cy) == (same.cx, same.cy)
+        difference = turned.image(index, 3).astype(int) - upright.image(index, 3)
+        assert np.abs(difference).mean() < 6
+
+
+def test_poses_of_pictures_as_stored_are_refused(filmed_on_its_side, shots):
+    rows = [scenes.poses_row(shot, size=(32, 48)) for shot in shots]
+    np.save(filmed_on_its_side / "poses_bounds.npy", np.array(rows))
+
+    with pytest.raises(UnreadablePoseError, match="pictures of 32x48, and the video is 48x32"):
+        read_n3dv(filmed_on_its_side)
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("orientation", range(2, 9))
+def test_a_picture_with_an_exif_orientation_is_refused(tmp_path, orientation, order):
+    scenes.write_picture(tmp_path / "a.jpg", np.zeros((32, 48, 3), np.uint8))
+    exif = forgeries.forge_exif(orientation, order)
+    data = forgeries.add_exif((tmp_path / "a.jpg").read_bytes(), exif)
+    (tmp_path / "a.jpg").write_bytes(data)
+    (tmp_path / "a.png").write_bytes(forgeries.forge_png(48, 32, exif))
+
+    for name in ("a.jpg", "a.png"):
+        said = rf"{name} has EXIF orientation {orientation}, .*exiftool .*mogrify"
+        with pytest.raises(UnreadableVideoError, match=said):
+            read_still(tmp_path / name)
+
+
+def test_a_picture_with_the_exif_orientation_of_upright_pictures_is_read(tmp_path, pictures):
+    scenes.write_picture(tmp_path / "a.jpg", pictures[0][0])
+    expected = read_still(tmp_path / "a.jpg")
+    data = forgeries.add_exif((tmp_path / "a.jpg").read_bytes(), forgeries.forge_exif(1))
+    (tmp_path / "a.jpg").write_bytes(data)
+
+    assert np.array_equal(read_still(tmp_path / "a.jpg"), expected)
