@@ -95,7 +95,7 @@ def plan_study(arguments: argparse.Namespace) -> Study:
     capture = open_capture(arguments.capture, options)
     base = _settle_base(arguments, capture)
     experiments = list_experiments(base, arguments.only)
-    frames = min(arguments.frames or capture.frame_count, capture.frame_count)
+    frames = capture.require_frames(arguments.frames)
     tasks = [
         Task(
             trial,

@@ -50,10 +50,16 @@ class EncodeWork:
             UsageError: Something is asked for that is not there.
             CaptureError: The capture cannot be read.
         """
+        from quarc_ref.datasets.errors import TooFewFramesError
         from quarc_ref.encoder import EncodeOptions
 
         require_device(self.device)
         capture = open_asked(self.folder, self.downscale, list(self.held_out))
+        try:
+            capture.require_frames(self.frames)
+        except TooFewFramesError as error:
+            message = f"--frames {self.frames}: {error}"
+            raise UsageError(message) from error
         return capture, EncodeOptions(self.config, self.frames, self.device, self.progress)
 
 
@@ -147,9 +153,7 @@ def _cut(
     opening = CaptureOptions(work.downscale, work.held_out)
     folder, segment_count = into
     try:
-        spans = split_frames(
-            min(work.frames or capture.frame_count, capture.frame_count), segment_count
-        )
+        spans = split_frames(capture.require_frames(work.frames), segment_count)
     except ValueError as error:
         message = f"--segments {segment_count}: {error}"
         raise UsageError(message) from error

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.datasets.errors import CountMismatchError, TooFewFramesError
 from quarc_ref.format.records import Camera
 
 Image = NDArray[np.uint8]
@@ -57,6 +58,7 @@ class Capture:
         fingerprint: A digest of the files that the capture is made of, hex.
         cache_bytes: Pictures kept, at most.
         whole: The capture that this is a part of; None if of none.
+        uneven: What is wrong, if cameras differ in how many frames they have.
     """
 
     def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
@@ -70,6 +72,7 @@ class Capture:
         fingerprint: str,
         cache_bytes: int = _CACHE_BYTES,
         whole: "Capture | None" = None,
+        uneven: str | None = None,
     ) -> None:
         self.name = name
         self.cameras = tuple(cameras)
@@ -77,6 +80,7 @@ class Capture:
         self.frames_per_second = frames_per_second
         self.points = points
         self.fingerprint = fingerprint
+        self._uneven = uneven
         self.whole = whole or self
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
@@ -91,6 +95,26 @@ class Capture:
     def held_out(self) -> tuple[int, ...]:
         """Indices of the cameras kept for evaluation."""
         return tuple(i for i, camera in enumerate(self.cameras) if camera.held_out)
+
+    def require_frames(self, asked: int | None) -> int:
+        """Return how many frames there are to take, from the first on.
+
+        Args:
+            asked: How many are wanted; None for all.
+
+        Raises:
+            CountMismatchError: All are wanted, and cameras differ in how many they have.
+            TooFewFramesError: As many as are wanted are not there.
+        """
+        if asked is None:
+            if self._uneven is not None:
+                raise CountMismatchError(self._uneven)
+            return self.frame_count
+        if not 1 <= asked <= self.frame_count:
+            found = self.frame_count
+            message = f"{asked} frames are asked for, but capture {self.name} has {found}"
+            raise TooFewFramesError(message)
+        return asked
 
     def image(self, camera: int, frame: int) -> Image:
         """Return `[H, W, 3]` sRGB of a camera's frame, read-only.

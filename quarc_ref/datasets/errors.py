@@ -3,9 +3,12 @@
     CaptureError
     ├── UnknownLayoutError      the folder is no capture that we know
     ├── MissingFileError        a file that the layout needs is not there
+    ├── OutsideFileError        a description names a file outside of its folder
     ├── MissingCameraError      poses and pictures do not name the same cameras
     │   └── HeldOutError        cameras asked to be held out are not there, or all
     ├── CountMismatchError      cameras differ in frames, or poses in cameras
+    │   └── FrameRateError      videos differ in frame rate, or one varies in it
+    ├── TooFewFramesError       more frames are asked for than every camera has
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
     ├── UnreadablePoseError     a pose file is malformed, or its numbers no pose
@@ -28,6 +31,10 @@ class MissingFileError(CaptureError):
     """A file that the layout needs is not there."""
 
 
+class OutsideFileError(CaptureError):
+    """A description names a file outside of the folder that it is in."""
+
+
 class MissingCameraError(CaptureError):
     """Poses and pictures do not name the same cameras."""
 
@@ -38,6 +45,14 @@ class HeldOutError(MissingCameraError):
 
 class CountMismatchError(CaptureError):
     """Cameras differ in their number of frames, or poses in their number of cameras."""
+
+
+class FrameRateError(CountMismatchError):
+    """Videos differ in frame rate, or the frame rate of one is variable."""
+
+
+class TooFewFramesError(CaptureError):
+    """More frames are asked for than every camera has."""
 
 
 class TruncatedVideoError(CaptureError):

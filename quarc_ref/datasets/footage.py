@@ -46,6 +46,8 @@ class Footage:
         points: Initial points; None to triangulate them.
         source: Pictures as they are on disk.
         files: What all this was read from.
+        uneven: What is wrong with the lengths of the cameras' videos, if they
+            differ; `frame_count` is the shortest one's then.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -54,12 +56,14 @@ class Footage:
     points: Points | None
     source: PictureSource
     files: CaptureFiles
+    uneven: str | None = None
 
 
-def natural_order(name: str) -> list[str | int]:
+def natural_order(name: str) -> list[str | tuple[int, str]]:
     """Return a sort key by which `cam_2` comes before `cam_10`."""
-    parts = re.split(r"([0-9]+)", name)
-    return [int(part) if index % 2 else part for index, part in enumerate(parts)]
+    parts = re.split(r"0*([0-9]+)", name)
+    # A number by its digits: `int` refuses thousands of them.
+    return [(len(part), part) if index % 2 else part for index, part in enumerate(parts)]
 
 
 def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:

@@ -58,6 +58,7 @@ def read_n3dv(folder: Path) -> Footage:
             pictures=tuple(video_paths),
             sampled=tuple(video_paths),
         ),
+        uneven=videos.uneven,
     )
 
 

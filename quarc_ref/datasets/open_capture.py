@@ -74,14 +74,16 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     ]
     source = RectifiedPictures(footage.source, [camera.name for camera in cameras], rectifiers)
     points = footage.points or _find_points(cameras, source, held_out)
+    frame_count, uneven = _bound_frames(footage, options.max_frames)
     return Capture(
         name=path.resolve().name,
         cameras=[_make_camera(camera, points, held_out) for camera in cameras],
-        frame_count=min(footage.frame_count, options.max_frames or footage.frame_count),
+        frame_count=frame_count,
         frames_per_second=footage.frames_per_second,
         points=points,
         source=source,
         fingerprint=compute_fingerprint(path, footage.files),
+        uneven=uneven,
     )
 
 
@@ -98,6 +100,13 @@ def _read_footage(path: Path) -> Footage:
         f"{TRANSFORMS_NAME} (nerfstudio), nor sparse/0/cameras.bin or .txt (COLMAP)"
     )
     raise UnknownLayoutError(message)
+
+
+def _bound_frames(footage: Footage, most: int | None) -> tuple[int, str | None]:
+    """Return how many frames to take, and why not all, as a `Capture` has both."""
+    if most is None or most > footage.frame_count:
+        return footage.frame_count, footage.uneven
+    return most, None
 
 
 def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[str]:

@@ -4,17 +4,15 @@ Each is a `PictureSource`; `RectifiedPictures` stands before one of the others
 and is where a picture of another size than the calibration says is refused.
 """
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from quarc_ref.datasets.agreement import compare_lengths, require_one_rate
 from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.capture import Image, PictureSource
-from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
+from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader, read_still
-
-_RATE_TOLERANCE = 1e-3  # 29.97 and 30 differ by as much, and are taken for one
 
 
 class VideoPictures:
@@ -27,32 +25,22 @@ class VideoPictures:
         readers: As given.
         frame_count: Frames that every video has.
         frames_per_second: Of all videos.
+        uneven: What is wrong with the videos' lengths, if they differ.
 
     Raises:
-        CountMismatchError: The videos differ in frames or frame rate.
+        FrameRateError: The videos differ in frame rate, or one has a variable one.
     """
 
     def __init__(self, readers: Sequence[VideoReader]) -> None:
         self.readers = tuple(readers)
-        self.frame_count = self.readers[0].frame_count
+        require_one_rate(self.readers)
+        self.frame_count = min(reader.frame_count for reader in self.readers)
         self.frames_per_second = self.readers[0].frames_per_second
-        if not all(self._agrees(reader) for reader in self.readers):
-            listing = ", ".join(
-                f"{reader.path.stem} {reader.frame_count} at {reader.frames_per_second:g}/s"
-                for reader in self.readers
-            )
-            message = f"videos differ in frames or frame rate: {listing}; cut them to one length"
-            raise CountMismatchError(message)
+        self.uneven = compare_lengths(self.readers)
 
     def read(self, camera: int, frame: int) -> Image:
         """See `PictureSource.read`."""
         return self.readers[camera].read(frame)
-
-    def _agrees(self, reader: VideoReader) -> bool:
-        same_rate = math.isclose(
-            reader.frames_per_second, self.frames_per_second, rel_tol=_RATE_TOLERANCE
-        )
-        return same_rate and reader.frame_count == self.frame_count
 
 
 class FilePictures:

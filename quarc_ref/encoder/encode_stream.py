@@ -79,7 +79,8 @@ def encode(
             one that is finished is left as it is.
 
     Raises:
-        CaptureError: A picture cannot be read.
+        CaptureError: A picture cannot be read, or the capture has not as many
+            frames (`TooFewFramesError`).
         EncodeError: The scene cannot be written with these settings.
         ResumeError: What the sink holds was begun otherwise.
     """
@@ -112,7 +113,7 @@ class _Encoding:
     """
 
     def __init__(self, capture: Capture, options: EncodeOptions) -> None:
-        self.frame_count = min(options.frames or capture.frame_count, capture.frame_count)
+        self.frame_count = capture.require_frames(options.frames)
         self.next_frame = 0
         self._capture = capture
         self._studio = _make_studio(capture, options)

@@ -104,7 +104,7 @@ def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
     require_same(begun, begun.header, capture.cameras, metadata)
-    require_count(begun, min(options.frames or capture.frame_count, capture.frame_count))
+    require_count(begun, capture.require_frames(options.frames))
 
 
 def take_frames(capture: Capture, first: int, count: int) -> Capture:

@@ -1,5 +1,6 @@
 import json
 import re
+import shutil
 
 import pytest
 
@@ -9,6 +10,7 @@ from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.presets import choose_preset, list_settings
 from quarc_ref.format.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
+from tests.datasets import scenes
 
 
 def _read_cameras(path):
@@ -74,6 +76,8 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
         (["--seed", "-1"], "--seed"),
         (["--seed", 1 << 64], "--seed"),
         (["--frames", "0"], "--frames"),
+        (["--frames", "4"], "--frames 4: 4 frames are asked for, but capture plane has 3"),
+        (["--frames", "100", "--segments", "2"], "--frames 100: 100 frames are asked for"),
         (["--downscale", "0"], "--downscale"),
         (["--downscale", "1000"], "--downscale 1000"),
         (["--device", "tpu"], "--device"),
@@ -85,6 +89,34 @@ def test_a_bad_option_is_a_usage_error_and_makes_nothing(options, said, capture,
     assert result.exit_code == 2
     assert said in result.stderr
     assert list_names(tmp_path) == []
+
+
+@pytest.fixture
+def uneven_capture(capture, tmp_path):
+    """The capture, the video of one camera cut by a frame."""
+    folder = shutil.copytree(capture, tmp_path / "uneven")
+    shot = scenes.make_shots()[2]
+    scenes.write_video(folder / "cam03.mp4", [scenes.render(shot, moment) for moment in (0, 1)])
+    return folder
+
+
+@pytest.mark.parametrize("options", [[], ["--segments", 2]])
+def test_all_frames_of_videos_of_unequal_length_are_refused(uneven_capture, tmp_path, options):
+    file = tmp_path / "a.quarc"
+    result = run("encode", uneven_capture, "-o", file, *TINY_OPTIONS, *options)
+
+    assert result.exit_code == 3
+    assert "cam03.mp4 has 2 frames, the others have 3: " in result.stderr
+    assert "--frames 2" in result.stderr
+    assert list_names(tmp_path) == ["uneven"]
+
+
+def test_the_frames_that_all_videos_have_are_encoded_and_measured(uneven_capture, tmp_path):
+    file = tmp_path / "a.quarc"
+    printed = run_json("encode", uneven_capture, "-o", file, *TINY_OPTIONS, "--frames", 2)
+
+    assert printed["frames"] == 2
+    assert len(run_json("eval", file, uneven_capture)["psnr_per_frame"]) == 2
 
 
 def test_the_settings_are_listed_without_a_capture():

@@ -90,6 +90,7 @@ def test_a_finished_file_is_left_as_it_is(capture, parts, tmp_path):
     assert run(*command).exit_code == 0
     assert run(*command, "--seed", 1).exit_code == 2
     assert run(*command, "--frames", 2).exit_code == 2
+    assert run(*command, "--frames", 4).exit_code == 2
     assert file.stat().st_mtime_ns == before
     assert list_names(tmp_path) == ["a.quarc"]
 

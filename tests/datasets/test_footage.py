@@ -40,6 +40,12 @@ def test_any_names_can_be_sorted(names):
     assert len(sorted(names, key=natural_order)) == len(names)
 
 
+def test_numbers_are_sorted_however_many_digits_they_have():
+    names = ["1" * 5000, "2" * 4999, "007", "08", "0"]
+
+    assert sorted(names, key=natural_order) == ["0", "007", "08", names[1], names[0]]
+
+
 def test_a_fingerprint_is_that_of_the_files_wherever_they_are(files, tmp_path):
     other = tmp_path / "elsewhere"
     other.mkdir()

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.datasets.errors import TooFewFramesError
 from quarc_ref.decoder import decode, dequantize
 from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.state import State
@@ -203,6 +204,18 @@ def test_progress_is_told_of_every_stage():
 
     assert {stage for stage, _, _ in told} == {"canonical", "motion", "births", "frames"}
     assert told[-1] == ("frames", 2, 2)
+
+
+@pytest.mark.parametrize("frames", [0, 6])
+def test_frames_that_the_capture_does_not_have_are_refused_before_training(frames):
+    class Nobody:
+        def advance(self, *told):
+            raise AssertionError(told)
+
+    sink = io.BytesIO()
+    with pytest.raises(TooFewFramesError, match=f"{frames} frames are asked for, but .* has 5"):
+        encode(make_capture(5), sink, EncodeOptions(SMALL, frames, "cpu", Nobody()))
+    assert sink.getvalue() == b""
 
 
 def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):

@@ -1,0 +1,121 @@
+import re
+
+import pytest
+
+from quarc_ref.datasets.agreement import compare_lengths, require_one_rate
+from quarc_ref.datasets.errors import CountMismatchError, FrameRateError, TooFewFramesError
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.datasets.video import VideoReader
+from tests.datasets import forgeries, scenes
+
+EVEN = [round(index * 1000 / 30) for index in range(12)]
+
+
+def make_videos(folder, **moments):
+    """Write a video for each camera, of frames at some milliseconds, and open them."""
+    for name, milliseconds in moments.items():
+        forgeries.write_timed_video(folder / f"{name}.mkv", milliseconds)
+    return [VideoReader(folder / f"{name}.mkv") for name in moments]
+
+
+def test_videos_of_one_rate_and_length_agree(tmp_path):
+    videos = make_videos(tmp_path, cam00=EVEN, cam01=EVEN)
+
+    require_one_rate(videos)
+    assert compare_lengths(videos) is None
+
+
+def test_moments_rounded_to_milliseconds_are_even(tmp_path):
+    fast = [round(index * 1000 / 240) for index in range(30)]
+
+    require_one_rate(make_videos(tmp_path, cam00=fast))
+
+
+def test_one_or_two_frames_are_even(tmp_path):
+    require_one_rate(make_videos(tmp_path, cam00=[0], cam01=[0, 33]))
+
+
+@pytest.mark.parametrize("left_out", [1, 5, 10])
+def test_a_frame_that_was_left_out_makes_the_rate_variable(tmp_path, left_out):
+    moments = EVEN[:left_out] + EVEN[left_out + 1 :]
+    videos = make_videos(tmp_path, cam00=EVEN, cam01=moments)
+    mean = 1000 * (len(moments) - 1) / moments[-1]
+
+    with pytest.raises(FrameRateError) as caught:
+        require_one_rate(videos)
+    assert re.search(
+        r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
+        rf"{mean:.2f} of them a second on average.*fps={mean:.0f} ",
+        str(caught.value),
+    )
+    assert "cam00" not in str(caught.value)
+
+
+def test_a_rate_that_changes_by_a_fifth_halfway_is_variable(tmp_path):
+    later = [EVEN[-1] + round(index * 1000 / 24) for index in range(1, 12)]
+
+    with pytest.raises(FrameRateError, match=r"cam00.mkv .*from 33.0 to 42.0 ms"):
+        require_one_rate(make_videos(tmp_path, cam00=EVEN + later))
+
+
+@pytest.fixture
+def folder(tmp_path, shots, points):
+    """Four cameras of six frames, 30 a second."""
+    return scenes.write_n3dv(tmp_path / "capture", shots, points=points)
+
+
+def test_a_video_of_another_rate_is_named_and_no_other(folder, pictures):
+    scenes.write_video(folder / "cam03.mp4", pictures[2], rate=25)
+
+    with pytest.raises(FrameRateError) as caught:
+        open_capture(folder)
+    assert str(caught.value).startswith(
+        "cam03.mp4 has 25 frames per second, the others have 30: convert"
+    )
+
+
+def test_a_variable_rate_of_one_camera_is_refused(folder):
+    forgeries.write_timed_video(folder / "cam01.mp4", [0, 33, 67, 167, 200, 233])
+
+    with pytest.raises(FrameRateError, match=r"cam01.mp4 has a variable frame rate.* 100.0 ms"):
+        open_capture(folder)
+
+
+def test_a_shorter_and_a_longer_video_are_named_when_all_frames_are_wanted(folder, pictures):
+    scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
+    scenes.write_video(folder / "cam04.mp4", [*pictures[3], pictures[3][0]])
+    capture = open_capture(folder)
+
+    assert capture.frame_count == 4
+    with pytest.raises(CountMismatchError) as caught:
+        capture.require_frames(None)
+    assert str(caught.value) == (
+        "cam01.mp4 has 4 frames, cam04.mp4 has 7 frames, the others have 6: cut all to one "
+        "length, or take no more than the 4 that all have (encode --frames 4)"
+    )
+
+
+def test_frames_that_all_videos_have_are_enough(folder, pictures):
+    scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
+    capture = open_capture(folder)
+
+    assert [capture.require_frames(asked) for asked in (1, 4)] == [1, 4]
+    assert capture.image(3, 3).shape == (32, 48, 3)
+    with pytest.raises(TooFewFramesError, match=r"5 frames are asked for, but capture .* has 4"):
+        capture.require_frames(5)
+
+
+def test_all_frames_of_a_bounded_capture_are_those_within_the_bound(folder, pictures):
+    scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
+
+    assert open_capture(folder, CaptureOptions(max_frames=3)).require_frames(None) == 3
+    with pytest.raises(CountMismatchError):
+        open_capture(folder, CaptureOptions(max_frames=5)).require_frames(None)
+
+
+def test_many_odd_videos_are_counted_and_not_all_named(tmp_path):
+    lengths = {f"cam{index:02}": EVEN[: 3 + index % 7] for index in range(14)}
+    told = compare_lengths(make_videos(tmp_path, **lengths))
+
+    assert told.count(".mkv has") == 5
+    assert " and 7 more differ, the others have 6: " in told
