@@ -15,6 +15,7 @@ from typing import cast
 
 from quarc_ref.datasets import colmap, n3dv, transforms_json
 from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.datasets.named_files import NamedFiles
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header
 from quarc_ref.datasets.transforms_entries import read_transforms
@@ -105,9 +106,13 @@ def ply(data: bytes) -> None:
 
 
 def transforms(data: bytes) -> None:
-    """Read `transforms.json`, and make a rig of it."""
+    """Read `transforms.json`, make a rig of it, and look for the files that it names."""
     with _file("transforms.json", data) as path, suppress(CaptureError):
-        transforms_json._build_rig(read_transforms(path).entries, path)
+        entries = read_transforms(path).entries
+        transforms_json._build_rig(entries, path)
+        for entry in entries:
+            with suppress(CaptureError):
+                NamedFiles(path).find(entry.path)
 
 
 def stills(data: bytes) -> None:

@@ -1,11 +1,13 @@
 """What nerfstudio's `transforms.json` says, parsed and checked.
 
-Intrinsics may be given once for all entries, or with each, which then counts.
+Intrinsics may be given once for all entries, or with each, which then counts;
+path, pose and time are each entry's own.
 Matrices map camera to world with OpenGL's axes: right, up, backwards. Nothing
 here looks at pictures.
 """
 
 import json
+from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,7 +97,7 @@ def _parse_document(document: object) -> Transforms:
         if not isinstance(frame, dict):
             message = f"frame {index} is no object"
             raise TypeError(message)
-        entries.append(_parse_entry({**document, **frame}))
+        entries.append(_parse_entry(frame, document))
     if not entries:
         message = "its list of 'frames' is empty"
         raise ValueError(message)
@@ -107,11 +109,12 @@ def _parse_document(document: object) -> Transforms:
     return Transforms(tuple(entries), rate, points)
 
 
-def _parse_entry(values: Mapping[str, object]) -> Entry:
-    path = _text(values, "file_path")
+def _parse_entry(frame: dict[str, object], shared: dict[str, object]) -> Entry:
+    path = _text(frame, "file_path")
     try:
-        time = _number(values, "time") if "time" in values else None
-        return Entry(path, _parse_lens(values), _parse_matrix(values), time)
+        time = _number(frame, "time") if "time" in frame else None
+        lens = _parse_lens(ChainMap(frame, shared))
+        return Entry(path, lens, _parse_matrix(frame), time)
     except (TypeError, ValueError) as error:
         message = f"frame {path}: {error}"
         raise ValueError(message) from error

@@ -13,7 +13,6 @@ from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import (
     CountMismatchError,
-    MissingFileError,
     UnknownLayoutError,
     UnreadablePoseError,
 )
@@ -23,6 +22,7 @@ from quarc_ref.datasets.footage import (
     Footage,
     natural_order,
 )
+from quarc_ref.datasets.named_files import NamedFiles
 from quarc_ref.datasets.pictures import FilePictures, VideoPictures
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.transforms_entries import Entry, Transforms, read_transforms
@@ -58,24 +58,25 @@ def read_nerfstudio(folder: Path) -> Footage:
     transforms = read_transforms(path)
     entries = transforms.entries
     if all(PurePosixPath(entry.path).suffix.lower() in _VIDEO_SUFFIXES for entry in entries):
-        return _join_videos(folder, transforms, _build_rig(entries, path))
+        return _join_videos(path, transforms, _build_rig(entries, path))
     if all(entry.time is not None for entry in entries):
-        return _join_pictures(folder, transforms, _build_rig(entries, path))
+        return _join_pictures(path, transforms, _build_rig(entries, path))
     message = (
         f"{path} is no multi-view video: every entry must be a video, or a picture with a 'time'"
     )
     raise UnknownLayoutError(message)
 
 
-def _join_videos(folder: Path, transforms: Transforms, rig: _Rig) -> Footage:
+def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Return a capture of one video to a camera."""
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         if len(entries) > 1:
-            message = f"{folder / TRANSFORMS_NAME} has {len(entries)} videos like {camera.name}"
+            message = f"{path} has {len(entries)} videos like {camera.name}"
             raise CountMismatchError(message)
-    paths = tuple(folder / entries[0].path for entries in rig.entries)
+    named = NamedFiles(path)
+    paths = tuple(named.find(entries[0].path) for entries in rig.entries)
+    points, descriptions = _read_descriptions(path, transforms, named)
     videos = VideoPictures([VideoReader(path) for path in paths])
-    points, descriptions = _read_descriptions(folder, transforms)
     return Footage(
         cameras=rig.cameras,
         frame_count=videos.frame_count,
@@ -83,36 +84,37 @@ def _join_videos(folder: Path, transforms: Transforms, rig: _Rig) -> Footage:
         points=points,
         source=videos,
         files=CaptureFiles(descriptions, pictures=paths, sampled=paths),
+        uneven=videos.uneven,
     )
 
 
-def _join_pictures(folder: Path, transforms: Transforms, rig: _Rig) -> Footage:
+def _join_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Return a capture of one file to a camera and frame."""
-    paths = [[folder / entry.path for entry in entries] for entries in rig.entries]
-    every_path = tuple(path for row in paths for path in row)
-    for path in every_path:
-        if not path.is_file():
-            message = f"{path} is missing, which {folder / TRANSFORMS_NAME} names"
-            raise MissingFileError(message)
-    points, descriptions = _read_descriptions(folder, transforms)
+    named = NamedFiles(path)
+    paths = [[named.find(entry.path) for entry in entries] for entries in rig.entries]
+    points, descriptions = _read_descriptions(path, transforms, named)
     return Footage(
         cameras=rig.cameras,
         frame_count=_require_equal_times(rig),
         frames_per_second=transforms.frames_per_second or USUAL_FRAMES_PER_SECOND,
         points=points,
         source=FilePictures(paths, [camera.lens for camera in rig.cameras]),
-        files=CaptureFiles(descriptions, every_path, sampled=tuple(row[0] for row in paths)),
+        files=CaptureFiles(
+            descriptions,
+            pictures=tuple(path for row in paths for path in row),
+            sampled=tuple(row[0] for row in paths),
+        ),
     )
 
 
 def _read_descriptions(
-    folder: Path, transforms: Transforms
+    path: Path, transforms: Transforms, named: NamedFiles
 ) -> tuple[Points | None, tuple[Path, ...]]:
     """Return the points that the file names, and the files that are not pictures."""
     if transforms.points is None:
-        return None, (folder / TRANSFORMS_NAME,)
-    path = folder / transforms.points
-    return read_points_ply(path), (folder / TRANSFORMS_NAME, path)
+        return None, (path,)
+    points_path = named.find(transforms.points)
+    return read_points_ply(points_path), (path, points_path)
 
 
 def _require_equal_times(rig: _Rig) -> int:

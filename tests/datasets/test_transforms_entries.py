@@ -35,6 +35,41 @@ def test_shared_intrinsics_hold_for_every_entry_and_its_own_come_first(path):
     assert second.lens.coefficients[:2] == (0.1, 0.2)
 
 
+class Shared(dict):
+    """What is given once for all entries; counts how often it is gone through."""
+
+    walks = 0
+
+    def __iter__(self):
+        Shared.walks += 1
+        return super().__iter__()
+
+    def keys(self):
+        Shared.walks += 1
+        return super().keys()
+
+    def items(self):
+        Shared.walks += 1
+        return super().items()
+
+
+def test_what_is_shared_is_not_gone_through_for_every_entry(path, monkeypatch):
+    document = Shared(SHARED, frames=[FRAME] * 50)
+    monkeypatch.setattr("quarc_ref.datasets.transforms_entries.json.loads", lambda _: document)
+    path.touch()
+
+    assert len(read_transforms(path).entries) == 50
+    assert document.walks == 0
+
+
+def test_a_path_a_pose_or_a_time_for_all_entries_is_nobodys(path):
+    for key, value in {"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}.items():
+        lacking = {name: FRAME[name] for name in FRAME if name != key}
+        with pytest.raises(UnreadablePoseError, match=r"'file_path' is missing|not 4x4"):
+            read(path, {**SHARED, key: value, "frames": [lacking]})
+    assert read(path, {**SHARED, "time": 3, "frames": [FRAME]}).entries[0].time is None
+
+
 def test_coefficients_come_in_the_order_of_opencv(path):
     named = {"k1": 1, "k2": 2, "k3": 3, "k4": 4, "k5": 5, "k6": 6, "p1": 7, "p2": 8}
     document = {**SHARED, **named, "frames": [FRAME]}

@@ -1,0 +1,47 @@
+"""Files that a description of a capture names: they must be in the folder that it is in.
+
+Whoever opens a capture of somebody else expects that to be read and nothing
+else of the machine: no file above, by `..`, by an absolute path or by a link.
+"""
+
+import os
+from pathlib import Path
+
+from quarc_ref.datasets.errors import MissingFileError, OutsideFileError
+
+
+class NamedFiles:
+    """The files that a description names.
+
+    Args:
+        description: A file; names in it are relative to its folder.
+    """
+
+    def __init__(self, description: Path) -> None:
+        self._description = description
+        self._folder = description.parent
+        self._real_folder = self._folder.resolve()
+
+    def find(self, name: str) -> Path:
+        """Return the path of a regular file.
+
+        Raises:
+            MissingFileError: There is no such file.
+            OutsideFileError: It is outside of the folder.
+        """
+        path = self._folder / name
+        try:
+            is_inside = path.resolve().is_relative_to(self._real_folder)
+        except (OSError, RuntimeError, ValueError) as error:  # links in a circle; a null character
+            message = f"{self._description} names {name!r}, which cannot be a file: {error}"
+            raise MissingFileError(message) from error
+        if not is_inside:
+            message = (
+                f"{self._description} names {name}, which is outside of its folder: move the file "
+                "into the folder, and name it relative to that"
+            )
+            raise OutsideFileError(message)
+        if not os.path.isfile(path):  # raises nothing, whatever the name
+            message = f"{path}, which {self._description} names, is missing or not a regular file"
+            raise MissingFileError(message)
+        return path
