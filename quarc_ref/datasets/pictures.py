@@ -1,7 +1,8 @@
 """Where a capture's pictures come from: videos, picture files, and rectified ones.
 
-Each is a `PictureSource`; `RectifiedPictures` stands before one of the others
-and is where a picture of another size than the calibration says is refused.
+Each is a `PictureSource`; `RectifiedPictures` stands before one of the others.
+Pictures of another size than the calibration says are refused: files by their
+headers, frames of videos once they are decoded.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Pictures out of videos and picture files; all of them are decoded here.
+"""Pictures out of videos and picture files, which `media` opens.
 
 The one documented path to ground truth is `frame.to_ndarray(format="rgb24")`
 of PyAV: chroma is brought up and yuv turned to RGB by FFmpeg's scaler with its
