@@ -1,8 +1,11 @@
 /** What is said of a stream: a line for every frame, and one for a stream that is not decoded to its end. */
 
 import { decodeStream } from "./decode.js";
+import type { Frame } from "./decode.js";
 import { numbersDigest } from "./dequantize.js";
 import { stateDigest } from "./digest.js";
+import { recoverStream } from "./recover.js";
+import type { Gap } from "./recover.js";
 import { Declined, Rejection } from "./reject.js";
 import type { Source } from "./source.js";
 
@@ -11,14 +14,32 @@ export type Line = Readonly<Record<string, unknown>>;
 /** The lines of a stream, of which one is written before the next frame is decoded. */
 export function* answerStream(source: Source, withNumbers = false): Generator<Line, void, undefined> {
   try {
-    for (const { header, state } of decodeStream(source)) {
-      const { ordinal, phase, scene } = state;
-      const numbers = withNumbers ? { numbers_sha256: numbersDigest(scene, header) } : {};
-      yield { frame: ordinal, gaussians: scene.ids.length, sha256: stateDigest(scene, phase), ...numbers };
+    for (const frame of decodeStream(source)) {
+      const numbers = withNumbers ? { numbers_sha256: numbersDigest(frame.state.scene, frame.header) } : {};
+      yield { ...answerFrame(frame), ...numbers };
     }
   } catch (error) {
     yield answerError(error);
   }
+}
+
+/** The lines of a stream that is decoded past its damage: frames and gaps in its order. */
+export function* answerRecovery(bytes: Uint8Array): Generator<Line, void, undefined> {
+  try {
+    for (const part of recoverStream(bytes)) {
+      yield "frame" in part ? answerFrame(part.frame) : answerGap(part.gap);
+    }
+  } catch (error) {
+    yield answerError(error);
+  }
+}
+
+function answerFrame({ state: { ordinal, phase, scene } }: Frame): Line {
+  return { frame: ordinal, gaussians: scene.ids.length, sha256: stateDigest(scene, phase) };
+}
+
+function answerGap({ offset, bytes, rejectId, framesLost }: Gap): Line {
+  return { gap: { offset, bytes, refused: rejectId, frames_lost: framesLost } };
 }
 
 /** The line of a rejection, or of a stream that is declined. */

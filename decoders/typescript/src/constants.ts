@@ -6,6 +6,7 @@ export const KNOWN_INCOMPATIBLE_FEATURES = 0;
 export const CHUNK_HEADER_BYTES = 20;
 export const CHUNK_CRC_BYTES = 4;
 export const HEAD_BYTES_LIMIT = 1024;
+export const TAIL_BYTES = 16;
 export const CANONICAL_SECTIONS = 6;
 
 export const LATTICE_EXPONENT_LIMIT = 24;

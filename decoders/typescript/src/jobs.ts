@@ -1,11 +1,14 @@
 /** Many jobs in one process: lines of JSON on standard input, each maybe with the bytes of a stream behind it. */
 
-import { answerStream } from "./answers.js";
+import { answerRecovery, answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
 import { FileSource, MemorySource, readSome } from "./source.js";
 import { answerUnit, UNITS } from "./units.js";
 
-export const CAPABILITIES = { capabilities: ["jobs", "grow", "numbers", "metadata"], units: Object.keys(UNITS) };
+export const CAPABILITIES = {
+  capabilities: ["jobs", "recover", "grow", "numbers", "metadata"],
+  units: Object.keys(UNITS),
+};
 
 interface Job {
   readonly job: string;
@@ -22,6 +25,7 @@ export function* answerJobs(descriptor: number): Generator<Line, void, undefined
     const job = JSON.parse(line) as Job;
     const stream = input.read(job.bytes ?? 0);
     if (job.job === "unit") yield answerUnit(job.function ?? "", job.input);
+    else if (job.job === "recover") yield* answerRecovery(stream);
     else yield* answerStream(new MemorySource(stream), job.numbers === true);
     yield { done: true };
   }

@@ -8,16 +8,20 @@ export interface Source {
   read(length: number): Uint8Array;
 }
 
-/** A stream that is in memory. */
+/** A stream that is in memory, from `offset` on. */
 export class MemorySource implements Source {
-  #offset = 0;
+  readonly #bytes: Uint8Array;
+  #offset: number;
 
-  constructor(readonly bytes: Uint8Array) {}
+  constructor(bytes: Uint8Array, offset = 0) {
+    this.#bytes = bytes;
+    this.#offset = offset;
+  }
 
   read(length: number): Uint8Array {
     const start = this.#offset;
-    this.#offset = Math.min(start + length, this.bytes.length);
-    return this.bytes.subarray(start, this.#offset);
+    this.#offset = Math.min(start + length, this.#bytes.length);
+    return this.#bytes.subarray(start, this.#offset);
   }
 }
 

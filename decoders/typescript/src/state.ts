@@ -23,10 +23,9 @@ export interface State {
   readonly birthModels: BirthModels;
 }
 
-/** The state of a canonical frame (7.2); of the state before, its ordinal alone is used. */
-export function decodeCanonical(chunk: CanonicalChunk, before: State | null, header: StreamHeader): State {
-  const inOrder = before === null || chunk.frame === before.ordinal + 1;
-  demand(inOrder, "frame-order", `frame ${chunk.frame} follows ${before?.ordinal}`);
+/** The state of a canonical frame (7.2), whose ordinal is `due`, or any where this is null. */
+export function decodeCanonical(chunk: CanonicalChunk, due: number | null, header: StreamHeader): State {
+  demand(due === null || chunk.frame === due, "frame-order", `frame ${chunk.frame} where ${due} is due`);
   demand(chunk.gaussianCount >= 1, "count", "a canonical frame without Gaussians");
   checkCounts(chunk.gaussianCount, 0, header);
   return {

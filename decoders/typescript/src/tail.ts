@@ -15,6 +15,7 @@ export class StreamRecord {
   readonly #seekPoints: SeekPoint[] = [];
   #frameCount = 0;
   #indexOffset = 0n;
+  #whole = true;
 
   /** A CANO chunk was decoded, whose frame has the ordinal `frame`. */
   addCanonical(chunk: Chunk, frame: number): void {
@@ -27,10 +28,15 @@ export class StreamRecord {
     this.#frameCount += 1;
   }
 
+  /** Critical chunks were left out: INDX and TAIL are not held against what is left (11.4-3). */
+  leaveOut(): void {
+    this.#whole = false;
+  }
+
   checkIndex(chunk: Chunk): void {
     const points = parseIndex(chunk.payload);
     const same = points.length === this.#seekPoints.length && points.every((point, i) => this.#isPoint(point, i));
-    demand(same, "index-mismatch", "INDX is not that of the stream");
+    demand(same || !this.#whole, "index-mismatch", "INDX is not that of the stream");
     this.#indexOffset = BigInt(chunk.offset);
   }
 
@@ -40,7 +46,7 @@ export class StreamRecord {
       tail.frameCount === this.#frameCount &&
       tail.canonicalCount === this.#seekPoints.length &&
       tail.indexOffset === this.#indexOffset;
-    demand(same, "tail-mismatch", "TAIL is not that of the stream");
+    demand(same || !this.#whole, "tail-mismatch", "TAIL is not that of the stream");
   }
 
   #isPoint(point: SeekPoint, index: number): boolean {
@@ -60,7 +66,8 @@ function parseIndex(payload: Uint8Array): SeekPoint[] {
   return points;
 }
 
-function parseTail(payload: Uint8Array) {
+/** The fields of TAIL (5.8). */
+export function parseTail(payload: Uint8Array) {
   const fields = new Fields(payload);
   const tail = {
     frameCount: fields.u32("frame_count"),

@@ -37,6 +37,14 @@ test("jobs are answered one after the other, each with its end", () => {
   ]);
 });
 
+test("recovery answers with frames and gaps in their order", () => {
+  const stream = streamBytes("A").subarray(0, 260);
+  const frame = { frame: 0, gaussians: 3, sha256: table("digests A")[0][5] };
+  const gap = { offset: 254, bytes: 6, refused: "truncated", frames_lost: null };
+
+  assert.deepEqual(answers({ job: "recover", bytes: stream.length }, stream), [frame, { gap }, { done: true }]);
+});
+
 test("a unit answers, or refuses", () => {
   const unit = (code: number) => ({ job: "unit", function: "weight_of_code", input: { code } });
 

@@ -2,17 +2,14 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { crc32 } from "../src/crc.js";
 import { decodeStream } from "../src/decode.js";
 import { philox } from "../src/philox.js";
 import { Rejection } from "../src/reject.js";
 import type { RejectId } from "../src/reject.js";
 import { MemorySource } from "../src/source.js";
+import { atLowestLevel, changeByte, changePayload, chunkOffsets } from "./edits.js";
+import { recovered } from "./recovered.js";
 import { streamBytes, table } from "./spec.js";
-
-const MAGIC_BYTES = 8;
-const HEADER_BYTES = 20;
-const LEVEL_PLACE = 10;
 
 /** The frames that are given, and the reject id; null of a stream that is decoded to its end. */
 function outcome(bytes: Uint8Array): [number, RejectId | null] {
@@ -26,34 +23,9 @@ function outcome(bytes: Uint8Array): [number, RejectId | null] {
   }
 }
 
-/** Where the chunks begin. */
-function chunkOffsets(bytes: Uint8Array): number[] {
-  const offsets = [];
-  const view = new DataView(bytes.buffer);
-  for (let at = MAGIC_BYTES; at < bytes.length; at += HEADER_BYTES + view.getUint32(at + 12, true) + 4)
-    offsets.push(at);
-  return offsets;
-}
-
-/** The stream with the byte at `place` of the payload of the chunk at `offset` changed, and its CRC made anew. */
-function changePayload(bytes: Uint8Array, offset: number, place: number, mask: number): Uint8Array {
-  const changed = bytes.slice();
-  const view = new DataView(changed.buffer);
-  const start = offset + HEADER_BYTES;
-  const end = start + view.getUint32(offset + 12, true);
-  changed[start + place] ^= mask;
-  view.setUint32(end, crc32(changed.subarray(start, end)), true);
-  return changed;
-}
-
-/** The stream at level 10, whose limits keep the tests short. */
-function atLowestLevel(bytes: Uint8Array): Uint8Array {
-  return changePayload(bytes, MAGIC_BYTES, LEVEL_PLACE, bytes[MAGIC_BYTES + HEADER_BYTES + LEVEL_PLACE] ^ 10);
-}
-
 for (const name of ["A", "B", "C"]) {
   const bytes = atLowestLevel(streamBytes(name));
-  const whole = table(`digests ${name}`).length;
+  const digests = new Map(table(`digests ${name}`).map((row) => [Number(row[0]), row[5]]));
 
   test(`a stream ${name} that is cut gives the frames that are whole, and is refused`, () => {
     const before = new Set<number>();
@@ -65,14 +37,13 @@ for (const name of ["A", "B", "C"]) {
     }
     assert.deepEqual(
       [...before],
-      Array.from({ length: whole + 1 }, (_, frames) => frames),
+      Array.from({ length: digests.size + 1 }, (_, frames) => frames),
     );
   });
 
   test(`a stream ${name} with a byte changed is refused`, () => {
     for (let place = 0; place < bytes.length; place++) {
-      const changed = bytes.slice();
-      changed[place] ^= 1 << (place % 8);
+      const changed = changeByte(bytes, place, 1 << (place % 8));
 
       assert.notEqual(outcome(changed)[1], null, `byte ${place}`);
     }
@@ -88,6 +59,18 @@ for (const name of ["A", "B", "C"]) {
       }
     }
     assert.ok(ids.size > 8, [...ids].join(" "));
+  });
+
+  test(`whatever byte of a stream ${name} is changed: true frames, and parts in the order of the stream`, () => {
+    for (let place = 0; place < bytes.length; place++) {
+      const parts = recovered(changeByte(bytes, place, 1 << (place % 8)), digests);
+      const frames = parts.filter((part) => typeof part === "number");
+      const gaps = parts.filter((part) => typeof part !== "number");
+
+      assert.ok(frames.every((frame, i) => i === 0 || frame > frames[i - 1]));
+      assert.ok(gaps.every(([offset], i) => i === 0 || offset >= gaps[i - 1][0] + gaps[i - 1][1]));
+      assert.ok(gaps.length > 0, `byte ${place}`);
+    }
   });
 }
 

@@ -1,0 +1,86 @@
+/** The search for a chunk at which decoding goes on past damage (SPEC 11.4, `resume`). */
+
+import { chunkBytes, headerCrcHolds, parseChunkHeader, SYNC_WORD } from "./chunks.js";
+import type { ChunkHeader, Place } from "./chunks.js";
+import { CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, LEVELS, TAIL_BYTES, UNLIMITED_LEVEL } from "./constants.js";
+import { crc32 } from "./crc.js";
+import { Fields } from "./fields.js";
+import type { StreamHeader } from "./header.js";
+import { parseTail } from "./tail.js";
+
+/** The bytes of the ordinal at the head of a CANO. */
+const FRAME_BYTES = 4;
+
+/** The level whose bound holds for the effort at the unlimited one. */
+const EFFORT_LEVEL = 30;
+
+/** Payloads may be checked in vain for so many times the bytes up to a chunk, and a payload more. */
+const EFFORT = 16;
+
+/** A chunk to go on at: a CANO with the ordinal of its frame, or a TAIL with its count of frames. */
+export type Resumption =
+  | { readonly place: Place; readonly type: "CANO"; readonly frame: number }
+  | { readonly place: Place; readonly type: "TAIL"; readonly frameCount: number };
+
+/** All searches in one stream: they share what they may spend (13-2). */
+export class ChunkSearch {
+  readonly #bytes: Buffer;
+  readonly #payloadLimit: number;
+  readonly #effortBound: number;
+  #spent = 0;
+
+  constructor(bytes: Uint8Array, { level, limits }: StreamHeader) {
+    this.#bytes = Buffer.from(bytes.buffer, bytes.byteOffset, bytes.length);
+    this.#payloadLimit = limits.payloadBytes;
+    const effortLimits = LEVELS.get(level === UNLIMITED_LEVEL ? EFFORT_LEVEL : level);
+    this.#effortBound = (effortLimits ?? limits).payloadBytes;
+  }
+
+  /** A payload was checked in vain. */
+  spend(length: number): void {
+    this.#spent += length;
+  }
+
+  /** The first chunk from `from` on to go on at, or null where there is none; `due` as in 11.4. */
+  find(from: Place, due: number | null): Resumption | null {
+    for (let at = this.#nextSync(from.offset); at >= 0; at = this.#nextSync(at + 1)) {
+      const header = this.#readHeader(at);
+      if (header === null || header.sequence < from.sequence || !this.#isCandidate(header)) continue;
+      if (this.#spent > EFFORT * (at + this.#effortBound)) continue;
+      const found = this.#prove(at, header, due);
+      if (found !== null) return found;
+      this.spend(header.length);
+    }
+    return null;
+  }
+
+  /** Where a sync word stands, from `offset` on; -1 if there is none. */
+  #nextSync(offset: number): number {
+    return this.#bytes.indexOf(SYNC_WORD, offset);
+  }
+
+  #readHeader(at: number): ChunkHeader | null {
+    const bytes = this.#bytes.subarray(at, at + CHUNK_HEADER_BYTES);
+    return bytes.length === CHUNK_HEADER_BYTES && headerCrcHolds(bytes) ? parseChunkHeader(bytes) : null;
+  }
+
+  #isCandidate({ type, length }: ChunkHeader): boolean {
+    if (type === "CANO") return length >= FRAME_BYTES && length <= this.#payloadLimit;
+    return type === "TAIL" && length === TAIL_BYTES;
+  }
+
+  /** The chunk at `at`, if its payload is whole and it is one to go on at. */
+  #prove(at: number, header: ChunkHeader, due: number | null): Resumption | null {
+    const end = at + chunkBytes(header);
+    if (end > this.#bytes.length) return null;
+    const payload = this.#bytes.subarray(at + CHUNK_HEADER_BYTES, end - CHUNK_CRC_BYTES);
+    if (crc32(payload) !== this.#bytes.readUInt32LE(end - CHUNK_CRC_BYTES)) return null;
+    const place = { offset: at, sequence: header.sequence };
+    if (header.type === "CANO") {
+      const frame = new Fields(payload).u32("frame");
+      return due === null || frame >= due ? { place, type: "CANO", frame } : null;
+    }
+    const last = end === this.#bytes.length;
+    return last ? { place, type: "TAIL", frameCount: parseTail(payload).frameCount } : null;
+  }
+}
