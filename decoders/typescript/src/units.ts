@@ -93,8 +93,9 @@ export const UNITS: Readonly<Record<string, (input: never) => unknown>> = {
   weight_of_code: ({ code }: { code: number }) => weightOfCode(code),
 };
 
-/** The answer of a function, or its refusal. */
+/** The answer of a function, or its refusal; `unsupported` where there is no function of the name. */
 export function answerUnit(name: string, input: unknown): Line {
+  if (!Object.hasOwn(UNITS, name)) return { unsupported: name };
   try {
     return { output: UNITS[name](input as never) };
   } catch (error) {

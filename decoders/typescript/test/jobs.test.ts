@@ -54,6 +54,13 @@ test("a unit answers, or refuses", () => {
   ]);
 });
 
+test("a function that is not a unit is unsupported, whatever objects inherit by its name", () => {
+  for (const name of ["constructor", "__proto__", "toString", "nonsense"]) {
+    const unit = { job: "unit", function: name, input: { code: 1 } };
+    assert.deepEqual(answers(unit), [{ unsupported: name }, { done: true }]);
+  }
+});
+
 test("numbers are those of F.10", () => {
   const bits = (hex: string) => Buffer.from(hex, "hex").readFloatBE();
   for (const [code, step, number] of table("vectors dequantize")) {
