@@ -46,7 +46,7 @@ MUTANTS = (
     mutant(
         "INDX unchecked",
         _STREAM,
-        "if self._is_whole and index != tuple(self._points):",
+        "if self._is_whole and index != self._passed.followed_by(self._points):",
         "if False:",
     ),
     mutant(

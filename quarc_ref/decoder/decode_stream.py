@@ -22,6 +22,7 @@ from quarc_ref.format.errors import (
     TailMismatchError,
 )
 from quarc_ref.format.records import Camera, SeekPoint, StreamHeader, Tail
+from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.format.source import Source, as_source
 
 
@@ -110,11 +111,12 @@ class StreamDecoder:
         self._prove = prove
         self.cameras: tuple[Camera, ...] = ()
         self.metadata: dict[str, str] = {}
-        self.index: tuple[SeekPoint, ...] | None = None
+        self.index: SeekPoints | None = None
         self.tail: Tail | None = None
         self._header: StreamHeader | None = None
         self._state: State | None = None
         self._frame_count = 0
+        self._passed = SeekPoints.of(())
         self._points: list[SeekPoint] = []
         self._index_offset = 0
         self._sought: SeekPoint | None = None
@@ -132,14 +134,14 @@ class StreamDecoder:
             raise ChunkOrderError(message)
         return self._header
 
-    def skip_to(self, points: tuple[SeekPoint, ...]) -> None:
+    def skip_to(self, points: SeekPoints) -> None:
         """Take it that the next frame is that of the last of these seek points.
 
         Args:
             points: All of the stream up to it; none where nothing is skipped.
         """
         if points:
-            self._points = list(points[:-1])
+            self._passed = points[:-1]
             self._frame_count = points[-1].frame - points[0].frame
             self._sought = points[-1]
 
@@ -212,13 +214,14 @@ class StreamDecoder:
 
     def _take_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)
-        if self._is_whole and index != tuple(self._points):
+        if self._is_whole and index != self._passed.followed_by(self._points):
             message = "INDX does not say where the canonical frames are"
             raise IndexMismatchError(message)
         self.index, self._index_offset = index, chunk.offset
 
     def _take_tail(self, tail: Tail) -> None:
-        seen = Tail(self._frame_count, len(self._points), self._index_offset)
+        canonical_count = len(self._passed) + len(self._points)
+        seen = Tail(self._frame_count, canonical_count, self._index_offset)
         if self._is_whole and tail != seen:
             message = f"TAIL says {tail}, the stream holds {seen}"
             raise TailMismatchError(message)

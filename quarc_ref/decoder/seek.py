@@ -13,12 +13,13 @@ from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.container import TAIL_CHUNK_BYTES, Chunk
 from quarc_ref.format.errors import BitstreamError, IndexMismatchError, TruncatedError
 from quarc_ref.format.records import SeekPoint
+from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.format.source import Source
 
 _FRAME_BYTES = 4
 
 
-def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoint, ...]:
+def seek(reader: ChunkReader, frame: int) -> SeekPoints:
     """Move a reader to the last canonical frame that is not after a frame.
 
     Args:
@@ -34,20 +35,20 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoint, ...]:
     """
     size, here = reader.source.size(), (reader.offset, reader.sequence)
     if size is None:
-        return ()
+        return SeekPoints.of(())
     points = _read_index(reader, size)
     if points is None:
         reader.seek(*here)
         points = _walk_headers(reader, frame)
-    points = tuple(point for point in points if point.frame <= frame)
+    points = points.until(frame)
     if not points:
         reader.seek(*here)
-        return ()
+        return points
     _go_to(reader, points[-1].offset, points[-1].sequence, container.CANO)
     return points
 
 
-def _read_index(reader: ChunkReader, size: int) -> tuple[SeekPoint, ...] | None:
+def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
     """Return the entries of INDX; None in a stream without, or without its end yet."""
     tail_offset = size - TAIL_CHUNK_BYTES
     chunk = read_tail_chunk(reader.source, size)
@@ -79,7 +80,7 @@ def read_tail_chunk(source: Source, size: int) -> Chunk | None:
     return None
 
 
-def _walk_headers(reader: ChunkReader, frame: int) -> tuple[SeekPoint, ...]:
+def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
     """Return the seek points up to a frame, from chunk header to chunk header."""
     points, due = [], 0
     with suppress(TruncatedError):
@@ -89,7 +90,7 @@ def _walk_headers(reader: ChunkReader, frame: int) -> tuple[SeekPoint, ...]:
                 points.append(SeekPoint(header.offset, header.sequence, due))
             due += header.kind in (container.CANO, container.FRAM)
             reader.skip(header)
-    return tuple(points)
+    return SeekPoints.of(points)
 
 
 def _read_ordinal(reader: ChunkReader, offset: int) -> int:

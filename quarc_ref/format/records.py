@@ -299,7 +299,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy, *self.rotation, *self.translation, self.near)
-        if not all(math.isfinite(number) for number in numbers):
+        if not all(map(math.isfinite, numbers)):
             message = f"camera {self.name} has a number that is not finite"
             raise ValueError(message)
         if len(self.rotation) != 9 or len(self.translation) != 3:

@@ -5,6 +5,7 @@ The only importer of construct. Each layout serves both ways (`parse_x` beside
 after the last field a `TrailingDataError`.
 """
 
+import struct
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, fields
 from typing import Any, TypeVar
@@ -47,6 +48,7 @@ from quarc_ref.format.records import (
     StreamHeader,
     Tail,
 )
+from quarc_ref.format.seek_points import SeekPoints
 
 # SPEC 5.2
 CHUNK_HEADER = Struct(
@@ -131,6 +133,8 @@ CAMERA = Struct(
     "near" / Float32l,
 )
 CAMERAS = Struct("cameras" / PrefixedArray(Int16ul, CAMERA))
+_COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # there may be 65535
+_LEAST_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])  # without a name
 
 # SPEC 5.7
 ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8"))
@@ -141,7 +145,8 @@ TAIL = Struct("frame_count" / Int32ul, "canonical_count" / Int32ul, "index_offse
 
 # SPEC 5.9
 SEEK_POINT = Struct("offset" / Int64ul, "sequence" / Int32ul, "frame" / Int32ul)
-INDEX = Struct("points" / PrefixedArray(Int32ul, SEEK_POINT))
+INDEX = Struct("count" / Int32ul, "points" / Bytes(this.count * SEEK_POINT.sizeof()))
+_STORED_POINT = np.dtype([(field.name, f"<u{field.sizeof()}") for field in SEEK_POINT.subcons])
 
 
 def parse_chunk_header(data: bytes) -> tuple[bytes, int, int, int]:
@@ -223,13 +228,11 @@ def build_frame(chunk: FrameChunk) -> bytes:
 
 def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
     """Parse `came` (SPEC 5.6)."""
-    cameras = []
-    for parsed in _parse(CAMERAS, payload).cameras:
-        parsed.held_out = bool(parsed.held_out)
-        parsed.rotation = tuple(parsed.rotation)
-        parsed.translation = tuple(parsed.translation)
-        cameras.append(_record(Camera, parsed))
-    return tuple(cameras)
+    count, room = int.from_bytes(payload[:2], "little"), len(payload[2:])
+    if count * _LEAST_CAMERA_BYTES > room:
+        message = f"{count} cameras of at least {_LEAST_CAMERA_BYTES} bytes each in {room} bytes"
+        raise FieldError(message)
+    return tuple(_camera(parsed) for parsed in _parse(CAMERAS, payload, _COMPILED_CAMERAS).cameras)
 
 
 def build_cameras(cameras: tuple[Camera, ...]) -> bytes:
@@ -258,24 +261,27 @@ def build_tail(tail: Tail) -> bytes:
     return _build(TAIL, asdict(tail))
 
 
-def parse_index(payload: bytes) -> tuple[SeekPoint, ...]:
-    """Parse INDX (SPEC 5.9)."""
-    return tuple(_record(SeekPoint, point) for point in _parse(INDEX, payload).points)
+def parse_index(payload: bytes) -> SeekPoints:
+    """Parse INDX (SPEC 5.9): its count is proved, and its entries stay as they are stored."""
+    return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, _STORED_POINT))
 
 
 def build_index(points: Iterable[SeekPoint]) -> bytes:
     """Return the payload of INDX."""
-    return _build(INDEX, {"points": [asdict(point) for point in points]})
+    rows = SeekPoints.of(points).rows.astype(_STORED_POINT)
+    return _build(INDEX, {"count": rows.size, "points": rows.tobytes()})
 
 
 _Record = TypeVar("_Record")
 
 
-def _parse(layout: Construct, payload: bytes) -> Any:  # noqa: ANN401, construct has no types
+def _parse(layout: Construct, payload: bytes, compiled: Construct | None = None) -> Any:  # noqa: ANN401, construct has no types
+    whole = compiled or Struct("body" / layout, "end" / Tell)
     try:
-        parsed = Struct("body" / layout, "end" / Tell).parse(payload)
-    except (ConstructError, ValueError) as error:
-        message = " ".join(str(error).split())
+        parsed = whole.parse(payload)
+    except (ConstructError, ValueError, struct.error) as error:
+        ends_early = isinstance(error, struct.error)  # where a layout is compiled
+        message = "the payload ends too early" if ends_early else " ".join(str(error).split())
         raise FieldError(message) from error
     if parsed.end != len(payload):
         message = f"{len(payload) - parsed.end} bytes follow the last field"
@@ -298,6 +304,11 @@ def _record(kind: Callable[..., _Record], parsed: Any) -> _Record:  # noqa: ANN4
         return kind(**values)
     except ValueError as error:
         raise FieldError(str(error)) from error
+
+
+def _camera(parsed: Any) -> Camera:  # noqa: ANN401
+    rows = {name: tuple(parsed[name]) for name in ("rotation", "translation")}
+    return _record(Camera, {**parsed, **rows, "held_out": bool(parsed["held_out"])})
 
 
 def _section(parsed: Any) -> Section:  # noqa: ANN401

@@ -127,7 +127,7 @@ def test_cameras_and_metadata_are_read():
     assert decoder.metadata == {"capture": "made by hand"}
     index, first = _chunk(container.INDX), _chunk(container.CANO)
     assert decoder.tail == Tail(4, 1, index.offset)
-    assert decoder.index == (SeekPoint(first.offset, first.sequence, 0),)
+    assert list(decoder.index) == [SeekPoint(first.offset, first.sequence, 0)]
 
 
 def test_a_wrong_state_crc_is_refused_after_the_frames_before():

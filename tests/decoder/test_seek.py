@@ -1,3 +1,5 @@
+import time
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,7 +16,7 @@ from quarc_ref.format.errors import (
     TailMismatchError,
     TruncatedError,
 )
-from quarc_ref.format.records import SeekPoint, Tail
+from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
 from tests.streams import CountedSource, make_stream, rebuild_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=60, canonical_every=20)
@@ -170,6 +172,23 @@ def test_a_tail_that_lies_about_the_index_is_refused_by_name(changes):
         list(decode(data, 22, 23))
     with pytest.raises(TailMismatchError):
         list(decode(data))
+
+
+@pytest.mark.parametrize("start", [0, 1])
+def test_a_million_seek_points_that_are_not_there_are_refused_at_once(start):
+    count = (1 << 20) - 1  # as many as level 2.0 has room for
+    data, _ = make_stream(StreamHeader(level=20), gaussian_count=5, frame_count=2)
+    *chunks, indx, _ = split_chunks(data)
+    beside = SeekPoint(chunks[-1].offset, 1, 0)
+    index = count.to_bytes(4, "little") + wire.build_index([beside])[4:] * count
+    tail = wire.build_tail(Tail(2, count, indx.offset))
+    body = [(chunk.kind, chunk.payload) for chunk in chunks]
+    lying = rebuild_stream([*body, (container.INDX, index), (container.TAIL, tail)])
+
+    begun = time.monotonic()
+    with pytest.raises(IndexMismatchError):
+        list(decode(lying, start))
+    assert time.monotonic() - begun < 2
 
 
 def test_an_index_that_does_not_end_at_the_tail_is_refused():

@@ -1,3 +1,4 @@
+import time
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from quarc_ref.format.records import (
     StreamHeader,
     Tail,
 )
+from quarc_ref.format.seek_points import SeekPoints
 from tests import strategies
 from tests.checks import check_reader
 from tests.streams import CAMERA
@@ -193,6 +195,14 @@ def test_cameras_are_refused_in_part_and_with_more():
     check_reader(wire.parse_cameras, wire.build_cameras((CAMERA,)), (CAMERA,))
 
 
+def test_a_count_of_cameras_is_proved_before_one_of_them_is_parsed():
+    data = bytearray(wire.build_cameras((replace(CAMERA, name="a"),)))
+    data[0], data[3] = 2, 0xFF  # the name is no UTF-8
+
+    with pytest.raises(FieldError, match="2 cameras of at least 78 bytes each in 79 bytes"):
+        wire.parse_cameras(bytes(data))
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 0.0, -1.0])
 def test_a_camera_with_an_impossible_near_bound_is_refused(value):
     data = bytearray(wire.build_cameras((CAMERA,)))
@@ -231,12 +241,24 @@ def test_a_tail_is_as_long_as_the_format_says():
 
 @given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))
 def test_an_index_is_refused_in_part_and_with_more(points):
-    check_reader(wire.parse_index, wire.build_index(points), tuple(points))
+    check_reader(wire.parse_index, wire.build_index(points), SeekPoints.of(points))
+    assert list(wire.parse_index(wire.build_index(points))) == points
 
 
 def test_an_index_of_four_billion_points_is_refused_at_once():
     with pytest.raises(FieldError):
         wire.parse_index(b"\xff" * 36)
+
+
+def test_an_index_of_a_million_points_is_parsed_at_once():
+    count = (1 << 20) - 1
+    payload = count.to_bytes(4, "little") + bytes(range(16)) * count
+    begun = time.monotonic()
+    points = wire.parse_index(payload)
+
+    assert time.monotonic() - begun < 2
+    assert len(points) == count
+    assert points[-1] == SeekPoint(0x0706050403020100, 0x0B0A0908, 0x0F0E0D0C)
 
 
 def test_a_count_beyond_its_field_cannot_be_written():

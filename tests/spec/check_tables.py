@@ -7,7 +7,7 @@ Each takes the whole text and raises where text and package differ, so that
 import re
 import zlib
 
-from construct import Bytes, Const, Construct, FormatField, Prefixed, Renamed
+from construct import Bytes, Const, Construct, Container, FormatField, Prefixed, Renamed
 
 from quarc_ref.decoder import philox
 from quarc_ref.format import constants, errors, wire
@@ -126,7 +126,7 @@ def _describe(layout: Construct) -> str:
         return _FORMATS[layout.fmtstr]
     if isinstance(layout, Bytes | Const):
         size = len(layout.value) if isinstance(layout, Const) else layout.length
-        return f"{size} bytes" if isinstance(size, int) else "u32 each"
+        return f"{size} bytes" if isinstance(size, int) else _STORED[size(_ONE)]
     if hasattr(layout, "count"):
         return _repeat(layout.count, layout.subcon)
     assert isinstance(layout.subcon, Prefixed), layout
@@ -141,6 +141,8 @@ def _repeat(count: int | str, layout: Construct) -> str:
     return f"{count} x {_describe(inner)}"
 
 
+_ONE = Container(count=1, word_count=1)
+_STORED = {4: "u32 each", wire.SEEK_POINT.sizeof(): "count x SEEK_POINT"}
 _AT_HEAD = ("bad-magic", "unsupported-version", "unsupported-feature")
 CHECKS = (
     check_constants,

@@ -1,0 +1,59 @@
+"""The seek points of a stream, as many as INDX holds: SPEC 5.9."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple
+from typing import TypeAlias, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.format.records import SeekPoint
+
+Rows: TypeAlias = NDArray[np.void]
+ROW = np.dtype([("offset", np.uint64), ("sequence", np.uint32), ("frame", np.uint32)])
+
+
+class SeekPoints(Sequence[SeekPoint]):
+    """Seek points in the order of the stream.
+
+    They stay rows of an array, and become records one by one where they are
+    looked at: a payload may hold millions.
+
+    Args:
+        rows: `[n]` offset, sequence number and ordinal, named as in `SeekPoint`.
+    """
+
+    def __init__(self, rows: Rows) -> None:
+        self.rows = rows
+
+    @classmethod
+    def of(cls, points: Iterable[SeekPoint]) -> "SeekPoints":
+        """Return the seek points of some records."""
+        return cls(np.array([astuple(point) for point in points], dtype=ROW))
+
+    def followed_by(self, points: Iterable[SeekPoint]) -> "SeekPoints":
+        """Return these seek points and, behind them, others."""
+        return SeekPoints(np.concatenate([self.rows, SeekPoints.of(points).rows]))
+
+    def until(self, frame: int) -> "SeekPoints":
+        """Return the seek points whose frame is not after the given one."""
+        return SeekPoints(self.rows[self.rows["frame"] <= frame])
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @overload
+    def __getitem__(self, place: int) -> SeekPoint: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> "SeekPoints": ...
+
+    def __getitem__(self, place: int | slice) -> "SeekPoint | SeekPoints":
+        if isinstance(place, slice):
+            return SeekPoints(self.rows[place])
+        return SeekPoint(*self.rows[place].item())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SeekPoints) and np.array_equal(self.rows, other.rows)
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have none
