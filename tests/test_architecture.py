@@ -19,6 +19,8 @@ ALLOWED_FLOATS = {
     # Seconds to wait for a writer or a server, of which no state knows (SPEC 11.2, 11.3).
     "decoder/follow.py": {"literal", "float"},
     "decoder/http_source.py": {"literal", "float"},
+    "decoder/http_client.py": {"float"},
+    "decoder/timed_connection.py": {"float"},
     "decoder/ahead.py": {"literal"},
     # A step by its bits, handed to dequantize: a known answer of it (SPEC 10.1).
     "decoder/conformance_units.py": {"float", "<f4"},

@@ -217,18 +217,11 @@ def _trickle(handler, first, last):
             handler.server.let_go.wait(0.1)
 
 
-@pytest.mark.parametrize(
-    ("fault", "message"),
-    [
-        (_stall_at_once, "timed out"),
-        (_stall_in_the_body, "timed out"),
-        (_trickle, "takes more than 0.2 seconds"),
-    ],
-)
-def test_a_server_that_stalls_is_given_up(fault, message):
+@pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _trickle])
+def test_a_server_that_stalls_is_given_up(fault):
     with _serve(fault=fault) as server:
         begun = time.monotonic()
-        with pytest.raises(SourceError, match=message):
+        with pytest.raises(SourceError, match=r"takes more than 0\.2 seconds"):
             HttpSource(server.url, timeout=0.2).read(0, 40)
         assert time.monotonic() - begun < 5
 

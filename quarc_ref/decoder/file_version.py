@@ -1,0 +1,59 @@
+"""Whether a file on a server is still the one that it was."""
+
+from dataclasses import dataclass
+from email.message import Message
+from enum import Enum
+
+
+class Change(Enum):
+    """What has become of a file."""
+
+    NONE = "none"
+    GROWN = "grown, or replaced by a longer one"
+    REPLACED = "replaced"
+
+
+@dataclass(frozen=True, slots=True)
+class FileVersion:
+    """What a server says of a file; None where it does not say it.
+
+    Attributes:
+        size: How many bytes the file has.
+        tag: Its ETag, if that is a strong one.
+        modified: When it was modified last, in the server's words.
+    """
+
+    size: int | None = None
+    tag: str | None = None
+    modified: str | None = None
+
+    @classmethod
+    def of(cls, headers: Message, size: int | None) -> "FileVersion":
+        """Return the version that an answer's headers name."""
+        tag = headers.get("ETag")
+        is_strong = tag is not None and not tag.startswith("W/")
+        return cls(size, tag if is_strong else None, headers.get("Last-Modified"))
+
+    def compare(self, later: "FileVersion") -> Change:
+        """Return what has become of the file by a later answer.
+
+        Most servers make the ETag of a file from its size and time: a file that grows has a new
+        one each time, and whether its beginning is as before cannot be told from it.
+        """
+        marks = ((self.tag, later.tag), (self.modified, later.modified))
+        mark = next((pair for pair in marks if None not in pair), (None, None))
+        has_other_mark = mark[0] != mark[1]
+        if self.size is not None and later.size is not None:
+            if later.size > self.size:
+                return Change.GROWN
+            if later.size < self.size or has_other_mark:
+                return Change.REPLACED
+        return Change.GROWN if has_other_mark else Change.NONE
+
+    def updated(self, later: "FileVersion") -> "FileVersion":
+        """Return what is known of the file after a later answer, which may say less."""
+        return FileVersion(
+            self.size if later.size is None else later.size,
+            later.tag or self.tag,
+            later.modified or self.modified,
+        )

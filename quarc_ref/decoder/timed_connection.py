@@ -1,0 +1,114 @@
+"""HTTP connections that take their timeout for a deadline.
+
+The standard library's gives every single read the whole timeout, so that a
+server that sends a byte now and then is never given up. Here all of an
+exchange shares it: name lookup, connecting, tunnel, handshake, every read.
+"""
+
+import socket
+import ssl
+import time
+from concurrent.futures import Future
+from http.client import HTTPConnection, HTTPSConnection
+from threading import Thread
+from typing import Any
+
+
+class Deadline:
+    """A point in time.
+
+    Args:
+        seconds: From now.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._end = time.monotonic() + seconds
+
+    def left(self) -> float:
+        """Return how many seconds are left.
+
+        Raises:
+            TimeoutError: There are none.
+        """
+        left = self._end - time.monotonic()
+        if left <= 0:
+            message = "timed out"
+            raise TimeoutError(message)
+        return left
+
+
+class _TimedSocket(socket.socket):
+    """A socket of which nothing is read after its deadline."""
+
+    deadline: Deadline
+
+    def recv_into(self, *given: Any, **named: Any) -> int:  # noqa: ANN401
+        self.settimeout(self.deadline.left())
+        return super().recv_into(*given, **named)
+
+
+class _TimedTlsSocket(_TimedSocket, ssl.SSLSocket):
+    pass
+
+
+class TimedConnection(HTTPConnection):
+    """A connection without TLS."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:  # noqa: ANN401
+        super().__init__(*given, **named)
+        self._deadline = Deadline(self.timeout or 0)
+        self._create_connection = self._open_socket  # in the place of the standard library's
+
+    def connect(self) -> None:
+        """Connect, through a tunnel if one is set."""
+        super().connect()
+        self.sock.settimeout(self._deadline.left())  # for the request, or the handshake
+
+    def _open_socket(self, address: tuple[str, int], *_: object) -> _TimedSocket:
+        """Connect to the first of the host's addresses that answers."""
+        failure = OSError("the host has no address")
+        for family, kind, protocol, _, place in _look_up(address, self._deadline):
+            opened = _TimedSocket(family, kind, protocol)
+            opened.deadline = self._deadline
+            try:
+                opened.settimeout(self._deadline.left())
+                opened.connect(place)
+            except OSError as error:
+                opened.close()
+                failure = error
+            else:
+                return opened
+        raise failure
+
+
+class TimedTlsConnection(HTTPSConnection, TimedConnection):
+    """A connection with TLS; its context must be one of `make_tls_context`."""
+
+    sock: _TimedTlsSocket
+
+    def connect(self) -> None:
+        """Connect as without TLS, and shake hands."""
+        super().connect()
+        self.sock.deadline = self._deadline
+
+
+def make_tls_context() -> ssl.SSLContext:
+    """Return the system's certificates, and how servers are proved by them."""
+    context = ssl.create_default_context()
+    context.set_alpn_protocols(["http/1.1"])
+    context.sslsocket_class = _TimedTlsSocket
+    return context
+
+
+def _look_up(address: tuple[str, int], deadline: Deadline) -> list[Any]:
+    """Return what `getaddrinfo` does. It knows no timeout: beyond one its thread is left alone."""
+    found: Future[list[Any]] = Future()
+
+    def look_up() -> None:
+        try:
+            found.set_result(socket.getaddrinfo(*address, type=socket.SOCK_STREAM))
+        except Exception as error:  # also a UnicodeError, which some names cause
+            found.set_exception(error)
+
+    Thread(target=look_up, daemon=True).start()
+    return found.result(deadline.left())
