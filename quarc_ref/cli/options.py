@@ -3,18 +3,14 @@
 import os
 import stat
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
 from quarc_ref.cli.faults import UsageError
 
-if TYPE_CHECKING:
-    from quarc_ref.decoder import Source
-
 STANDARD_STREAM = "-"
 _DIGITS = 20  # more than any ordinal has
-_ALL = 1 << 62
 
 
 def is_file(name: str) -> bool:
@@ -145,10 +141,3 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
         message = f"--frames {text} is empty: it takes the frames from A up to, and without, B"
         raise UsageError(message)
     return start, stop
-
-
-def hold_whole(source: "Source") -> "Source":
-    """Return a stream that can be read again: what comes only once is read into memory."""
-    from quarc_ref.decoder import BytesSource
-
-    return source if source.size() is not None else BytesSource(source.read(0, _ALL))

@@ -9,15 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.faults import UsageError, reported_faults
-from quarc_ref.cli.options import (
-    AsJson,
-    Force,
-    Frames,
-    Quiet,
-    StreamName,
-    hold_whole,
-    parse_frames,
-)
+from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.targets import put_file, written_file, written_folder
 
@@ -90,8 +83,7 @@ def render(
         if kind == "png" and pixels:
             message = "PNG files do not go with --pixels"
             raise UsageError(message)
-        with open_source(file) as opened:
-            source = hold_whole(opened)
+        with open_source(file) as opened, held_stream(opened) as source:
             outline = outline_stream(source)
             eye = _choose_camera(outline, camera, width, kind)
             drawn = _draw(source, eye, wanted, progress, outline.count_frames(*wanted))

@@ -7,7 +7,8 @@ import typer
 
 from quarc_ref.cli.faults import reported_faults
 from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
-from quarc_ref.cli.options import AsJson, Quiet, StreamName, hold_whole, name_stream
+from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.format.errors import BitstreamError
 
@@ -98,7 +99,8 @@ class _Run:
         """Decode every frame, and prove the rest."""
         from quarc_ref.evaluation.prove_stream import prove_stream
 
-        proof = prove_stream(hold_whole(source), self._note, follow)
+        with held_stream(source) as whole:
+            proof = prove_stream(whole, self._note, follow)
         self.digest = proof.sha256
         return proof
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.faults import UsageError, reported_faults
-from quarc_ref.cli.options import AsJson, StreamName, hold_whole, name_stream
+from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.options import AsJson, StreamName, name_stream
 from quarc_ref.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -48,11 +49,15 @@ def view(
     with reported_faults():
         from quarc_ref.decoder import open_source
 
-        with open_source(file) as opened, suppress(KeyboardInterrupt):
-            source, title = hold_whole(opened), name_stream(file)
-            with _open_page(source, title, (host, port), playing=playing) as (page, run):
-                _announce(title, page.url, as_json=as_json, open_browser=open_browser)
-                run(memory * _MEBIBYTE, Event())
+        title = name_stream(file)
+        with (
+            open_source(file) as opened,
+            suppress(KeyboardInterrupt),
+            held_stream(opened) as source,
+            _open_page(source, title, (host, port), playing=playing) as (page, run),
+        ):
+            _announce(title, page.url, as_json=as_json, open_browser=open_browser)
+            run(memory * _MEBIBYTE, Event())
 
 
 @contextmanager

@@ -1,0 +1,104 @@
+"""Streams that come once, where a verb reads them more than once."""
+
+import io
+import subprocess
+import tempfile
+import tracemalloc
+
+import pytest
+
+from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.decoder import BytesSource, PipeSource
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.errors import SourceError
+from tests.cli.processes import COMMAND
+from tests.streams import make_stream
+
+_DATA, _ = make_stream(gaussian_count=12, frame_count=4, canonical_every=2)
+_CHUNKS = list(split_chunks(_DATA))
+_MOST_KIBIBYTES = 4 << 20
+_LONG = LEVELS[10].chunk_bytes
+
+
+class _Endless(io.RawIOBase):
+    """Bytes, and zeros behind them; counts how many have been read."""
+
+    def __init__(self, data=b""):
+        self.data, self.count = data, 0
+
+    def readable(self):
+        return True
+
+    def read(self, size=-1):
+        assert 0 <= size <= 1 << 20
+        piece = self.data[self.count : self.count + size].ljust(size, b"\0")
+        self.count += size
+        return piece
+
+
+def test_what_can_be_read_again_is_left_as_it_is():
+    source = BytesSource(_DATA)
+    with held_stream(source) as held:
+        assert held is source
+
+
+@pytest.mark.parametrize("size", [0, 5, 30, _CHUNKS[2].offset + 7, len(_DATA) - 1, len(_DATA)])
+def test_a_pipe_is_held_as_far_as_it_goes(size):
+    with held_stream(PipeSource(io.BytesIO(_DATA[:size]))) as held:
+        assert held.size() == size
+        assert held.read(0, len(_DATA)) == _DATA[:size]
+        assert held.read(3, 5) == _DATA[:size][3:8]
+
+
+def test_a_chunk_whose_payload_is_damaged_is_held_and_what_follows_it():
+    data = bytearray(_DATA)
+    data[_CHUNKS[3].offset + 25] ^= 1
+    with held_stream(PipeSource(io.BytesIO(data))) as held:
+        assert held.read(0, len(_DATA)) == bytes(data)
+
+
+@pytest.mark.parametrize("size", [0, 8, _CHUNKS[3].offset, len(_DATA)])
+def test_what_is_not_a_stream_is_held_no_further(size):
+    pipe = _Endless(_DATA[:size])
+    with held_stream(PipeSource(pipe)) as held:
+        assert size < held.size() < size + 100
+        assert held.read(0, size) == _DATA[:size]
+    assert pipe.count < size + 100
+
+
+def test_a_long_stream_is_held_in_little_memory():
+    data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_LONG))
+    pipe = PipeSource(io.BytesIO(data), kept_bytes=0)
+    tracemalloc.start()
+    with held_stream(pipe) as held:
+        assert held.size() == len(data)
+    assert tracemalloc.get_traced_memory()[1] < _LONG / 2
+    tracemalloc.stop()
+
+
+def test_a_full_disk_is_named(monkeypatch):
+    class Full(io.BytesIO):
+        def write(self, _):
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("quarc_ref.cli.held_stream.TemporaryFile", lambda **_: Full())
+    fault = f"does not fit in {tempfile.gettempdir()}: No space left on device"
+    with (
+        pytest.raises(SourceError, match=fault),
+        held_stream(PipeSource(io.BytesIO(_DATA))),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("verb", ["verify --deep", "render -o {out}", "view --no-open", "info"])
+def test_standard_input_that_is_no_stream_and_does_not_end_is_refused_at_once(verb, tmp_path):
+    words = verb.format(out=tmp_path / "out").split()
+    limited = ["sh", "-c", f'ulimit -v {_MOST_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
+    done = subprocess.run(
+        [*limited, words[0], "-", *words[1:]], capture_output=True, timeout=60, check=False
+    )
+
+    assert done.returncode == 1
+    assert b"the stream is refused: bad-magic at byte 0" in done.stderr
