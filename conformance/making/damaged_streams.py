@@ -14,6 +14,7 @@ from making.fault_rows import (
 )
 from making.lost_chunks import make_losses, make_orders
 from making.payloads import MAGIC, pack_chunk, pack_chunk_header
+from making.recovery_rules import make_rules
 from making.scenes import pick
 from making.streams import Piece, assemble
 from making.vectors import Gap, Outcome, Recovery, Valid, Vector
@@ -30,6 +31,7 @@ def make_damaged(parent: Valid) -> list[Vector]:
         *make_losses(parent),
         *make_orders(parent),
         *_junk(parent),
+        *make_rules(parent),
     ]
 
 

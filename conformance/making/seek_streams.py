@@ -100,3 +100,7 @@ def _without_index(parent: Valid) -> Iterable[Vector]:
     said = Outcome(frames[:8], ("truncated",))
     vector = broken(parent, "damaged/passed-end", "11.2-1 11.3", cut, said, "the end is missing")
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
+    short = [*walked[:CANO], replace(walked[CANO], payload=bytes(3)), *walked[CANO + 1 :]]
+    said, note = Outcome(frames[:3], ("field",)), "a CANO of 3 bytes on the way has no ordinal"
+    vector = broken(parent, "invalid/seek-canonical-short", "11.2-1 5-1", short, said, note)
+    yield replace(vector, seek=((_WANTED, Outcome((), ("field",))),))

@@ -89,6 +89,27 @@ MUTANTS = (
         alone="damaged",
     ),
     mutant(
+        "a chunk of a number that has been is resumed at",
+        "format/resync.py",
+        "if header.sequence < self.sequence or header.length > self.limit:",
+        "if header.length > self.limit:",
+        alone="damaged",
+    ),
+    mutant(
+        "a TAIL of any length is resumed at",
+        "format/resync.py",
+        "return header.length == TAIL_BYTES",
+        "return True",
+        alone="damaged",
+    ),
+    mutant(
+        "fewer than no frames are missing",
+        "decoder/recover.py",
+        "or self._due is None or self._due < before:",
+        "or self._due is None:",
+        alone="damaged",
+    ),
+    mutant(
         "a frame that was resumed at is not missing if it is rejected",
         "decoder/recover.py",
         "        return self._due - before\n",

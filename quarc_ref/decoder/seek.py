@@ -10,8 +10,8 @@ from contextlib import suppress
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
-from quarc_ref.format.container import TAIL_CHUNK_BYTES, Chunk
-from quarc_ref.format.errors import BitstreamError, IndexMismatchError, TruncatedError
+from quarc_ref.format.container import TAIL_CHUNK_BYTES, Chunk, ChunkHeader
+from quarc_ref.format.errors import BitstreamError, FieldError, IndexMismatchError, TruncatedError
 from quarc_ref.format.records import SeekPoint
 from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.format.source import Source
@@ -86,18 +86,21 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
     with suppress(TruncatedError):
         while due <= frame and (header := reader.read_header()) is not None:
             if header.kind == container.CANO:
-                due = _read_ordinal(reader, header.payload_offset)
+                due = _read_ordinal(reader, header)
                 points.append(SeekPoint(header.offset, header.sequence, due))
             due += header.kind in (container.CANO, container.FRAM)
             reader.skip(header)
     return SeekPoints.of(points)
 
 
-def _read_ordinal(reader: ChunkReader, offset: int) -> int:
-    data = reader.source.read(offset, _FRAME_BYTES)
+def _read_ordinal(reader: ChunkReader, header: ChunkHeader) -> int:
+    if header.length < _FRAME_BYTES:
+        message = f"a payload of {header.length} bytes has no ordinal"
+        raise FieldError(message, header.offset)
+    data = reader.source.read(header.payload_offset, _FRAME_BYTES)
     if len(data) < _FRAME_BYTES:
         message = "the stream ends inside a chunk"
-        raise TruncatedError(message, offset)
+        raise TruncatedError(message, header.offset)
     return int.from_bytes(data, "little")
 
 
