@@ -20,6 +20,7 @@ from quarc_ref.cli import (
     stream_verbs,
     view_verb,
 )
+from quarc_ref.cli.command import Verb
 from quarc_ref.cli.faults import heed_termination, provide_outputs
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 
@@ -31,19 +32,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("encode")(encode_verb.encode)
-app.command("decode")(decode_verb.decode_frames)
-app.command("verify")(stream_verbs.verify)
-app.command("info")(stream_verbs.info)
-app.command("inspect")(inspect_verb.inspect)
-app.command("cut")(edit_verbs.cut)
-app.command("join")(edit_verbs.join)
-app.command("view")(view_verb.view)
-app.command("render")(render_verb.render)
-app.command("bench")(bench_verb.bench)
-app.command("eval")(capture_verbs.evaluate)
-app.command("synth")(capture_verbs.synth)
-app.command("demo")(capture_verbs.demo)
+app.command("encode", cls=Verb)(encode_verb.encode)
+app.command("decode", cls=Verb)(decode_verb.decode_frames)
+app.command("verify", cls=Verb)(stream_verbs.verify)
+app.command("info", cls=Verb)(stream_verbs.info)
+app.command("inspect", cls=Verb)(inspect_verb.inspect)
+app.command("cut", cls=Verb)(edit_verbs.cut)
+app.command("join", cls=Verb)(edit_verbs.join)
+app.command("view", cls=Verb)(view_verb.view)
+app.command("render", cls=Verb)(render_verb.render)
+app.command("bench", cls=Verb)(bench_verb.bench)
+app.command("eval", cls=Verb)(capture_verbs.evaluate)
+app.command("synth", cls=Verb)(capture_verbs.synth)
+app.command("demo", cls=Verb)(capture_verbs.demo)
 
 
 def _print_version(asked: bool) -> None:

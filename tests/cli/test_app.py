@@ -60,6 +60,25 @@ def test_a_command_line_that_does_not_exist_is_a_usage_error(arguments):
     assert run(*arguments).exit_code == 2
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--to", "foo"], "'foo' is not one of 'mp4', 'png'."),
+        (["--width", "0"], "greater than or equal to 1"),
+    ],
+)
+def test_a_value_that_an_option_does_not_take_is_refused_in_plain_words(
+    arguments, said, stream_file
+):
+    result = run("render", stream_file, "-o", "out", *arguments)
+
+    words = " ".join(result.stderr.replace("\u2502", " ").split())
+    assert result.exit_code == 2
+    assert f"Invalid value for '{arguments[0]}'" in words
+    assert said in words
+    assert "Value error" not in words
+
+
 def test_help_loads_nothing_that_takes_time():
     assert not _loaded("--help") & (HEAVY | {"numpy", "construct", "constriction"})
     assert not _loaded("encode", "--help") & (HEAVY | {"numpy", "construct", "constriction"})
