@@ -1,16 +1,20 @@
 """Faults to sentences and exit codes.
 
 0: done. 1: the stream is bad. 2: the command line is. 3: the tool could not do
-its work: an unreadable capture, a full disk, an interruption, a fault of ours.
+its work: an unreadable capture, a full disk, a fault of ours. What a signal ends
+has 128 and its number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM,
+141 where the reader of a pipe has gone (SIGPIPE).
 """
 
 import os
+import select
 import signal
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn, TextIO
+from types import FrameType
+from typing import Any, NoReturn, TextIO
 
 import typer
 
@@ -27,12 +31,18 @@ from quarc_ref.format.errors import (
 STREAM_IS_BAD = 1
 USAGE = 2
 TOOL_FAILED = 3
+_BY_SIGNAL = 128
+_SIGPIPE = 13  # a name of `signal` that Windows lacks
 _EXTRAS = {"gsplat": "gpu", "ray": "ray", "viser": "view"}
 _NOTHING_LEFT = "interrupted; nothing is left behind"
 
 
 class UsageError(Exception):
     """Options or paths that do not fit together."""
+
+
+class Termination(KeyboardInterrupt):
+    """SIGTERM has come: work ends as on Ctrl-C, with another exit code."""
 
 
 @contextmanager
@@ -44,24 +54,17 @@ def reported_faults() -> Iterator[None]:
     except typer.Exit:
         _let_go_of(sys.stdout)
         raise
-    except BitstreamError as error:
-        _leave(f"the stream is refused: {error}", STREAM_IS_BAD)
-    except (UsageError, EditError, ResumeError, VariableError) as error:
-        _leave(str(error), USAGE)
-    except ImportError as error:
-        _leave(_name_extra(error), TOOL_FAILED)
-    except KeyboardInterrupt as error:
-        _leave(str(error) or _NOTHING_LEFT, TOOL_FAILED)
-    except (CaptureError, QuarcError, OSError, RuntimeError, MemoryError) as error:
-        _leave(_sentence(error), TOOL_FAILED)
-    except Exception as error:  # Python's own code for it, 1, would blame the stream
-        traceback.print_exc()
-        _leave(f"a fault of this program: {error!r}", TOOL_FAILED)
+    except (Exception, KeyboardInterrupt) as error:
+        _leave(*_judge(error))
 
 
 def heed_termination() -> None:
     """End on SIGTERM as on Ctrl-C: with nothing left behind."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, _terminate)
+
+
+def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise Termination
 
 
 def regain_signals() -> None:
@@ -85,9 +88,12 @@ def _let_go_of(output: TextIO) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
 
 
-def _sentence(error: Exception) -> str:
-    if isinstance(error, BrokenPipeError):
-        return "standard output was closed by its reader"
+def _name_extra(error: ImportError) -> str:
+    extra = _EXTRAS.get(error.name or "", "encode")
+    return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
+
+
+def _sentence(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"there is not enough memory: {error}" if str(error) else "out of memory"
     if isinstance(error, OSError) and error.strerror:
@@ -96,14 +102,52 @@ def _sentence(error: Exception) -> str:
     return str(error) or repr(error)
 
 
-def _name_extra(error: ImportError) -> str:
-    extra = _EXTRAS.get(error.name or "", "encode")
-    return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
+_FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
+    ((BitstreamError,), STREAM_IS_BAD, "the stream is refused: {}".format),
+    ((UsageError, EditError, ResumeError, VariableError), USAGE, str),
+    ((ImportError,), TOOL_FAILED, _name_extra),
+    ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),
+)
+
+
+def _judge(error: BaseException) -> tuple[str, int]:
+    """Return what is to be said of a fault, or nothing, and the exit code."""
+    if isinstance(error, KeyboardInterrupt):
+        return str(error) or _NOTHING_LEFT, _BY_SIGNAL + _name_signal(error)
+    if isinstance(error, BrokenPipeError) and any(map(_has_lost_reader, (sys.stdout, sys.stderr))):
+        return "", _BY_SIGNAL + _SIGPIPE
+    for kinds, code, say in _FAULTS:
+        if isinstance(error, kinds):
+            return say(error), code
+    traceback.print_exception(error)  # Python's own code for it, 1, would blame the stream
+    return f"a fault of this program: {error!r}", TOOL_FAILED
+
+
+def _name_signal(error: BaseException | None) -> signal.Signals:
+    """Return the signal that an interruption goes back to."""
+    while error is not None:
+        if isinstance(error, Termination):
+            return signal.SIGTERM
+        error = error.__cause__
+    return signal.SIGINT
+
+
+def _has_lost_reader(output: TextIO) -> bool:
+    """Tell whether an output is a pipe that nobody reads any more."""
+    if sys.platform == "win32":
+        return True
+    watch = select.poll()
+    try:
+        watch.register(output, 0)
+    except OSError:  # it is no file at all
+        return False
+    return bool(watch.poll(0))
 
 
 def _leave(message: str, code: int) -> NoReturn:
     _let_go_of(sys.stdout)
-    with suppress(OSError):  # the code is left to tell
-        sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
+    if message:
+        with suppress(OSError):  # the code is left to tell
+            sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
     _let_go_of(sys.stderr)
     raise typer.Exit(code)

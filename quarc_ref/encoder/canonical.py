@@ -10,6 +10,8 @@ is written is what was trained, but for Gaussians hardly there (`keep_opacity`).
 """
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import torch
@@ -20,6 +22,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.checkpoint import Arrays, Checkpoint
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.density import ScreenStatistics, densify
+from quarc_ref.encoder.interruption import uninterrupted
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.prices import price_codes, price_haze
 from quarc_ref.encoder.pruning import prune_unmissed
@@ -47,7 +50,8 @@ def train_canonical(
         points: Initial points.
         settings: Schedule and thresholds.
         header: The steps to end on.
-        checkpoint: Where the training is kept, and gone on from; None for nowhere.
+        checkpoint: Where the training is kept, every minute and when it is interrupted,
+            and gone on from; None for nowhere.
 
     Raises:
         OSError: The checkpoint cannot be written.
@@ -55,11 +59,13 @@ def train_canonical(
     training = _Training(studio, points, settings, header)
     if checkpoint is not None and (saved := checkpoint.load()) is not None:
         training.restore(saved)
-    while training.step < settings.iterations:
-        training.take_step()
-        if checkpoint is not None:
-            checkpoint.save_if_due(training.describe)
-        studio.progress.advance("canonical", training.step, settings.iterations)
+    with _saved_when_interrupted(training, checkpoint):
+        while training.step < settings.iterations:
+            with uninterrupted():
+                training.take_step()
+            if checkpoint is not None:
+                checkpoint.save_if_due(training.describe)
+            studio.progress.advance("canonical", training.step, settings.iterations)
     final = training.attributes.quantized(header)
     return final.rows(torch.sigmoid(final.opacities) >= settings.keep_opacity)
 
@@ -138,6 +144,18 @@ class _Training:
             loss = loss + _CODES_EVERY * price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
         self._statistics.add(gradient, rendering, stage.camera(view))
+
+
+@contextmanager
+def _saved_when_interrupted(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
+    """Save a training that is interrupted between two of its steps."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if checkpoint is not None and training.step:
+            with uninterrupted():
+                checkpoint.save(training.describe)
+        raise
 
 
 def start_from_points(

@@ -30,7 +30,7 @@ def name_checkpoint(stream: Path) -> Path:
 
 
 class Checkpoint:
-    """A file with all that the next step of a training hangs on, renewed every minute.
+    """A file with all that the next step of a training hangs on, renewed every minute at least.
 
     Args:
         path: Of the file.
@@ -52,13 +52,20 @@ class Checkpoint:
         return arrays if str(arrays.pop(_KEY, "")) == self._key else None
 
     def save_if_due(self, describe: Callable[[], Arrays]) -> None:
-        """Put what `describe` returns in the file's place, if that is a minute old.
+        """Do as `save`, if the file is a minute old.
 
         Raises:
             OSError: The file cannot be written.
         """
-        if time.monotonic() - self._saved < _SECONDS_APART:
-            return
+        if time.monotonic() - self._saved >= _SECONDS_APART:
+            self.save(describe)
+
+    def save(self, describe: Callable[[], Arrays]) -> None:
+        """Put what `describe` returns in the file's place.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
         part = self._path.with_name(self._path.name + _PART)
         contents: dict[str, Any] = {**describe(), _KEY: np.array(self._key)}
         with part.open("wb") as file:

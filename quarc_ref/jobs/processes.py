@@ -7,6 +7,7 @@ one that has started it, however that ends.
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     Pipe = Connection[Outcome, Outcome]
 
 _SPAWN = multiprocessing.get_context("spawn")  # threads of torch and numba do not bear a fork
+_TERMINATED = 128 + signal.SIGTERM
 _PATIENCE = 10.0  # seconds that a process has to end before it is killed
 
 
@@ -90,8 +92,12 @@ def _environment(changes: Mapping[str, str]) -> Iterator[None]:
 def _work(pipe: "Pipe", call: bytes, environment: Mapping[str, str]) -> None:
     """Make a call in this process and send its outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the caller's, who ends this process
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a job may keep what it has done
     threading.Thread(target=_end_with_caller, daemon=True).start()
-    pipe.send(attempt(call, environment))
+    try:
+        pipe.send(attempt(call, environment))
+    except KeyboardInterrupt:
+        sys.exit(_TERMINATED)
 
 
 def _end_with_caller() -> None:

@@ -25,7 +25,7 @@ class Verb:
             what it reads, `{out}` for what it makes.
         makes: "file", "folder", or nothing.
         middle: What is called in the middle of its work.
-        ended: The exit code where it is ended by Ctrl-C.
+        told: Whether an interruption is a failure that is told, and not the usual end.
         leaves: Names that may be left beside the target, so as to go on with.
         needs: A package that it cannot do without.
     """
@@ -33,7 +33,7 @@ class Verb:
     line: str
     makes: str | None
     middle: str
-    ended: int = 3
+    told: bool = True
     leaves: tuple[str, ...] = ()
     needs: str = "numpy"
 
@@ -57,7 +57,7 @@ VERBS = {
     "inspect": Verb("{stream}", None, _PUSH),
     "cut": Verb("{stream} --frames : -o {out}", "file", _WRITE),
     "join": Verb("{stream} {stream} -o {out}", "file", _WRITE),
-    "view": Verb("{stream} --no-open", None, _PUSH, ended=0, needs="viser"),
+    "view": Verb("{stream} --no-open", None, _PUSH, told=False, needs="viser"),
     "render": Verb("{stream} --to png -o {out}", "folder", "quarc_ref.cli.render_verb.put_file"),
     "bench": Verb("{stream}", None, _PUSH),
     "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),

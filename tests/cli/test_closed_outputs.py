@@ -1,6 +1,7 @@
 """Outputs that are closed, full, or go away, as a process of its own meets them."""
 
 import os
+import signal
 import subprocess
 
 import pytest
@@ -31,6 +32,35 @@ def test_a_stream_is_verified_whatever_becomes_of_what_is_said(
     redirection, code, said, stream_file
 ):
     assert _run(redirection, "verify", stream_file, "--json", "-q") == (code, said)
+
+
+@pytest.mark.parametrize("environment", [_BUFFERED, _BUFFERED | {"PYTHONUNBUFFERED": "1"}])
+@pytest.mark.parametrize(
+    "arguments", [["inspect"], ["info", "--json"], ["cut", "--frames", ":", "-o", "-"]]
+)
+def test_a_pipe_whose_reader_has_gone_ends_a_verb_as_a_shell_counts_sigpipe(
+    arguments, environment, stream_file
+):
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as pipe:
+        command = [*COMMAND, arguments[0], str(stream_file), *arguments[1:]]
+        done = subprocess.run(
+            command, stdout=pipe, stderr=subprocess.PIPE, env=environment, timeout=60, check=False
+        )
+
+    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, b"")
+
+
+def test_standard_error_may_go_to_a_pipe_that_nobody_reads(stream_file):
+    stream_file.write_bytes(stream_file.read_bytes()[:-1])
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as pipe:
+        command = [*COMMAND, "verify", str(stream_file)]
+        done = subprocess.run(command, stderr=pipe, env=_BUFFERED, timeout=60, check=False)
+
+    assert done.returncode == 1
 
 
 def test_a_bad_stream_stays_bad_where_nothing_can_be_said(stream_file):

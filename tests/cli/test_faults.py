@@ -3,7 +3,7 @@ import errno
 import pytest
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.faults import Termination, UsageError, reported_faults
 from quarc_ref.datasets.errors import TruncatedVideoError
 from quarc_ref.format.errors import (
     ClosedLoopError,
@@ -40,10 +40,12 @@ def _leave(error):
         (RuntimeError(), 3, "RuntimeError()"),
         (ModuleNotFoundError("No module", name="torch"), 3, "pip install 'quarc-ref[encode]'"),
         (ModuleNotFoundError("No module", name="gsplat"), 3, "pip install 'quarc-ref[gpu]'"),
-        (KeyboardInterrupt(), 3, "interrupted; nothing is left behind"),
+        (KeyboardInterrupt(), 130, "interrupted; nothing is left behind"),
+        (KeyboardInterrupt("interrupted; the file holds"), 130, "interrupted; the file holds"),
+        (Termination(), 143, "interrupted; nothing is left behind"),
+        (BrokenPipeError(errno.EPIPE, "Broken pipe"), 3, "Broken pipe"),
         (MemoryError("Unable to allocate 2 TiB"), 3, "not enough memory: Unable to allocate"),
         (MemoryError(), 3, "out of memory"),
-        (KeyboardInterrupt("interrupted; the file holds"), 3, "interrupted; the file holds"),
         (EditError("frame 3 is not canonical"), 2, "frame 3 is not canonical"),
         (VariableError("no such kernels"), 2, "no such kernels"),
         (SourceError("the server is silent"), 3, "the server is silent"),
@@ -58,6 +60,13 @@ def test_a_fault_becomes_one_line_and_its_code(error, code, said, capsys):
     assert shown.err.count("\n") == 1
     assert shown.err.startswith("quarc-ref: ")
     assert said in shown.err
+
+
+def test_an_interruption_that_says_what_is_kept_ends_with_the_code_of_its_signal():
+    said = KeyboardInterrupt("interrupted; the file holds")
+    said.__cause__ = Termination()
+
+    assert _leave(said) == 143
 
 
 def test_our_own_fault_shows_where_it_is_and_does_not_blame_the_stream(capsys):

@@ -1,5 +1,6 @@
 import json
 import os
+import signal
 import subprocess
 import time
 
@@ -71,8 +72,7 @@ def test_a_reader_that_goes_away_is_no_fault_of_the_stream(tmp_path):
         os.close(writing)
         said = cutting.communicate(timeout=60)[1]
 
-    assert cutting.returncode == 3
-    assert said == b"quarc-ref: standard output was closed by its reader\n"
+    assert (cutting.returncode, said) == (128 + signal.SIGPIPE, b"")
 
 
 @pytest.fixture

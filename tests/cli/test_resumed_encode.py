@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from quarc_ref.encoder import checkpoint, encode_stream
@@ -20,15 +21,15 @@ app.main()
 
 
 @pytest.mark.parametrize(
-    ("fault", "said"),
+    ("fault", "code", "said"),
     [
-        (KeyboardInterrupt(), "--resume goes on"),
-        (OSError(errno.ENOSPC, "No space left on device"), "No space left"),
-        (RuntimeError("out of memory"), "out of memory"),
+        (KeyboardInterrupt(), 130, "--resume goes on"),
+        (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left"),
+        (RuntimeError("out of memory"), 3, "out of memory"),
     ],
 )
 def test_a_failed_encode_leaves_the_old_file_whole_and_a_part_to_go_on_with(
-    fault, said, capture, encoded, tmp_path
+    fault, code, said, capture, encoded, tmp_path
 ):
     (tmp_path / "old.quarc").write_text("mine")
     command = ["encode", capture, *TINY_OPTIONS, "-o"]
@@ -42,7 +43,7 @@ def test_a_failed_encode_leaves_the_old_file_whole_and_a_part_to_go_on_with(
         run(*command, tmp_path / "new.quarc", "--resume"),
     ]
 
-    assert [result.exit_code for result in results] == [3, 3]
+    assert [result.exit_code for result in results] == [code, code]
     assert all(said in result.stderr for result in results)
     assert left == ["new.quarc.part", "old.quarc", "old.quarc.part"]
     assert [result.exit_code for result in again] == [2, 2]
@@ -119,21 +120,33 @@ def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
     assert file.stat().st_mtime_ns == before
 
 
-def test_an_encode_that_is_told_to_end_leaves_nothing_behind(capture, tmp_path):
-    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
-    long = ["--set", "canonical.iterations=1000000", "--device", "cpu"]
-    program = [sys.executable, "-c", _TALKATIVE, *map(str, command), *long]
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_a_training_that_a_signal_ends_in_its_first_minute_is_kept_to_the_step(
+    ending, capture, tmp_path
+):
+    whole, file = tmp_path / "whole.quarc", tmp_path / "a.quarc"
+    training = tmp_path / "a.quarc.part.training"
+    long = ["--frames", 1, "--set", "canonical.iterations=400", "--device", "cpu"]
+    command = ["encode", capture, *TINY_OPTIONS, *map(str, long), "-o"]
+    program = [sys.executable, "-c", _TALKATIVE, *map(str, [*command, file])]
     with subprocess.Popen(program, stderr=subprocess.PIPE, text=True) as encoding:
         first = encoding.stderr.readline()
-        begun = list_names(tmp_path)
-        encoding.send_signal(signal.SIGTERM)
+        encoding.send_signal(ending)
         said = encoding.communicate(timeout=60)[1]
 
-    assert first.startswith("canonical ")
-    assert begun == ["a.quarc.part"]
-    assert encoding.returncode == 3
-    assert said.splitlines()[-1].startswith("quarc-ref: interrupted")
-    assert list_names(tmp_path) == []
+    assert first == "canonical 1/400\n"
+    assert encoding.returncode == 128 + ending
+    assert said.splitlines()[-1] == (
+        f"quarc-ref: interrupted; {training} holds the training of frame 0: "
+        "--resume goes on with it"
+    )
+    assert list_names(tmp_path) == [training.name]
+    with np.load(training) as saved:
+        assert 0 < saved["step"] < 400
+    assert run(*command, whole).exit_code == 0
+    assert run(*command, file, "--resume").exit_code == 0
+    assert file.read_bytes() == whole.read_bytes()
+    assert list_names(tmp_path) == [file.name, whole.name]
 
 
 def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
@@ -152,7 +165,7 @@ def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
         patch.setattr(checkpoint.Checkpoint, "save_if_due", save_and_stop)
         result = run(*command)
 
-    assert (result.exit_code, list_names(tmp_path)) == (3, [training.name])
+    assert (result.exit_code, list_names(tmp_path)) == (130, [training.name])
     assert result.stderr.splitlines()[-1] == (
         f"quarc-ref: interrupted; {training} holds the training of frame 0: "
         "--resume goes on with it"

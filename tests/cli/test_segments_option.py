@@ -69,7 +69,7 @@ def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
     monkeypatch.undo()
     resumed = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
-    assert (broken.exit_code, left) == (3, [])
+    assert (broken.exit_code, left) == (130, [])
     assert "a.quarc.segments holds the frames" in broken_again.stderr
     assert (refused.exit_code, "--resume goes on" in refused.stderr) == (2, True)
     assert resumed.exit_code == 0

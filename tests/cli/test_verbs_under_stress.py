@@ -193,8 +193,8 @@ def test_an_interruption_in_the_middle_leaves_nothing_half_made(name, ending, pl
     result = _run(name, place, *["--force"] * (old is not None))
 
     assert reached
-    assert result.exit_code == verb.ended, result.stderr
-    assert ("interrupted" in result.stderr) == (verb.ended == 3)
+    assert result.exit_code == (128 + ending if verb.told else 0), result.stderr
+    assert ("interrupted" in result.stderr) == verb.told
     assert {*list_names(place.made)} <= {*(["out"] if old else []), *verb.leaves}
     assert old is None or old.read_text() == "old"
 
@@ -239,5 +239,5 @@ def test_a_standard_output_that_is_closed_is_no_fault_of_the_stream(
         with pytest.raises(SystemExit) as left:
             app([*map(str, words), "--json"])
 
-    assert left.value.code == 3
-    assert capfd.readouterr().err.endswith("standard output was closed by its reader\n")
+    assert left.value.code == 128 + signal.SIGPIPE
+    assert "quarc-ref:" not in capfd.readouterr().err

@@ -61,3 +61,18 @@ def test_jobs_end_with_an_interruption_of_the_caller(tmp_path):
         run_jobs(works.sleep_noted, jobs, Where(workers=2), interrupt)
 
     assert _is_quiet(note)
+
+
+def test_a_job_that_is_ended_can_keep_what_it_has_done(tmp_path, capfd):
+    note = tmp_path / "note"
+
+    def interrupt(*_of):
+        _await_text(note)
+        raise KeyboardInterrupt
+
+    jobs = [Job("long", str(note)), Job("none", None)]
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(works.sleep_until_interrupted, jobs, Where(workers=2), interrupt)
+
+    assert note.read_text() == "interrupted"
+    assert capfd.readouterr().err == ""

@@ -50,3 +50,15 @@ def sleep_noted(path):
     while path:
         Path(path).write_text(f"{os.getpid()} {time.monotonic()}")
         time.sleep(0.02)
+
+
+def sleep_until_interrupted(path):
+    """Tell that the job runs, and that it has been interrupted; without a path, do nothing."""
+    if path is None:
+        return
+    Path(path).write_text("runs")
+    try:
+        time.sleep(60)
+    except KeyboardInterrupt:
+        Path(path).write_text("interrupted")
+        raise
