@@ -19,13 +19,14 @@ from runner.cases import list_cases
 from runner.encoders import encoder_case, try_encoder
 from runner.limits import Limits
 from runner.manifest import Suite, SuiteError
+from runner.process import StartError
 from runner.report import Report, Result, select, write_reports
 
-_FAILED, _NO_SUITE = 1, 2
+_FAILED, _NOTHING_TO_ASK = 1, 2
 
 
 def main() -> int:
-    """Return 0 if every case passed, 1 if one did not, 2 if there is nothing to ask."""
+    """Return 0 if every case passed, 1 if one did not, 2 if nothing or nobody could be asked."""
     options = parse_arguments()
     limits = Limits(options.timeout, options.memory)
     try:
@@ -33,9 +34,9 @@ def main() -> int:
             return write_streams(Suite.load(options.suite), options.write)
         run = run_suite if options.encoder is None else run_scenes
         report = run(options, limits)
-    except SuiteError as error:
+    except (SuiteError, StartError) as error:
         print(f"run.py: {error}", file=sys.stderr)
-        return _NO_SUITE
+        return _NOTHING_TO_ASK
     write_reports(report, options.json, options.junit)
     sys.stdout.write(report.text(clauses=options.clauses))
     return 0 if report.passed else _FAILED

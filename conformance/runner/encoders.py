@@ -4,7 +4,6 @@ The stream is decoded by a decoder that is trusted; see RUNNER.md, Encoders.
 """
 
 import json
-import shlex
 import struct
 import tempfile
 from collections.abc import Iterator
@@ -60,7 +59,7 @@ def judge_encoder(scene: Line, declared: list[Line], stream: bytes, said: list[L
 
 
 def _encode(encoder: str, scene: Path, output: Path, limits: Limits) -> list[Line]:
-    process = Decoder(f"{encoder} {shlex.quote(str(scene))} {shlex.quote(str(output))}", limits)
+    process = Decoder(encoder, limits, str(scene), str(output))
     try:
         process.send(b"", last=True)
         lines = list(process.lines())

@@ -30,6 +30,10 @@ class FaultError(Exception):
         self.verdict = verdict
 
 
+class StartError(Exception):
+    """A command cannot be started: it has no verdict, since it was never asked."""
+
+
 class Decoder:
     """A running decoder.
 
@@ -37,18 +41,14 @@ class Decoder:
         command: As a shell would take it, without a shell.
         limits: Of each case.
         more: Arguments after the command's own.
+
+    Raises:
+        StartError: The command cannot be started.
     """
 
     def __init__(self, command: str, limits: Limits, *more: str) -> None:
         self._limits = limits
-        self._process = subprocess.Popen(
-            [*shlex.split(command), *more],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-            preexec_fn=limits.backstop,
-        )
+        self._process = _start([*_split(command), *more], limits)
         self._lines: queue.Queue[bytes | None] = queue.Queue()
         self._errors = b""
         self.watch = Watch(self._process.pid, limits)
@@ -147,6 +147,43 @@ class Decoder:
         with suppress(OSError, ValueError):
             while piece := self._process.stderr.read(1 << 12):
                 self._errors = (self._errors + piece)[-_TAIL:]
+
+
+def _split(command: str) -> list[str]:
+    """Return the words of a command.
+
+    Raises:
+        StartError: It has none, or a quotation that does not end.
+    """
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        message = f"the command {command!r} cannot be read: {error}"
+        raise StartError(message) from error
+    if not words:
+        message = "the command is empty"
+        raise StartError(message)
+    return words
+
+
+def _start(words: list[str], limits: Limits) -> subprocess.Popen[bytes]:
+    """Start a program with pipes to and from it.
+
+    Raises:
+        StartError: It does not start.
+    """
+    try:
+        return subprocess.Popen(
+            words,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            preexec_fn=limits.backstop,
+        )
+    except (OSError, ValueError, subprocess.SubprocessError) as error:
+        message = f"{words[0]!r} cannot be started: {getattr(error, 'strerror', None) or error}"
+        raise StartError(message) from error
 
 
 def parse_line(raw: bytes) -> Line:

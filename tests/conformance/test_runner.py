@@ -127,3 +127,25 @@ def test_a_stream_that_is_not_the_one_of_the_manifest_is_a_fault_of_the_suite(tm
 
     assert done.returncode == 2
     assert STILL in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "why"),
+    [
+        ("./no-such-decoder --fast", "'./no-such-decoder' cannot be started: No such file"),
+        ("./conformance", "cannot be started: Permission denied"),
+        ("conformance/manifest.json", "cannot be started: Permission denied"),
+        ("", "the command is empty"),
+        ("'unclosed", "the command \"'unclosed\" cannot be read: No closing quotation"),
+    ],
+)
+@pytest.mark.parametrize("options", [[], ["--alone"], ["--encoder"]])
+def test_a_command_that_cannot_be_started_is_not_a_decoder_that_fails(options, command, why):
+    as_encoder = options == ["--encoder"]
+    done = run(REFERENCE if as_encoder else command, *options, *[command] * as_encoder)
+
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("run.py: ")
+    assert why in done.stderr
+    assert done.stderr.count("\n") == 1
