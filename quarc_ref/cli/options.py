@@ -100,7 +100,9 @@ StreamName = Annotated[
 Frames = Annotated[
     str | None,
     typer.Option(
-        "--frames", metavar="A:B", help="Frames from A up to, and without, B; all by default."
+        "--frames",
+        metavar="A:B",
+        help="Frames from A up to, and without, B, or frame A alone (no colon); all by default.",
     ),
 ]
 CaptureFolder = Annotated[
@@ -124,7 +126,10 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
 
 def parse_frames(text: str | None) -> tuple[int, int | None]:
-    """Return the first frame of `A:B` and the one after its last; either may be left out.
+    """Return the first frame of a range and the one after its last.
+
+    Args:
+        text: `A:B`, of which either may be left out, or `A` for that frame alone; None for all.
 
     Raises:
         UsageError: The text is no such range.
@@ -132,11 +137,14 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     if text is None:
         return 0, None
     first, colon, last = text.partition(":")
-    numbers = [first or "0", last or "0"]
-    if not colon or not all(number.isdecimal() and len(number) < _DIGITS for number in numbers):
-        message = f"--frames takes A:B, such as 0:10; this is {text!r}"
+    numbers = [first or "0", last or "0"] if colon else [first]
+    if not all(number.isdecimal() and len(number) < _DIGITS for number in numbers):
+        message = f"--frames takes A:B, such as 0:10, or one frame, such as 7; this is {text!r}"
         raise UsageError(message)
-    start, stop = int(numbers[0]), int(last) if last else None
+    start = int(numbers[0])
+    if not colon:
+        return start, start + 1
+    stop = int(last) if last else None
     if stop is not None and stop <= start:
         message = f"--frames {text} is empty: it takes the frames from A up to, and without, B"
         raise UsageError(message)

@@ -18,7 +18,7 @@ def long_file(tmp_path):
 
 @pytest.mark.parametrize(
     ("frames", "first", "last"),
-    [(":", 0, 9), ("3:6", 3, 6), ("6:", 6, 9), (":4", 0, 4), ("3:99", 3, 9)],
+    [(":", 0, 9), ("3:6", 3, 6), ("6:", 6, 9), (":4", 0, 4), ("3:99", 3, 9), ("3", 3, 4)],
 )
 def test_a_cut_has_the_frames_of_the_range_with_their_ordinals(
     frames, first, last, long_file, tmp_path
@@ -54,7 +54,7 @@ def test_the_parts_joined_are_the_whole(long_file, tmp_path):
         ("7:", "frame is 6"),
         ("9:", "no frame 9"),
         ("3:3", "empty"),
-        ("3", "A:B"),
+        ("3-6", "A:B"),
     ],
 )
 def test_a_cut_that_cannot_be_made_is_a_usage_error_and_makes_nothing(

@@ -19,6 +19,11 @@ def test_an_end_left_out_is_the_end_of_the_stream(number):
     assert parse_frames(f":{number + 1}") == (0, number + 1)
 
 
+@given(_STARTS)
+def test_one_number_is_that_frame_alone(number):
+    assert parse_frames(f"{number}") == (number, number + 1)
+
+
 @pytest.mark.parametrize("text", [None, ":", "0:"])
 def test_all_frames_can_be_said_in_three_ways(text):
     assert parse_frames(text) == (0, None)
@@ -30,14 +35,14 @@ def test_a_range_without_a_frame_is_refused(stop, more):
         parse_frames(f"{stop + more}:{stop}")
 
 
-@given(st.text(max_size=6).filter(lambda text: ":" not in text))
-def test_what_has_no_colon_is_no_range(text):
+@given(st.text(max_size=6).filter(lambda text: ":" not in text and not text.isdecimal()))
+def test_what_has_neither_a_colon_nor_digits_alone_is_no_range(text):
     with pytest.raises(UsageError, match="A:B"):
         parse_frames(text)
 
 
 @pytest.mark.parametrize(
-    "text", ["-1:2", "a:b", "1:2:3", "1.0:2", " 1:2", "1:\u00b2", 5000 * "9" + ":"]
+    "text", ["-1:2", "a:b", "1:2:3", "1.0:2", " 1:2", "1:\u00b2", "", 5000 * "9" + ":", 5000 * "9"]
 )
 def test_what_holds_no_numbers_is_no_range(text):
     with pytest.raises(UsageError, match="A:B"):

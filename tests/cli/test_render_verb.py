@@ -76,6 +76,7 @@ def test_a_name_of_another_kind_of_file_makes_nothing_unless_the_kind_is_said(
         ("o", ":", "4 PNG files of 64 x 48"),
         ("o", ":1", "1 PNG file of"),
         ("o.MP4", ":", "4 frames of 64 x 48, H.264"),
+        ("o.mp4", "0", "1 frame of 64 x 48, H.264"),
     ],
 )
 def test_people_are_told_what_was_made(name, frames, said, stream_file, tmp_path):

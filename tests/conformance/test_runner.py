@@ -136,7 +136,7 @@ def test_a_stream_that_is_not_the_one_of_the_manifest_is_a_fault_of_the_suite(tm
         ("./conformance", "cannot be started: Permission denied"),
         ("conformance/manifest.json", "cannot be started: Permission denied"),
         ("", "the command is empty"),
-        ("'unclosed", "the command \"'unclosed\" cannot be read: No closing quotation"),
+        ("'unclosed", 'the command "\'unclosed" cannot be read: No closing quotation'),
     ],
 )
 @pytest.mark.parametrize("options", [[], ["--alone"], ["--encoder"]])
