@@ -1,0 +1,41 @@
+"""What a wheel of the package holds beside its modules."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+_BUILD = "from setuptools.build_meta import build_wheel; build_wheel('wheel')"
+
+
+@pytest.fixture(scope="module")
+def names(tmp_path_factory):
+    """The names of all files in a wheel that is built of the sources."""
+    folder = tmp_path_factory.mktemp("sources")
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder)
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "quarc_ref", folder / "quarc_ref", ignore=ignored)
+    command = [sys.executable, "-c", _BUILD]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    (wheel,) = (folder / "wheel").glob("*.whl")
+    with ZipFile(wheel) as archive:
+        return set(archive.namelist())
+
+
+def test_a_type_checker_of_another_project_is_told_that_there_are_types(names):
+    assert "quarc_ref/py.typed" in names
+
+
+def test_every_file_of_the_package_is_in_the_wheel(names):
+    files = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "quarc_ref").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+    assert files <= names
