@@ -28,7 +28,6 @@ app = typer.Typer(
     name="quarc-ref",
     help="Encode, decode and measure .quarc streams: free-viewpoint video as moving Gaussians.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -70,4 +69,4 @@ def main() -> None:
     """Run the command."""
     provide_outputs()
     heed_termination()
-    app()
+    app(prog_name="quarc-ref")

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from quarc_ref.cli.completion import complete_preset
 from quarc_ref.cli.encode_work import (
     EncodeWork,
     FileWanted,
@@ -55,7 +56,9 @@ def encode(
     downscale: Annotated[
         int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
     ] = 1,
-    preset: Annotated[str, typer.Option("--preset", help=_PRESET_HELP)] = "main",
+    preset: Annotated[
+        str, typer.Option("--preset", help=_PRESET_HELP, autocompletion=complete_preset)
+    ] = "main",
     settings: Settings = None,
     list_settings: Annotated[
         bool,

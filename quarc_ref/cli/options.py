@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from quarc_ref.cli.completion import complete_setting
 from quarc_ref.cli.faults import UsageError
 
 STANDARD_STREAM = "-"
@@ -117,7 +118,12 @@ CaptureFolder = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, such as motion.rate=5e-4."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a setting, such as motion.rate=5e-4.",
+        autocompletion=complete_setting,
+    ),
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]

@@ -1,0 +1,16 @@
+"""What a shell is offered for the values of options, when Tab is pressed."""
+
+
+def complete_preset() -> list[str]:
+    """Return the names of all presets."""
+    from quarc_ref.encoder.presets import PRESETS
+
+    return list(PRESETS)
+
+
+def complete_setting() -> list[tuple[str, str]]:
+    """Return `KEY=` of every setting, and what it is."""
+    from quarc_ref.encoder.presets import choose_preset
+    from quarc_ref.encoder.setting_list import explain_settings
+
+    return [(f"{each.name}=", each.meaning) for each in explain_settings(choose_preset("main"))]

@@ -1,0 +1,59 @@
+"""What a shell is given when Tab is pressed."""
+
+import os
+import subprocess
+
+import pytest
+
+from quarc_ref.encoder.presets import PRESETS, choose_preset, list_settings
+from tests.cli.processes import COMMAND
+
+
+def _ask(*arguments, **environment):
+    """What the command prints in an environment."""
+    command, variables = [*COMMAND, *arguments], os.environ | environment
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    return done.stdout
+
+
+def _complete(line):
+    """The words that bash is offered for the last word of a line, which may be empty."""
+    last = str(len(line.split(" ")) - 1)
+    return _ask(COMP_WORDS=line, COMP_CWORD=last, _QUARC_REF_COMPLETE="complete_bash").split()
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("quarc-ref enc", ["encode"]),
+        ("quarc-ref decode --rec", ["--recover"]),
+        ("quarc-ref decode a.quarc --to ", ["ply", "npz"]),
+        ("quarc-ref encode cap --preset ", list(PRESETS)),
+        ("quarc-ref encode cap --set motion.ra", ["motion.rate=", "motion.rate_end="]),
+        ("quarc-ref demo --set canonical.ev", ["canonical.every="]),
+        ("quarc-ref info ", []),  # for which bash takes the names of files
+    ],
+)
+def test_verbs_options_presets_and_settings_are_offered(line, offered):
+    assert _complete(line) == offered
+
+
+def test_every_setting_is_offered():
+    names = [f"{name}=" for name, _ in list_settings(choose_preset("main"))]
+
+    assert _complete("quarc-ref encode cap --set ") == names
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_a_shell_asks_the_command(shell):
+    script = _ask("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1")
+
+    assert f"_QUARC_REF_COMPLETE=complete_{shell}" in script
+
+
+def test_zsh_is_told_what_a_setting_is():
+    line = "quarc-ref encode cap --set canonical.ds"
+    offered = _ask(_TYPER_COMPLETE_ARGS=line, _QUARC_REF_COMPLETE="complete_zsh")
+
+    assert '"canonical.dssim=":"Weight of D-SSIM in the loss' in offered
