@@ -18,7 +18,13 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from quarc_ref.format.acceleration import lacks_kernels
+
 _SECONDS_BETWEEN_LINES = 5.0
+_PLAIN_KERNELS = (
+    "quarc-ref: numba cannot be imported, and decoding takes several times as long without: "
+    "pip install 'quarc-ref[fast]'\n"
+)
 _AS_WIDE_AS_IT_IS = 1 << 12
 
 
@@ -76,6 +82,17 @@ def escape_controls(text: str) -> str:
     )
 
 
+def warn_of_plain_kernels() -> bool:
+    """Say on stderr how decoding gets faster, if it does without kernels that would pay.
+
+    Returns:
+        Whether it was said.
+    """
+    if lacks_kernels():
+        sys.stderr.write(_PLAIN_KERNELS)
+    return lacks_kernels()
+
+
 class TerminalProgress:
     """Shows progress on stderr: bars on a terminal, elsewhere a line now and then.
 
@@ -103,6 +120,7 @@ class TerminalProgress:
             disable=quiet or not console.is_terminal,
         )
         self._lines = not quiet and not console.is_terminal
+        self._warns = not quiet
         self._tasks: dict[str, TaskID] = {}
         self._told: set[str] = set()
         self._next_line = time.monotonic() + _SECONDS_BETWEEN_LINES
@@ -126,6 +144,8 @@ class TerminalProgress:
         self._bars.update(self._tasks[stage], completed=done, total=total or None)
         if self._lines and stage in self._ONCE:
             self._print_line(stage, done, total)
+        if self._warns:
+            self._warns = not warn_of_plain_kernels()
 
     def _print_line(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()

@@ -55,6 +55,11 @@ def load_kernels(module: str, elements: int) -> ModuleType | None:
     return _import(module) if wanted else None
 
 
+def lacks_kernels() -> bool:
+    """Tell whether compiled kernels were wanted, in this process so far, and cannot be loaded."""
+    return bool(_not_loaded)
+
+
 @contextmanager
 def computing_with(kernels: str) -> Iterator[None]:
     """Use `PLAIN` or `COMPILED` kernels, as long as this context lasts."""
@@ -195,6 +200,7 @@ def _import(module: str) -> ModuleType | None:
         with _keeping_all():
             return import_module(module)
     except ImportError:  # numba is not installed, or not for this NumPy
+        _not_loaded.add(module)
         return None
 
 
@@ -211,5 +217,6 @@ def _keeping_all() -> Iterator[None]:
         gc.enable()
 
 
+_not_loaded: set[str] = set()
 _kernels: ContextVar[str | None] = ContextVar("kernels", default=None)
 _threads: ContextVar[int | None] = ContextVar("threads", default=None)

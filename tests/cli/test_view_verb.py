@@ -7,8 +7,17 @@ import pytest
 
 from tests.cli.commands import run
 from tests.cli.processes import start
+from tests.streams import make_stream
 
 pytest.importorskip("viser")
+
+
+_WITHOUT_NUMBA = """
+import sys
+sys.modules["numba"] = None
+from quarc_ref.cli.app import main
+main()
+"""
 
 
 def _end(process):
@@ -34,6 +43,23 @@ def test_a_page_is_served_until_it_is_interrupted(stream_file):
     assert viewer.stdout.read() == ""
     viewer.stdout.close()
     viewer.stderr.close()
+
+
+def test_plain_kernels_that_are_slow_are_told(tmp_path):
+    path = tmp_path / "large.quarc"
+    path.write_bytes(make_stream(gaussian_count=9000, frame_count=1)[0])
+    with start(
+        *("view", path, "--no-open", "--port", 8750, "--json"),
+        program=_WITHOUT_NUMBA,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as viewer:
+        told = viewer.stderr.readline()
+        code = _end(viewer)
+
+    assert "pip install 'quarc-ref[fast]'" in told
+    assert code == 0
 
 
 def test_a_damaged_stream_opens_no_page(stream_file, made):

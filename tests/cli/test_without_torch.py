@@ -1,6 +1,7 @@
 """Decoding where nothing that makes pictures or trains can be imported."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest
+from tests.streams import make_stream
 
 _BLOCKED = ("torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat")
 _PROGRAM = """
@@ -20,9 +22,18 @@ main()
 """
 
 
-def _run(*arguments, blocked=_BLOCKED):
+def _run(*arguments, blocked=_BLOCKED, kernels=""):
     program = [sys.executable, "-c", _PROGRAM.format(blocked), *map(str, arguments)]
-    return subprocess.run(program, capture_output=True, text=True, check=False)
+    environment = os.environ | {"QUARC_REF_KERNELS": kernels}
+    return subprocess.run(program, capture_output=True, text=True, env=environment, check=False)
+
+
+@pytest.fixture(scope="module")
+def large_file(tmp_path_factory):
+    """A stream that is large enough for compiled kernels to pay."""
+    path = tmp_path_factory.mktemp("large") / "large.quarc"
+    path.write_bytes(make_stream(gaussian_count=9000, frame_count=3)[0])
+    return path
 
 
 @pytest.mark.parametrize("blocked", [_BLOCKED, (*_BLOCKED, "constriction")])
@@ -53,6 +64,27 @@ def test_a_damaged_stream_is_refused_there_too(stream_file, made):
 
     assert done.returncode == 1
     assert "the stream is refused" in done.stderr
+
+
+@pytest.mark.parametrize("arguments", [["bench"], ["verify"], ["decode", "-o", "{out}"]])
+def test_plain_kernels_that_are_slow_are_told_once_with_what_cures_it(
+    arguments, large_file, stream_file, tmp_path
+):
+    verb, *options = [each.format(out=tmp_path / "out") for each in arguments]
+    options += ["--force"] * (verb == "decode")
+    told = _run(verb, large_file, *options, "--json").stderr
+
+    assert told.count("\n") == 1
+    assert told.startswith("quarc-ref: ")
+    assert "numba cannot be imported" in told
+    assert "pip install 'quarc-ref[fast]'" in told
+    for untold in (
+        _run(verb, stream_file, *options),
+        _run(verb, large_file, *options, "--quiet"),
+        _run(verb, large_file, *options, kernels="plain"),
+        _run(verb, large_file, *options, blocked=()),
+    ):
+        assert (untold.returncode, untold.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("verb", ["encode", "render", "eval", "synth", "demo"])
