@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -13,6 +14,7 @@ from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, 
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, print_table
 from quarc_ref.cli.targets import grown_folder, put_file, written_folder
+from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 
 if TYPE_CHECKING:
     from quarc_ref.decoder import Follow, Gap, Scene, Source
@@ -48,7 +50,8 @@ def decode_frames(
         wanted = parse_frames(frames)
         written = _Written(to)
         make = grown_folder if follow else written_folder
-        with make(output, _MADE, force=force) as folder, open_source(file) as source:
+        dropping = nullcontext() if follow or past_damage else _offer_recovery(written, frames)
+        with make(output, _MADE, force=force) as folder, open_source(file) as source, dropping:
             total = 0 if follow else count_frames(source)
             for scene in _decode(source, wanted, waiting, written.gaps if past_damage else None):
                 written.add(folder, scene)
@@ -63,6 +66,21 @@ def decode_frames(
         written.show(output, as_json=as_json, past_damage=past_damage)
         if written.gaps:
             raise typer.Exit(STREAM_IS_BAD)
+
+
+@contextmanager
+def _offer_recovery(written: "_Written", frames: str | None) -> Iterator[None]:
+    """Let a fault in a stream say how many frames are lost with it that need not be."""
+    try:
+        yield
+    except UnknownCriticalError:  # recovery does not pass it either
+        raise
+    except BitstreamError as error:
+        if written.names:
+            asked = f" of {frames}" if frames else ""
+            count = len(written.names)
+            error.add_note(f"whole frames{asked} up to there: {count}, which --recover keeps")
+        raise
 
 
 def _decode(

@@ -93,6 +93,10 @@ def _name_extra(error: ImportError) -> str:
     return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
 
 
+def _refusal(error: BitstreamError) -> str:
+    return "; ".join([f"the stream is refused: {error}", *getattr(error, "__notes__", [])])
+
+
 def _sentence(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"there is not enough memory: {error}" if str(error) else "out of memory"
@@ -103,7 +107,7 @@ def _sentence(error: BaseException) -> str:
 
 
 _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
-    ((BitstreamError,), STREAM_IS_BAD, "the stream is refused: {}".format),
+    ((BitstreamError,), STREAM_IS_BAD, _refusal),
     ((UsageError, EditError, ResumeError, VariableError), USAGE, str),
     ((ImportError,), TOOL_FAILED, _name_extra),
     ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),

@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +9,7 @@ from tests.cli.commands import list_names, run, run_json
 from tests.streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
+_INVALID = Path(__file__).parents[2] / "conformance" / "invalid"
 _FRAMES = [chunk for chunk in split_chunks(_DATA) if chunk.kind in {b"CANO", b"FRAM"}]
 
 
@@ -95,3 +97,59 @@ def test_a_stream_without_a_head_is_refused(file, tmp_path):
     assert result.exit_code == 1
     assert "refused: truncated" in result.stderr
     assert list_names(tmp_path) == ["some.quarc"]
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "said"),
+    [
+        (_DATA[:-1], [], "whole frames up to there: 9, which --recover keeps"),
+        (_DATA[: _FRAMES[5].offset + 9], [], "whole frames up to there: 5, which"),
+        (_DATA[: _FRAMES[1].offset + 9], [], "whole frames up to there: 1, which"),
+        (_damage(3), [], "whole frames up to there: 3, which"),
+        (_DATA[:-1], ["--frames", "2:"], "whole frames of 2: up to there: 7, which"),
+    ],
+)
+def test_a_decode_that_breaks_off_says_how_many_frames_can_be_kept(
+    data, options, said, file, tmp_path
+):
+    file.write_bytes(data)
+    command = ["decode", file, "-o", tmp_path / "out", *options]
+    broken = run(*command)
+    recovered = run(*command, "--recover")
+
+    assert broken.exit_code == 1
+    assert said in broken.stderr
+    assert broken.stderr.count("\n") == 1
+    assert "--recover" not in recovered.stderr
+    whole = int(said.rpartition(": ")[2].partition(",")[0])
+    first = 2 if options else 0
+    assert list_names(tmp_path / "out")[:whole] == _files(*range(first, first + whole))
+
+
+@pytest.mark.parametrize(
+    "data", [_DATA[: _FRAMES[0].offset + 9], _DATA[:12], b"not a stream at all"]
+)
+def test_where_no_frame_is_whole_nothing_is_promised(data, file, tmp_path):
+    file.write_bytes(data)
+    result = run("decode", file, "-o", tmp_path / "out")
+
+    assert result.exit_code == 1
+    assert "--recover" not in result.stderr
+
+
+def test_what_a_decode_that_follows_has_written_needs_no_recovery(file, tmp_path):
+    file.write_bytes(_DATA[: _FRAMES[5].offset + 9])
+    options = ["--follow", "--patience", "0"]
+    result = run("decode", file, "-o", tmp_path / "out", *options)
+
+    assert result.exit_code == 1
+    assert "--recover" not in result.stderr
+    assert list_names(tmp_path / "out") == _files(*range(5))
+
+
+def test_a_stream_that_no_recovery_passes_is_refused_without_a_promise(tmp_path):
+    result = run("decode", _INVALID / "critical.quarc", "-o", tmp_path / "out")
+
+    assert result.exit_code == 1
+    assert "unknown-critical" in result.stderr
+    assert "--recover" not in result.stderr
