@@ -1,6 +1,7 @@
 """The verbs that read or make a capture beside `encode`: eval, synth, demo."""
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from statistics import mean
@@ -19,12 +20,13 @@ from quarc_ref.cli.options import (
     Settings,
     StreamFile,
 )
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table, tell
 from quarc_ref.cli.stream_verbs import describe
 from quarc_ref.cli.targets import written_folder
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
+    from quarc_ref.evaluation.protocol import Protocol
 
 _DEMO_FILES = ("capture", "demo.quarc", "report")
 # Not cam13 and later: --force is not to take a capture that was filmed for one of these.
@@ -38,27 +40,59 @@ def evaluate(
     report: Annotated[
         Path | None, typer.Option("--report", metavar="DIR", help="Write a page with pictures.")
     ] = None,
+    other_capture: Annotated[
+        bool,
+        typer.Option(
+            "--other-capture", help="Measure also a stream that was made from another capture."
+        ),
+    ] = False,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure a stream on the held-out cameras, decoded from the file."""
     with reported_faults():
-        from quarc_ref.evaluation.evaluate import MismatchError, evaluate_stream
+        from quarc_ref.evaluation.evaluate import evaluate_stream
 
         regain_signals()
         target = written_folder(report, _REPORT_FILES, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
-            try:
-                evaluation = evaluate_stream(Path(file).read_bytes(), capture, progress.advance)
-            except MismatchError as error:
-                raise UsageError(str(error)) from error
+            with _refused(file, as_json=as_json):
+                data = Path(file).read_bytes()
+                evaluation = evaluate_stream(
+                    data, capture, progress.advance, other_capture=other_capture
+                )
             if folder:
                 from quarc_ref.evaluation.report import write_report
 
                 write_report(evaluation, folder)
+        _warn_of_other_capture(evaluation.protocol)
         page = report / "index.html" if report else None
         _show_evaluation(Path(file), evaluation, page, as_json=as_json)
+
+
+@contextmanager
+def _refused(file: str, *, as_json: bool) -> Iterator[None]:
+    """Turn a capture that does not belong to a stream into a fault of the command line."""
+    from quarc_ref.evaluation.evaluate import MismatchError, OtherCaptureError
+
+    try:
+        yield
+    except OtherCaptureError as error:
+        if as_json:
+            captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
+            print_json({"file": file, "same_capture": False, **captures})
+        message = f"{error}: --other-capture measures it all the same"
+        raise UsageError(message) from error
+    except MismatchError as error:
+        raise UsageError(str(error)) from error
+
+
+def _warn_of_other_capture(protocol: "Protocol") -> None:
+    if protocol.same_capture is None:
+        tell("the stream does not name the capture that it was made from, which may be another")
+    elif not protocol.same_capture:
+        tell(f"the stream was made from another capture, of fingerprint {protocol.encoded_from}")
 
 
 def synth(
@@ -128,7 +162,12 @@ def _show_evaluation(
     summary, quality = evaluation.summary, evaluation.quality
     if as_json:
         report = {} if page is None else {"report": str(page)}
-        measured = {**quality.as_json(), "protocol": evaluation.protocol.as_json()}
+        protocol = evaluation.protocol
+        measured = {
+            **quality.as_json(),
+            "same_capture": protocol.same_capture,
+            "protocol": protocol.as_json(),
+        }
         print_json({"file": str(file), **summary.as_json(), **measured, **report})
         return
     lines = {

@@ -1,6 +1,5 @@
 """The verb `decode`: frames of a stream as files of their own."""
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict
@@ -12,7 +11,7 @@ import typer
 from quarc_ref.cli.faults import STREAM_IS_BAD, UsageError, reported_faults
 from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
-from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table, tell
 from quarc_ref.cli.targets import grown_folder, put_file, written_folder
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 
@@ -136,7 +135,7 @@ def _tell(gap: "Gap") -> None:
     size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
     lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
     line = f"gap at byte {gap.offset}, {size}, frames lost: {lost}: {gap.message}"
-    sys.stderr.write(f"quarc-ref: {escape_controls(line)}\n")
+    tell(line)
 
 
 def _export(scene: "Scene", to: str) -> bytes:

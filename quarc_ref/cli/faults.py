@@ -18,7 +18,7 @@ from typing import Any, NoReturn, TextIO
 
 import typer
 
-from quarc_ref.cli.output import escape_controls
+from quarc_ref.cli.output import tell
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -152,6 +152,6 @@ def _leave(message: str, code: int) -> NoReturn:
     _let_go_of(sys.stdout)
     if message:
         with suppress(OSError):  # the code is left to tell
-            sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
+            tell(message)
     _let_go_of(sys.stderr)
     raise typer.Exit(code)

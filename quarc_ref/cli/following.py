@@ -1,6 +1,5 @@
 """Options of the verbs that follow a stream which is still being written."""
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +8,7 @@ import typer
 
 from quarc_ref.cli.faults import reported_faults
 from quarc_ref.cli.options import STANDARD_STREAM, check_file, is_file
-from quarc_ref.cli.output import escape_controls
+from quarc_ref.cli.output import tell
 
 if TYPE_CHECKING:
     from quarc_ref.decoder import Follow
@@ -69,7 +68,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
 def _await_file(path: Path, patience: float) -> None:
     if path.exists():
         return
-    sys.stderr.write(f"quarc-ref: waiting for {escape_controls(str(path))}\n")
+    tell(f"waiting for {path}")
     give_up = time.monotonic() + patience
     while not path.exists() and time.monotonic() < give_up:
         time.sleep(_POLL_SECONDS)

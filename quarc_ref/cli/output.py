@@ -22,8 +22,8 @@ from quarc_ref.format.acceleration import lacks_kernels
 
 _SECONDS_BETWEEN_LINES = 5.0
 _PLAIN_KERNELS = (
-    "quarc-ref: numba cannot be imported, and decoding takes several times as long without: "
-    "pip install 'quarc-ref[fast]'\n"
+    "numba cannot be imported, and decoding takes several times as long without: "
+    "pip install 'quarc-ref[fast]'"
 )
 _AS_WIDE_AS_IT_IS = 1 << 12
 
@@ -42,6 +42,11 @@ class _Output(Console):
 def print_json(values: dict[str, object]) -> None:
     """Print values as JSON on standard output."""
     sys.stdout.write(json.dumps(values, indent=2, allow_nan=False) + "\n")
+
+
+def tell(message: str) -> None:
+    """Write a line to standard error."""
+    sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
 
 
 def print_table(title: str, rows: dict[str, str]) -> None:
@@ -89,7 +94,7 @@ def warn_of_plain_kernels() -> bool:
         Whether it was said.
     """
     if lacks_kernels():
-        sys.stderr.write(_PLAIN_KERNELS)
+        tell(_PLAIN_KERNELS)
     return lacks_kernels()
 
 

@@ -24,9 +24,28 @@ from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.format.records import Camera
 from quarc_ref.rendering.pictures import render_picture
 
+_FEW = 12  # digits that tell fingerprints apart
+
 
 class MismatchError(ValueError):
     """A stream and a capture that do not belong together."""
+
+
+class OtherCaptureError(MismatchError):
+    """A stream that could be measured on a capture, but was made from another one.
+
+    Attributes:
+        fingerprint: Of the capture.
+        encoded_from: Fingerprint that the stream names.
+    """
+
+    def __init__(self, fingerprint: str, encoded_from: str) -> None:
+        self.fingerprint, self.encoded_from = fingerprint, encoded_from
+        theirs, ours = encoded_from[:_FEW], fingerprint[:_FEW]
+        super().__init__(
+            f"the stream was made from another capture, of fingerprint {theirs}...; "
+            f"that of this one is {ours}..."
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,11 +104,19 @@ class Evaluation:
     protocol: Protocol
 
 
-def open_same_capture(summary: StreamSummary, folder: Path) -> Capture:
+def open_same_capture(
+    summary: StreamSummary, folder: Path, *, other_capture: bool = False
+) -> Capture:
     """Open the capture of a stream at the stream's size, with its cameras held out.
 
+    Args:
+        summary: Of the stream.
+        folder: Of the capture.
+        other_capture: Whether it may be another one of the same cameras and sizes.
+
     Raises:
-        MismatchError: The capture is not the one that the stream was made from.
+        OtherCaptureError: It is another one.
+        MismatchError: The stream cannot be measured on the capture.
         CaptureError: The capture cannot be read.
     """
     held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
@@ -111,24 +138,36 @@ def open_same_capture(summary: StreamSummary, folder: Path) -> Capture:
             f"which has {capture.frame_count} frames"
         )
         raise MismatchError(message)
+    made_from = summary.metadata.get("fingerprint", capture.fingerprint)
+    if made_from != capture.fingerprint and not other_capture:
+        raise OtherCaptureError(capture.fingerprint, made_from)
     return capture
 
 
-def evaluate_stream(data: bytes, folder: Path, note: Callable[[str, int, int], None]) -> Evaluation:
+def evaluate_stream(
+    data: bytes,
+    folder: Path,
+    note: Callable[[str, int, int], None],
+    *,
+    other_capture: bool = False,
+) -> Evaluation:
     """Measure a stream against the capture that it was made from.
 
     Args:
         data: A stream.
         folder: The capture.
         note: Is told of every frame: stage, done, total.
+        other_capture: Whether to measure it on another capture of the same cameras and
+            sizes as well. A stream that names no capture is measured on any such one.
 
     Raises:
         BitstreamError: What is wrong with the bytes.
-        MismatchError: The capture is not the one that the stream was made from.
+        OtherCaptureError: The stream was made from another capture.
+        MismatchError: The stream cannot be measured on the capture.
         CaptureError: The capture cannot be read.
     """
     summary = inspect_stream(data, note)
-    capture = open_same_capture(summary, folder)
+    capture = open_same_capture(summary, folder, other_capture=other_capture)
     count = len(summary.frames)
     shown, psnr, ssim = [], [], []
     for index, scene in enumerate(decode(data)):

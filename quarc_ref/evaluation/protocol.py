@@ -48,6 +48,11 @@ class Protocol:
     versions: dict[str, str]
     metrics: dict[str, str]
 
+    @property
+    def same_capture(self) -> bool | None:
+        """Whether the stream was made from these files; None if it does not say."""
+        return None if self.encoded_from is None else self.encoded_from == self.fingerprint
+
     def as_json(self) -> dict[str, object]:
         """Return what `eval --json` prints of it."""
         return {
@@ -65,7 +70,7 @@ class Protocol:
 
     def as_lines(self) -> dict[str, str]:
         """Return it as names and text, for people."""
-        same = "the same" if self.encoded_from == self.fingerprint else self.encoded_from
+        same = "the same" if self.same_capture else self.encoded_from
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",
             "encoded from": same or "the stream does not say",

@@ -1,11 +1,14 @@
+import json
 import os
 import shutil
 from statistics import mean
 
 import pytest
 
+from quarc_ref.format.chunk_reader import split_chunks
 from tests.cli.commands import list_names, run, run_json
 from tests.datasets import scenes
+from tests.streams import rebuild_stream
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +76,60 @@ def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path
     assert result.exit_code == 2
     assert "other cameras" in result.stderr
     assert list_names(tmp_path) == ["other"]
+
+
+@pytest.fixture(scope="module")
+def other_capture(capture, tmp_path_factory):
+    """A capture of the same cameras and sizes, filmed with another picture in one place."""
+    folder = shutil.copytree(capture, tmp_path_factory.mktemp("other") / "plane")
+    shutil.copy(folder / "cam01.mp4", folder / "cam00.mp4")
+    return folder
+
+
+def test_a_stream_of_another_capture_is_refused(encoded, other_capture, tmp_path):
+    result = run("eval", encoded.file, other_capture, "--report", tmp_path / "report")
+
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("quarc-ref: the stream was made from another capture")
+    assert "--other-capture" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert list_names(tmp_path) == []
+
+
+def test_json_names_the_capture_that_a_stream_was_made_from(encoded, capture, other_capture):
+    result = run("eval", encoded.file, other_capture, "--json")
+    printed = json.loads(result.stdout)
+
+    assert result.exit_code == 2
+    assert printed["same_capture"] is False
+    assert printed["encoded_from"] == encoded.printed["metadata"]["fingerprint"]
+    assert printed["fingerprint"] not in ("", printed["encoded_from"])
+    assert "psnr" not in printed
+    assert run_json("eval", encoded.file, capture)["same_capture"] is True
+
+
+def test_a_stream_of_another_capture_is_measured_if_asked_for_and_still_told(
+    encoded, other_capture
+):
+    result = run("eval", encoded.file, other_capture, "--json", "--other-capture", "--quiet")
+    printed = json.loads(result.stdout)
+
+    assert result.exit_code == 0
+    assert result.stderr.startswith("quarc-ref: the stream was made from another capture")
+    assert result.stderr.count("\n") == 1
+    assert printed["same_capture"] is False
+    assert printed["psnr"] > 0
+
+
+def test_a_stream_that_does_not_name_its_capture_is_measured_and_told(encoded, capture, tmp_path):
+    chunks = split_chunks(encoded.file.read_bytes())
+    unnamed = [(each.kind, each.payload.replace(b"fingerprint", b"thumb-print")) for each in chunks]
+    (tmp_path / "unnamed.quarc").write_bytes(rebuild_stream(unnamed))
+    result = run("eval", tmp_path / "unnamed.quarc", capture, "--json")
+
+    assert result.exit_code == 0
+    assert "does not name the capture" in result.stderr
+    assert json.loads(result.stdout)["same_capture"] is None
 
 
 @pytest.mark.parametrize("name", ["-", "http://example.org/a.quarc"])

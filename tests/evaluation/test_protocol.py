@@ -3,7 +3,7 @@ from importlib.metadata import version
 
 import pytest
 
-from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.evaluation.evaluate import OtherCaptureError, evaluate_stream
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.report import write_report
 from tests.evaluation.conftest import ignore
@@ -37,18 +37,34 @@ def test_it_is_json(protocol):
 
 
 def test_a_stream_that_names_its_capture_is_held_against_it(folder, capture):
-    for said, told in ((capture.fingerprint, "the same"), ("f" * 64, "f" * 64)):
-        data = write_stream(capture.cameras, 1, {"fingerprint": said})
-        measured = evaluate_stream(data, folder, ignore).protocol
+    data = write_stream(capture.cameras, 1, {"fingerprint": capture.fingerprint})
+    measured = evaluate_stream(data, folder, ignore).protocol
 
-        assert measured.encoded_from == said
-        assert measured.as_lines()["encoded from"] == told
+    assert measured.encoded_from == capture.fingerprint
+    assert measured.as_lines()["encoded from"] == "the same"
+    assert measured.same_capture is True
+
+
+def test_a_stream_of_another_capture_is_measured_only_if_asked_for(folder, capture):
+    data = write_stream(capture.cameras, 1, {"fingerprint": "f" * 64})
+
+    with pytest.raises(OtherCaptureError, match="another capture") as refused:
+        evaluate_stream(data, folder, ignore)
+    measured = evaluate_stream(data, folder, ignore, other_capture=True).protocol
+
+    assert (refused.value.fingerprint, refused.value.encoded_from) == (
+        capture.fingerprint,
+        "f" * 64,
+    )
+    assert measured.encoded_from == measured.as_lines()["encoded from"] == "f" * 64
+    assert measured.same_capture is False
 
 
 def test_a_stream_that_names_none_is_told_to(capture):
     protocol = describe_protocol(capture, capture.cameras, 4, 0, None)
 
     assert protocol.as_lines()["encoded from"] == "the stream does not say"
+    assert protocol.same_capture is None
 
 
 def test_the_page_shows_it(evaluation, capture, tmp_path):
