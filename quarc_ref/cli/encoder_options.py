@@ -76,16 +76,22 @@ def open_asked(folder: Path, downscale: int, held_out: list[str]) -> "Capture":
         UsageError: The pictures cannot be made as small, or a camera that is to
             be held out is not there.
         CaptureError: The capture cannot be read.
+        UnicodeEncodeError: A file cannot have the name that the capture gives it, or a stream
+            cannot hold the name of the capture or of a camera.
     """
+    from quarc_ref.datasets.calibration import DownscaleError
     from quarc_ref.datasets.errors import HeldOutError
     from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 
     regain_signals()
     try:
-        return open_capture(folder, CaptureOptions(downscale, tuple(held_out)))
+        capture = open_capture(folder, CaptureOptions(downscale, tuple(held_out)))
     except HeldOutError as error:
         message = f"--held-out: {error}"
         raise UsageError(message) from error
-    except ValueError as error:
+    except DownscaleError as error:
         message = f"--downscale {downscale}: {error}"
         raise UsageError(message) from error
+    for name in (capture.name, *(camera.name for camera in capture.cameras)):
+        name.encode()  # or the stream could not be written when all is trained
+    return capture

@@ -93,6 +93,11 @@ def _name_extra(error: ImportError) -> str:
     return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
 
 
+def _ask_for_another_name(error: UnicodeEncodeError) -> str:
+    encoding = error.encoding.upper()
+    return f"the name {error.object!r} is not {encoding}: rename the file or folder that has it"
+
+
 def _refusal(error: BitstreamError) -> str:
     return "; ".join([f"the stream is refused: {error}", *getattr(error, "__notes__", [])])
 
@@ -110,6 +115,7 @@ _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]]
     ((BitstreamError,), STREAM_IS_BAD, _refusal),
     ((UsageError, EditError, ResumeError, VariableError), USAGE, str),
     ((ImportError,), TOOL_FAILED, _name_extra),
+    ((UnicodeEncodeError,), TOOL_FAILED, _ask_for_another_name),
     ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),
 )
 

@@ -183,16 +183,20 @@ def choose_near(depths: Numbers) -> float:
 _Pinhole = TypeVar("_Pinhole", Lens, Camera)
 
 
+class DownscaleError(ValueError):
+    """Pictures that cannot be made as small as asked for."""
+
+
 def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
     """Return what sees the same in pictures that are `factor` times smaller.
 
     Raises:
-        ValueError: No pixel would be left.
+        DownscaleError: No pixel would be left.
     """
     width, height = pinhole.width, pinhole.height
     if not 1 <= factor <= min(width, height):
         message = f"pictures of {width}x{height} cannot be made {factor} times smaller"
-        raise ValueError(message)
+        raise DownscaleError(message)
     return replace(
         pinhole,
         width=width // factor,

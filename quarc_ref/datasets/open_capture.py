@@ -63,7 +63,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     Raises:
         CaptureError: The folder is no capture that can be used; the message
             says which file is wrong, and what to do.
-        ValueError: The pictures cannot be made as small as asked for.
+        DownscaleError: The pictures cannot be made as small as asked for.
     """
     footage = _read_footage(path)
     held_out = _choose_held_out([camera.name for camera in footage.cameras], options.held_out)

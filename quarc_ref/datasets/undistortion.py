@@ -33,7 +33,7 @@ class Rectifier:
 
     Raises:
         UnsupportedCameraError: The lens sees too wide for a pinhole.
-        ValueError: `downscale` leaves no pixel.
+        DownscaleError: `downscale` leaves no pixel.
     """
 
     def __init__(self, lens: Lens, downscale: int = 1) -> None:

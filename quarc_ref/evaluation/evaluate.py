@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quarc_ref.datasets.calibration import DownscaleError
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Splats, decode, dequantize
@@ -129,7 +130,7 @@ def open_same_capture(
     downscale = max(1, round(full.cameras[0].width / summary.cameras[0].width))
     try:
         capture = open_capture(folder, CaptureOptions(downscale=downscale, held_out=held_out))
-    except ValueError as error:
+    except DownscaleError as error:
         raise MismatchError(str(error)) from error
     _require_equal("sizes of pictures", _sizes(capture.cameras), _sizes(summary.cameras))
     if capture.frame_count <= summary.frames[-1].frame:

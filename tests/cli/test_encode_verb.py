@@ -206,7 +206,7 @@ def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
         patch.setattr(encode_stream, "fit_motion", read_along)
         result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--live")
 
-    assert result.exit_code == 3
+    assert result.exit_code == 130
     assert result.stderr.splitlines()[-1] == (
         f"quarc-ref: interrupted; {file} holds the frames that were written: "
         "--resume goes on with them"

@@ -1,0 +1,70 @@
+"""Names of files and folders that are not UTF-8, as Python has them: with lone surrogates."""
+
+import shutil
+
+import pytest
+
+from quarc_ref.encoder import encode_stream
+from tests.cli.commands import TINY_OPTIONS, list_names, run
+from tests.datasets import scenes
+
+_ODD = "\udcff"  # the byte FF in a name
+
+
+@pytest.fixture(autouse=True)
+def _no_training(monkeypatch):
+    """What cannot be written is found before the training, which would be lost."""
+    monkeypatch.setattr(encode_stream, "train_canonical", None)
+
+
+def _refused(folder, tmp_path):
+    """What `encode` says of a capture that it refuses."""
+    result = run("encode", folder, "-o", tmp_path / "a.quarc", *TINY_OPTIONS)
+
+    assert result.exit_code == 3
+    assert result.stderr.count("\n") == 1
+    assert "--downscale" not in result.stderr
+    assert not [name for name in list_names(tmp_path) if name.startswith("a.quarc")]
+    return result.stderr
+
+
+def _copy(capture, place):
+    try:
+        return shutil.copytree(capture, place)
+    except OSError:
+        pytest.skip("this file system has no such names")
+
+
+def test_a_file_that_cannot_be_is_named(capture, tmp_path):
+    folder = _copy(capture, tmp_path / "film")
+    (folder / "poses_bounds.npy").unlink()
+    document = scenes.video_document(scenes.make_shots(), ply_file_path="points\ud800.ply")
+    scenes.write_transforms(folder, document)
+
+    assert "points\\ud800.ply" in _refused(folder, tmp_path)
+
+
+def test_a_capture_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
+    folder = _copy(capture, tmp_path / f"film{_ODD}")
+
+    assert "'film\\udcff' is not UTF-8" in _refused(folder, tmp_path)
+
+
+def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
+    folder = _copy(capture, tmp_path / "film")
+    try:
+        (folder / "cam03.mp4").rename(folder / f"cam03{_ODD}.mp4")
+    except OSError:
+        pytest.skip("this file system has no such names")
+
+    assert "'cam03\\udcff' is not UTF-8" in _refused(folder, tmp_path)
+
+
+@pytest.mark.parametrize("verb", ["info", "verify"])
+def test_a_stream_may_be_called_anything(verb, stream_file):
+    try:
+        odd = stream_file.rename(stream_file.with_name(f"odd{_ODD}.quarc"))
+    except OSError:
+        pytest.skip("this file system has no such names")
+
+    assert "odd\\udcff.quarc" in run(verb, odd).stdout
