@@ -11,6 +11,8 @@ from xml.etree import ElementTree
 from runner.cases import Case
 from runner.judge import PASS, Verdict
 
+_SCHEMA = "quarc-ref/conformance-report/1"  # schema/report.schema.json
+
 
 @dataclass(frozen=True)
 class Result:
@@ -90,8 +92,14 @@ class Report:
         clauses = {
             name: {"passed": good, "cases": n} for name, (good, n) in self.by("clauses").items()
         }
-        said = {"decoder": self.command, "capabilities": self.capabilities, "passed": self.passed}
-        return said | {"clauses": clauses, "cases": cases}
+        return {
+            "schema": _SCHEMA,
+            "decoder": self.command,
+            "capabilities": self.capabilities,
+            "passed": self.passed,
+            "clauses": clauses,
+            "cases": cases,
+        }
 
     def junit(self) -> bytes:
         """Return a JUnit file, a test case to a case."""

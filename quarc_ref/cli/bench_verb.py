@@ -30,7 +30,7 @@ def bench(
             message = "the stream has no frame to decode"
             raise UsageError(message)
         if as_json:
-            print_json(speed.as_json())
+            print_json("bench/1", speed.as_json())
         else:
             print_table(name_stream(file), _describe(speed))
 

@@ -68,7 +68,7 @@ def evaluate(
                 write_report(evaluation, folder)
         _warn_of_other_capture(evaluation.protocol)
         page = report / "index.html" if report else None
-        _show_evaluation(Path(file), evaluation, page, as_json=as_json)
+        _show_evaluation("eval/1", Path(file), evaluation, page, as_json=as_json)
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def _refused(file: str, *, as_json: bool) -> Iterator[None]:
     except OtherCaptureError as error:
         if as_json:
             captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
-            print_json({"file": file, "same_capture": False, **captures})
+            print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
         message = f"{error}: --other-capture measures it all the same"
         raise UsageError(message) from error
     except MismatchError as error:
@@ -123,7 +123,7 @@ def synth(
         cameras = options.cameras + 1
         if as_json:
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
-            print_json({"folder": str(folder), **sizes})
+            print_json("synth/1", {"folder": str(folder), **sizes})
         else:
             each = f"{frames} frame{'' if frames == 1 else 's'} each, {width} x {height}"
             videos = f"{cameras}, of {each}; cam00 is to be held out"
@@ -153,11 +153,13 @@ def demo(
         ):
             made = run_demo(folder, options, config, progress)
         page = output / made.report.relative_to(folder)
-        _show_evaluation(output / made.stream.name, made.evaluation, page, as_json=as_json)
+        _show_evaluation(
+            "demo/1", output / made.stream.name, made.evaluation, page, as_json=as_json
+        )
 
 
 def _show_evaluation(
-    file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
+    schema: str, file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
 ) -> None:
     summary, quality = evaluation.summary, evaluation.quality
     if as_json:
@@ -168,7 +170,7 @@ def _show_evaluation(
             "same_capture": protocol.same_capture,
             "protocol": protocol.as_json(),
         }
-        print_json({"file": str(file), **summary.as_json(), **measured, **report})
+        print_json(schema, {"file": str(file), **summary.as_json(), **measured, **report})
         return
     lines = {
         "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "

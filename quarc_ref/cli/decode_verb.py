@@ -122,7 +122,7 @@ class _Written:
         """Print what there is, in which folder, if there is one."""
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
-            print_json({"folder": output and str(output), "files": self.names, **gaps})
+            print_json("decode/1", {"folder": output and str(output), "files": self.names, **gaps})
             return
         ends = f", {self.names[0]} to {self.names[-1]}" if self.names else ""
         lines = {"files": f"{len(self.names)}{ends}"}

@@ -53,7 +53,7 @@ def cut(
         with open_source(file) as source, written_stream(output, force=force) as sink:
             first = None if frames.startswith(":") else start
             count = cut_stream(source, first, stop, sink)
-        _show(output, count, as_json=as_json)
+        _show("cut/1", output, count, as_json=as_json)
 
 
 def join(
@@ -82,7 +82,7 @@ def join(
         sources = [stack.enter_context(open_source(name)) for name in files]
         with written_stream(output, force=force) as sink:
             count = join_streams(sources, sink)
-        _show(output, count, as_json=as_json)
+        _show("join/1", output, count, as_json=as_json)
 
 
 def _refuse_mixture(output: Path, *, as_json: bool) -> None:
@@ -92,12 +92,12 @@ def _refuse_mixture(output: Path, *, as_json: bool) -> None:
         raise UsageError(message)
 
 
-def _show(output: Path, count: int, *, as_json: bool) -> None:
+def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
     """Print what was written, unless that is where it went."""
     if str(output) == STANDARD_STREAM:
         return
     size = output.stat().st_size
     if as_json:
-        print_json({"file": str(output), "frames": count, "bytes": size})
+        print_json(schema, {"file": str(output), "frames": count, "bytes": size})
     else:
         print_table(output.name, {"frames": f"{count}", "whole stream": f"{size:,} bytes"})

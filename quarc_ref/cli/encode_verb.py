@@ -203,6 +203,6 @@ def _show(output: Path, seconds: float, *, as_json: bool) -> None:
 
     summary = inspect_stream(output.read_bytes())
     if as_json:
-        print_json({"file": str(output), **summary.as_json(), "seconds": seconds})
+        print_json("encode/1", {"file": str(output), **summary.as_json(), "seconds": seconds})
     else:
         print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})

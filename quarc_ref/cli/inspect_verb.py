@@ -30,12 +30,13 @@ def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> 
             summary = inspect_stream(source, progress.advance)
         if as_json:
             print_json(
+                "inspect/1",
                 {
                     **summary.as_json(),
                     "chunks": [chunk.as_json() for chunk in summary.chunks],
                     "per_frame": [frame.as_json() for frame in summary.frames],
                     "symbols": summary.magnitudes().as_json(),
-                }
+                },
             )
             return
         _print_chunks(f"{name_stream(file)}: chunks", summary)

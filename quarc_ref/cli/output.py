@@ -39,9 +39,16 @@ class _Output(Console):
         raise
 
 
-def print_json(values: dict[str, object]) -> None:
-    """Print values as JSON on standard output."""
-    sys.stdout.write(json.dumps(values, indent=2, allow_nan=False) + "\n")
+def print_json(schema: str, values: dict[str, object]) -> None:
+    """Print values as JSON on standard output.
+
+    Args:
+        schema: What they are, and in which version: `info/1` is what docs/schemas/info.json
+            describes.
+        values: With names that the schema knows.
+    """
+    said = {"schema": f"quarc-ref/{schema}", **values}
+    sys.stdout.write(json.dumps(said, indent=2, allow_nan=False) + "\n")
 
 
 def tell(message: str) -> None:

@@ -179,7 +179,8 @@ def _write_pictures(drawn: "_Pictures", output: Path, *, force: bool) -> dict[st
 
 def _show(output: Path, camera: "Camera", made: dict[str, object], *, as_json: bool) -> None:
     if as_json:
-        print_json(made | {"camera": camera.name, "width": camera.width, "height": camera.height})
+        seen = {"camera": camera.name, "width": camera.width, "height": camera.height}
+        print_json("render/1", made | seen)
         return
     size = f"{camera.width} x {camera.height}"
     plural = "" if made["frames"] == 1 else "s"

@@ -27,7 +27,7 @@ def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> Non
         with TerminalProgress(quiet=quiet) as progress, open_source(file) as source:
             summary = inspect_stream(source, progress.advance)
         if as_json:
-            print_json(summary.as_json())
+            print_json("info/1", summary.as_json())
         else:
             print_table(name_stream(file), describe(summary))
 
@@ -61,11 +61,13 @@ def verify(
                 run.decode(source, waiting)
         except BitstreamError as error:
             if as_json:
-                print_json({"valid": False, "frames": run.frames, "refused": error.reject_id})
+                refused = {"valid": False, "frames": run.frames, "refused": error.reject_id}
+                print_json("verify/1", refused)
             raise
         if as_json:
             proved = {"proved": proof.as_json()} if proof else {}
-            print_json({"valid": True, "frames": run.frames, "state_sha256": run.digest, **proved})
+            found = {"valid": True, "frames": run.frames, "state_sha256": run.digest}
+            print_json("verify/1", {**found, **proved})
         else:
             lines = {"valid": "yes", "frames": f"{run.frames}"}
             lines |= {"last state": run.digest} if run.digest else {}

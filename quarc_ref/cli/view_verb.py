@@ -81,7 +81,7 @@ def _open_page(
 
 def _announce(title: str, url: str, *, as_json: bool, open_browser: bool) -> None:
     if as_json:
-        print_json({"stream": title, "url": url})
+        print_json("view/1", {"stream": title, "url": url})
     else:
         print_table(title, {"page": url, "end": "Ctrl-C"})
     sys.stdout.flush()

@@ -5,6 +5,7 @@ import json
 from typer.testing import CliRunner
 
 from quarc_ref.cli.app import app
+from tests.cli.schemas import validate
 
 # A few iterations of everything: what comes out is no picture, but a whole stream.
 TINY = {
@@ -34,7 +35,15 @@ def run_json(*arguments):
     """What a command prints with --json, which must be all that it prints."""
     result = run(*arguments, "--json")
     assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    return read_json(result.stdout)
+
+
+def read_json(text):
+    """What JSON says beside the schema that it names, and keeps to."""
+    printed = json.loads(text)
+    validate(printed)
+    del printed["schema"]
+    return printed
 
 
 def list_names(folder):

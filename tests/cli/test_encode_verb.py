@@ -1,4 +1,3 @@
-import json
 import re
 import shutil
 
@@ -9,7 +8,7 @@ from quarc_ref.decoder import StreamDecoder, decode
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.presets import choose_preset, list_settings
 from quarc_ref.format.chunk_reader import split_chunks
-from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
+from tests.cli.commands import TINY_OPTIONS, list_names, read_json, run, run_json
 from tests.datasets import scenes
 
 
@@ -211,7 +210,7 @@ def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
         f"quarc-ref: interrupted; {file} holds the frames that were written: "
         "--resume goes on with them"
     )
-    files = [json.loads(each.stdout)["files"] for each in seen]
+    files = [read_json(each.stdout)["files"] for each in seen]
     assert files == [["frame_0000.ply"], ["frame_0000.ply", "frame_0001.ply"]]
     whole = encoded.file.read_bytes()
     assert whole.startswith(file.read_bytes())

@@ -1,4 +1,3 @@
-import json
 import os
 import shutil
 from statistics import mean
@@ -6,7 +5,7 @@ from statistics import mean
 import pytest
 
 from quarc_ref.format.chunk_reader import split_chunks
-from tests.cli.commands import list_names, run, run_json
+from tests.cli.commands import list_names, read_json, run, run_json
 from tests.datasets import scenes
 from tests.streams import rebuild_stream
 
@@ -98,7 +97,7 @@ def test_a_stream_of_another_capture_is_refused(encoded, other_capture, tmp_path
 
 def test_json_names_the_capture_that_a_stream_was_made_from(encoded, capture, other_capture):
     result = run("eval", encoded.file, other_capture, "--json")
-    printed = json.loads(result.stdout)
+    printed = read_json(result.stdout)
 
     assert result.exit_code == 2
     assert printed["same_capture"] is False
@@ -112,7 +111,7 @@ def test_a_stream_of_another_capture_is_measured_if_asked_for_and_still_told(
     encoded, other_capture
 ):
     result = run("eval", encoded.file, other_capture, "--json", "--other-capture", "--quiet")
-    printed = json.loads(result.stdout)
+    printed = read_json(result.stdout)
 
     assert result.exit_code == 0
     assert result.stderr.startswith("quarc-ref: the stream was made from another capture")
@@ -129,7 +128,7 @@ def test_a_stream_that_does_not_name_its_capture_is_measured_and_told(encoded, c
 
     assert result.exit_code == 0
     assert "does not name the capture" in result.stderr
-    assert json.loads(result.stdout)["same_capture"] is None
+    assert read_json(result.stdout)["same_capture"] is None
 
 
 @pytest.mark.parametrize("name", ["-", "http://example.org/a.quarc"])

@@ -130,6 +130,6 @@ def test_a_demo_that_fails_leaves_the_old_one_whole(shown, monkeypatch):
     monkeypatch.setattr("quarc_ref.evaluation.demo.run_demo", fail)
     results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]
 
-    assert [result.exit_code for result in results] == [3, 3]
+    assert [result.exit_code for result in results] == [130, 130]
     assert list_names(folder.parent) == ["out"]
     assert (folder / "demo.quarc").read_bytes() == before

@@ -18,7 +18,7 @@ def clock(monkeypatch):
 
 def test_json_has_no_numbers_that_json_lacks(capsys):
     with pytest.raises(ValueError, match="not JSON compliant"):
-        print_json({"psnr": math.inf})
+        print_json("eval/1", {"psnr": math.inf})
 
     assert capsys.readouterr().out == ""
 

@@ -1,4 +1,3 @@
-import json
 import os
 import signal
 import subprocess
@@ -7,7 +6,7 @@ import time
 import pytest
 
 from quarc_ref.decoder import compute_digest, decode
-from tests.cli.commands import list_names, run, run_json
+from tests.cli.commands import list_names, read_json, run, run_json
 from tests.cli.processes import SLOW_ENCODER, run_piped, start
 from tests.streams import make_stream
 
@@ -30,14 +29,14 @@ def test_a_stream_on_standard_input_is_a_stream(verb, key, tmp_path):
     done = run_piped(verb, "-", "--json", data=_DATA)
 
     assert done.returncode == 0
-    assert json.loads(done.stdout)[key] == run_json(verb, tmp_path / "a.quarc")[key]
+    assert read_json(done.stdout)[key] == run_json(verb, tmp_path / "a.quarc")[key]
 
 
 def test_deep_proofs_of_a_pipe_are_those_of_a_file(tmp_path):
     (tmp_path / "a.quarc").write_bytes(_DATA)
     done = run_piped("verify", "-", "--deep", "--json", data=_DATA)
 
-    assert json.loads(done.stdout) == run_json("verify", tmp_path / "a.quarc", "--deep")
+    assert read_json(done.stdout) == run_json("verify", tmp_path / "a.quarc", "--deep")
 
 
 def test_frames_of_a_pipe_are_decoded_and_faults_named(tmp_path):
@@ -102,7 +101,7 @@ def test_a_stream_is_played_while_another_process_writes_it(growing, tmp_path):
             assert player.poll() is None
             assert _next_frame(encoder) == frame + 1
         encoder.stdin.close()
-        printed = json.loads(player.communicate(timeout=60)[0])
+        printed = read_json(player.communicate(timeout=60)[0])
 
     assert player.returncode == 0
     assert printed["files"] == list_names(out) == [f"frame_{frame:04}.ply" for frame in range(4)]
@@ -133,7 +132,7 @@ def test_a_stream_is_verified_as_it_grows(growing):
     with start("verify", path, "--follow", "--json", stdout=subprocess.PIPE) as following:
         frames = [_next_frame(encoder) for _ in range(2)]
         encoder.stdin.close()
-        printed = json.loads(following.communicate(timeout=60)[0])
+        printed = read_json(following.communicate(timeout=60)[0])
 
     assert frames == [1, 2]
     assert (printed["valid"], printed["frames"]) == (True, 3)

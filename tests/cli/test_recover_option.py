@@ -1,11 +1,10 @@
-import json
 from pathlib import Path
 
 import pytest
 
 from quarc_ref.decoder import Gap, recover
 from quarc_ref.format.chunk_reader import split_chunks
-from tests.cli.commands import list_names, run, run_json
+from tests.cli.commands import list_names, read_json, run, run_json
 from tests.streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
@@ -42,7 +41,7 @@ def test_frames_past_damage_are_written_and_gaps_reported(data, kept, file, tmp_
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
     gaps = [item for item in recover(data) if isinstance(item, Gap)]
-    printed = json.loads(result.stdout)
+    printed = read_json(result.stdout)
     assert result.exit_code == 1
     assert printed["files"] == _files(*kept) == list_names(tmp_path / "out")
     assert [(gap["offset"], gap["byte_count"], gap["reject_id"]) for gap in printed["gaps"]] == [
@@ -84,9 +83,9 @@ def test_where_nothing_is_left_nothing_is_made(file, tmp_path):
     result = run("decode", file, "-o", tmp_path / "out", "--recover", "--json", "-q")
 
     assert result.exit_code == 1
-    assert json.loads(result.stdout)["folder"] is None
-    assert json.loads(result.stdout)["files"] == []
-    assert json.loads(result.stdout)["gaps"] != []
+    assert read_json(result.stdout)["folder"] is None
+    assert read_json(result.stdout)["files"] == []
+    assert read_json(result.stdout)["gaps"] != []
     assert list_names(tmp_path) == ["some.quarc"]
 
 

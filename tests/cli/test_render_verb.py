@@ -1,11 +1,9 @@
-import json
-
 import numpy as np
 import pytest
 
 from quarc_ref.datasets.video import VideoReader, read_still
 from quarc_ref.evaluation.metrics import measure_psnr
-from tests.cli.commands import list_names, run, run_json
+from tests.cli.commands import list_names, read_json, run, run_json
 from tests.cli.processes import run_piped
 from tests.datasets import scenes
 
@@ -93,7 +91,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
     )
 
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["files"] == ["frame_0002.png", "frame_0003.png"]
+    assert read_json(done.stdout)["files"] == ["frame_0002.png", "frame_0003.png"]
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,10 @@
-import json
 import signal
 import subprocess
 import urllib.request
 
 import pytest
 
-from tests.cli.commands import run
+from tests.cli.commands import read_json, run
 from tests.cli.processes import start
 from tests.streams import make_stream
 
@@ -32,7 +31,7 @@ def test_a_page_is_served_until_it_is_interrupted(stream_file):
         stderr=subprocess.PIPE,
         text=True,
     )
-    printed = json.loads("".join(viewer.stdout.readline() for _ in range(4)))
+    printed = read_json("".join(viewer.stdout.readline() for _ in range(5)))
     with urllib.request.urlopen(printed["url"], timeout=60) as answer:
         status = answer.status
 

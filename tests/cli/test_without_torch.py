@@ -1,6 +1,5 @@
 """Decoding where nothing that makes pictures or trains can be imported."""
 
-import json
 import os
 import subprocess
 import sys
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest
+from tests.cli.commands import read_json
 from tests.streams import make_stream
 
 _BLOCKED = ("torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat")
@@ -42,13 +42,13 @@ def test_the_state_is_the_same_as_in_this_process(verb, blocked, stream_file, ma
     done = _run(verb, stream_file, "--json", blocked=blocked)
 
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["state_sha256"] == compute_digest(made.states[-1].scene)
+    assert read_json(done.stdout)["state_sha256"] == compute_digest(made.states[-1].scene)
 
 
 def test_every_frame_is_decoded_to_the_same_arrays(stream_file, made, tmp_path):
     done = _run("decode", stream_file, "--to", "npz", "-o", tmp_path / "out", "--json")
 
-    names = json.loads(done.stdout)["files"]
+    names = read_json(done.stdout)["files"]
     assert len(names) == len(made.states)
     for name, state in zip(names, made.states, strict=True):
         with np.load(tmp_path / "out" / name, allow_pickle=False) as arrays:

@@ -1,0 +1,30 @@
+"""The schemas of docs/schemas, and JSON held against them."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+from jsonschema import Draft202012Validator
+from referencing import Registry, Resource
+
+FOLDER = Path(__file__).resolve().parents[2] / "docs" / "schemas"
+SHARED = "common"  # definitions for others to refer to
+
+
+@cache
+def load_schemas():
+    """All schemas by name."""
+    return {path.stem: json.loads(path.read_text("utf-8")) for path in FOLDER.glob("*.json")}
+
+
+@cache
+def _registry():
+    schemas = load_schemas().values()
+    return Registry().with_resources((it["$id"], Resource.from_contents(it)) for it in schemas)
+
+
+def validate(printed):
+    """Raise ValidationError unless JSON is as the schema has it that it names."""
+    tool, name, _version = printed["schema"].split("/")
+    assert tool == "quarc-ref"
+    Draft202012Validator(load_schemas()[name], registry=_registry()).validate(printed)

@@ -1,0 +1,129 @@
+"""JSON that the command prints, and the schemas that say what it is."""
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator, ValidationError
+
+import quarc_ref.cli
+from quarc_ref.cli.app import app
+from tests.cli.commands import run, run_json
+from tests.cli.processes import start
+from tests.cli.schemas import FOLDER, SHARED, load_schemas, validate
+from tests.cli.stress import VERBS
+
+_SCHEMAS = {name: it for name, it in load_schemas().items() if name != SHARED}
+
+
+@pytest.fixture
+def places(stream_file, encoded, capture):
+    return {"stream": stream_file, "encoded": encoded.file, "capture": capture}
+
+
+@pytest.mark.parametrize("verb", [name for name in VERBS if name != "view"])
+def test_what_a_verb_prints_is_as_its_schema_has_it(verb, places, tmp_path):
+    pytest.importorskip(VERBS[verb].needs)
+    result = run(verb, *VERBS[verb].fill({**places, "out": tmp_path / "out"}), "--json")
+    printed = json.loads(result.stdout)
+
+    validate(printed)
+    assert next(iter(printed)) == "schema"
+    assert printed["schema"].split("/")[1] == verb
+    second = list(printed)[1]
+    less = {name: value for name, value in printed.items() if name != second}
+    for wrong in ({**printed, "more": 0}, less):
+        with pytest.raises(ValidationError):
+            validate(wrong)
+
+
+def test_what_view_prints_is_as_its_schema_has_it(stream_file):
+    pytest.importorskip("viser")
+    with start("view", stream_file, "--no-open", "--json", stdout=subprocess.PIPE) as viewer:
+        printed = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
+        viewer.terminate()
+
+    validate(printed)
+    assert printed["schema"] == "quarc-ref/view/1"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "verify {stream} --deep",
+        "verify {damaged}",
+        "decode {damaged} -o {out} --recover",
+        "decode {broken} -o {out} --recover",
+        "info {empty}",
+        "inspect {empty}",
+        "verify {empty} --deep",
+        "inspect {encoded}",
+        "render {stream} -o {out}.mp4",
+        "eval {encoded} {capture}",
+    ],
+)
+def test_so_it_is_in_every_other_case(line, places, made, tmp_path):
+    for name, data in _damaged(made.data).items():
+        places[name] = tmp_path / f"{name}.quarc"
+        places[name].write_bytes(data)
+    result = run(*line.format(**places, out=tmp_path / "out").split(), "--json", "--quiet")
+
+    validate(json.loads(result.stdout))
+
+
+def _damaged(data):
+    """A stream without its end, one without a whole frame, one without frames at all."""
+    empty = Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
+    return {"damaged": data[:-1], "broken": data[:200], "empty": empty.read_bytes()}
+
+
+def test_every_verb_has_a_schema():
+    assert {command.name for command in app.registered_commands} <= _SCHEMAS.keys()
+
+
+def test_every_object_that_is_printed_has_a_schema_of_its_version():
+    modules = Path(quarc_ref.cli.__file__).parent.glob("*.py")
+    named = {
+        f"quarc-ref/{each}"
+        for path in modules
+        for each in re.findall(r'"([a-z-]+/\d+)"', path.read_text())
+    }
+
+    assert named == {it["properties"]["schema"]["const"] for it in _SCHEMAS.values()}
+
+
+@pytest.mark.parametrize("name", load_schemas())
+def test_a_schema_is_one(name):
+    Draft202012Validator.check_schema(load_schemas()[name])
+    assert load_schemas()[name]["$id"] == f"{name}.json"
+
+
+@pytest.mark.parametrize("name", _SCHEMAS)
+def test_a_schema_names_itself_and_knows_every_key(name):
+    schema = _SCHEMAS[name]
+
+    assert schema["additionalProperties"] is False
+    assert "schema" in schema["required"]
+    assert re.fullmatch(f"quarc-ref/{name}/[0-9]+", schema["properties"]["schema"]["const"])
+
+
+def test_the_page_lists_every_schema():
+    page = (FOLDER / "README.md").read_text("utf-8")
+    rows = dict(re.findall(r"^\| `(quarc-ref/.*?)` \|.*\]\((.*)\) \|$", page, re.MULTILINE))
+
+    named = {schema: json.loads((FOLDER / file).read_text()) for schema, file in rows.items()}
+    assert all(it["properties"]["schema"]["const"] == schema for schema, it in named.items())
+    assert {it["$id"] for it in named.values()} >= {it["$id"] for it in _SCHEMAS.values()}
+    assert "quarc-ref/conformance-report/1" in named
+
+
+def test_the_example_of_the_page_runs(stream_file):
+    page = (FOLDER / "README.md").read_text("utf-8")
+    (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    printed = {"schema": "quarc-ref/info/1", **run_json("info", stream_file)}
+
+    exec(program, {"printed": printed})
+    with pytest.raises(ValidationError):
+        exec(program, {"printed": {**printed, "more": 0}})
