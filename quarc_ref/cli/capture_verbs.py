@@ -90,7 +90,7 @@ def _refused(file: str, *, as_json: bool) -> Iterator[None]:
 
 def _warn_of_other_capture(protocol: "Protocol") -> None:
     if protocol.same_capture is None:
-        tell("the stream does not name the capture that it was made from, which may be another")
+        tell("the stream has no fingerprint: whether it was made from this capture is unknown")
     elif not protocol.same_capture:
         tell(f"the stream was made from another capture, of fingerprint {protocol.encoded_from}")
 

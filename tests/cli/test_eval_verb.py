@@ -127,7 +127,7 @@ def test_a_stream_that_does_not_name_its_capture_is_measured_and_told(encoded, c
     result = run("eval", tmp_path / "unnamed.quarc", capture, "--json")
 
     assert result.exit_code == 0
-    assert "does not name the capture" in result.stderr
+    assert "has no fingerprint" in result.stderr
     assert read_json(result.stdout)["same_capture"] is None
 
 
