@@ -1,0 +1,34 @@
+"""Files and folders that are whole or absent, and that leave alone what others have put there.
+
+    with atomic_file(Path("a.bin")) as sink:            # there when the block ends, not before
+        sink.write(data)
+    with written_folder(Path("frames")) as made:        # the same, for a folder
+        made.write("frame_0000.ply", data)
+
+Whatever is made here grows beside its target under a hidden random name, is locked
+while its process lives, and is removed if the work fails. What a killed process has
+left is removed by the next one that writes the same target. Every folder lists its
+own files in a marker, and only files listed there are ever deleted.
+"""
+
+from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file
+from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.folders import grown_folder, written_folder
+from quarc_ref.files.leftovers import remove_leftovers
+from quarc_ref.files.made_folder import MadeFolder
+from quarc_ref.files.marker import MARKER
+from quarc_ref.files.stock import holds_files
+
+__all__ = [
+    "MARKER",
+    "MadeFolder",
+    "PlaceError",
+    "atomic_file",
+    "grown_folder",
+    "holds_files",
+    "remove_leftovers",
+    "sync_file",
+    "sync_folder",
+    "write_file",
+    "written_folder",
+]

@@ -1,0 +1,25 @@
+"""Hidden names beside a target: `.NAME.0123456789abcdef.part`, and `.old` for what it replaces."""
+
+import re
+import secrets
+from pathlib import Path
+
+PART, OLD = "part", "old"
+_RANDOM = 8  # bytes
+
+
+def name_beside(target: Path, purpose: str) -> Path:
+    """Return a random name beside a target."""
+    target = target.absolute()
+    return target.with_name(f".{target.name}.{secrets.token_hex(_RANDOM)}.{purpose}")
+
+
+def name_old(part: Path) -> Path:
+    """Return the name that goes with a part's for what the part is to replace."""
+    return part.with_suffix(f".{OLD}")
+
+
+def is_beside(name: str, target_name: str, purpose: str) -> bool:
+    """Return whether a name is one of those that `name_beside` gives."""
+    pattern = rf"\.{re.escape(target_name)}\.[0-9a-f]{{{2 * _RANDOM}}}\.{purpose}"
+    return re.fullmatch(pattern, name) is not None

@@ -1,0 +1,13 @@
+"""What can be in the way of a file or folder."""
+
+
+class PlaceError(FileExistsError):
+    """What is in a place must not be replaced, followed or written to.
+
+    Attributes:
+        replaceable: Whether it was made here before, and would be replaced if asked for.
+    """
+
+    def __init__(self, message: str, *, replaceable: bool = False) -> None:
+        super().__init__(message)
+        self.replaceable = replaceable

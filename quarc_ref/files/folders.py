@@ -1,0 +1,159 @@
+"""Folders of files: filled out of sight and put in place when whole, or filled in their place."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from quarc_ref.files.beside import PART, name_beside, name_old
+from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.leftovers import remove_leftovers
+from quarc_ref.files.locks import CAN_LOCK
+from quarc_ref.files.made_folder import (
+    MadeFolder,
+    continue_folder,
+    empty_folder,
+    mark_folder,
+    open_marker,
+)
+from quarc_ref.files.marker import MARKER
+from quarc_ref.files.stock import remove_made, require_made
+
+
+@contextmanager
+def written_folder(target: Path, *, replace: bool = False) -> Iterator[MadeFolder]:
+    """Fill a folder beside a target; it takes the target's place if the block ends without error.
+
+    Args:
+        target: Where the folder is to be; an empty one may be there.
+        replace: Whether to replace a folder that was made here before.
+
+    Yields:
+        The folder to fill.
+
+    Raises:
+        PlaceError: Something else is there, or another process is writing it.
+        OSError: The folder cannot be written.
+    """
+    _require_free(target, replace=replace)
+    made = _make_beside(target)
+    try:
+        with made:
+            yield made
+            if not CAN_LOCK:
+                made.close()
+            _put_in_place(made, target, replace=replace)
+    except BaseException:
+        if made.path.is_dir():
+            remove_made(made.path)
+        raise
+
+
+@contextmanager
+def grown_folder(
+    target: Path, *, replace: bool = False, keep: bool = False
+) -> Iterator[MadeFolder]:
+    """Fill a folder in its place: its files are seen one by one, and stay if the work fails.
+
+    A folder that holds no file at the end is removed.
+
+    Args:
+        target: Where the folder is to be; an empty one may be there.
+        replace: Whether to take a folder that was made here before.
+        keep: Whether the files that it has stay.
+
+    Yields:
+        The folder to fill.
+
+    Raises:
+        PlaceError: Something else is there, or another process is writing it.
+        OSError: The folder cannot be written.
+    """
+    _require_free(target, replace=replace)
+    with _open_in_place(target, keep=keep) as made:
+        try:
+            yield made
+        finally:
+            if not made.holds_files():
+                if not CAN_LOCK:
+                    made.close()
+                remove_made(target)
+
+
+def _open_in_place(target: Path, *, keep: bool) -> MadeFolder:
+    target.mkdir(exist_ok=True)
+    try:
+        if not (target / MARKER).exists():
+            return mark_folder(target)
+        return continue_folder(target) if keep else empty_folder(target)
+    except BaseException:
+        with suppress(OSError):  # it holds something
+            target.rmdir()
+        raise
+
+
+def _require_free(target: Path, *, replace: bool) -> None:
+    """Raise PlaceError if a folder may not be put in a place."""
+    remove_leftovers(target)
+    if not os.path.lexists(target):
+        return
+    if target.is_symlink() or not target.is_dir():
+        message = f"{target} is not a folder of its own"
+        raise PlaceError(message)
+    require_made(target)
+    if any(target.iterdir()):
+        if not replace:
+            message = f"{target} exists"
+            raise PlaceError(message, replaceable=True)
+        open_marker(target).close()
+
+
+def _make_beside(target: Path) -> MadeFolder:
+    while True:
+        beside = name_beside(target, PART)
+        try:
+            beside.mkdir()
+            return mark_folder(beside)
+        except (FileExistsError, FileNotFoundError):
+            # The name was taken, or another process has found the folder empty and removed it.
+            if not beside.parent.is_dir():
+                raise
+        except BaseException:
+            with suppress(OSError):
+                beside.rmdir()
+            raise
+
+
+def _put_in_place(made: MadeFolder, target: Path, *, replace: bool) -> None:
+    with suppress(OSError):  # there is none, or it is not empty
+        target.rmdir()
+    if not os.path.lexists(target):
+        made.path.rename(target)
+    elif replace:
+        _swap(made, target)
+    else:
+        message = f"{target} exists: it was made in the meantime"
+        raise PlaceError(message)
+
+
+def _swap(made: MadeFolder, target: Path) -> None:
+    """Put a folder in the place of one that was made before, which goes with all that it lists.
+
+    At every moment the old folder is whole, in its place or aside. If this process
+    is killed in between, the next one puts it back (`remove_leftovers`).
+    """
+    old = name_old(made.path)
+    with open_marker(target) as marker:
+        if not CAN_LOCK:
+            marker.close()
+        try:
+            target.rename(old)
+            made.path.rename(target)
+        except BaseException:
+            if not os.path.lexists(target):
+                old.rename(target)
+            raise
+        with suppress(OSError):
+            remove_made(old)
+    if old.exists():
+        made.kept_aside = old

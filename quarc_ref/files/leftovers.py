@@ -1,0 +1,63 @@
+"""What killed processes have left beside a target: recognized by name and lock, and removed."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from quarc_ref.files.beside import OLD, PART, is_beside
+from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.locks import lock, open_regular
+from quarc_ref.files.marker import MARKER
+from quarc_ref.files.stock import remove_made
+
+
+def remove_leftovers(target: Path) -> None:
+    """Remove what processes that were killed have left beside a target.
+
+    What a living process or another user is writing is left alone, and so is
+    everything where files cannot be locked. A folder that was moved aside to be
+    replaced, and was not, is put back.
+
+    Raises:
+        OSError: Something cannot be removed.
+    """
+    target = target.absolute()
+    for purpose in (OLD, PART):  # what is to be put back comes first
+        for name in _list_names(target.parent):
+            if is_beside(name, target.name, purpose):
+                _remove(target.with_name(name), target)
+
+
+def _list_names(folder: Path) -> list[str]:
+    with suppress(PermissionError):  # where one may write, and not look
+        return sorted(os.listdir(folder))
+    return []
+
+
+def _remove(path: Path, target: Path) -> None:
+    if path.is_symlink() or not _is_ours(path):
+        return
+    is_folder = path.is_dir()
+    with suppress(OSError):
+        path.rmdir()  # its process was killed before there was a marker in it
+    try:
+        file = open_regular(path / MARKER if is_folder else path)
+    except OSError:
+        return
+    with file, suppress(PlaceError):  # a damaged marker
+        if not lock(file):
+            return
+        if not is_folder:
+            path.unlink()
+        elif path.suffix == f".{OLD}" and not os.path.lexists(target):
+            path.rename(target)
+        else:
+            remove_made(path)
+
+
+def _is_ours(path: Path) -> bool:
+    if not hasattr(os, "geteuid"):
+        return True
+    with suppress(FileNotFoundError):
+        return path.lstat().st_uid == os.geteuid()
+    return False

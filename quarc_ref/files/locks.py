@@ -1,0 +1,83 @@
+"""Opening files without following links, and locking them for as long as they are open.
+
+A lock tells other processes that the one which writes a file is alive: it is gone
+when that process ends, however it ends.
+"""
+
+import os
+import stat
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.files.errors import PlaceError
+
+CAN_LOCK = sys.platform != "win32"  # there, an open file can be neither renamed nor removed
+_BINARY = getattr(os, "O_BINARY", 0)
+_CAREFUL = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe would block
+_MODE = 0o666  # less what the umask takes
+
+
+def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
+    """Open a regular file; one that is created has the permissions of any new file.
+
+    Args:
+        path: Of the file; a symbolic link is refused, not followed.
+        flags: As for `os.open`.
+
+    Raises:
+        PlaceError: Something else than a regular file is there.
+        OSError: It cannot be opened.
+    """
+    if path.is_symlink() and not flags & os.O_EXCL:
+        message = f"{path} is a symbolic link: name the file itself, or remove the link"
+        raise PlaceError(message)
+    number = os.open(path, flags | _CAREFUL | _BINARY, _MODE)
+    if not stat.S_ISREG(os.fstat(number).st_mode):
+        os.close(number)
+        message = f"{path} is not a regular file"
+        raise PlaceError(message)
+    return os.fdopen(number, "r+b" if flags & os.O_RDWR else "rb")
+
+
+def lock(file: BinaryIO) -> bool | None:
+    """Lock a file until it is closed.
+
+    Returns:
+        Whether it is locked now. False: another process holds the lock. None: files
+        of this system or disk cannot be locked.
+    """
+    if sys.platform != "win32":
+        import fcntl
+
+        with suppress(OSError):
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+            return True
+    return None
+
+
+def is_at(file: BinaryIO, path: Path) -> bool:
+    """Return whether an open file is the one in a place: another process may have moved it."""
+    with suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(file.fileno()), path.lstat())
+    return False
+
+
+def create_locked(path: Path) -> BinaryIO:
+    """Create a file and lock it.
+
+    Raises:
+        FileExistsError: Something is there, or another process has just removed the
+            new file as one that nobody held.
+        OSError: It cannot be created.
+    """
+    file = open_regular(path, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+    if lock(file) is False or not is_at(file, path):
+        file.close()
+        message = f"{path} was removed by another process"
+        raise FileExistsError(message)
+    return file

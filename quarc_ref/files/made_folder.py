@@ -1,0 +1,152 @@
+"""Folders that are being filled, with a marker in which every file is listed before it is made."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.files.atomic import atomic_file
+from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.locks import create_locked, lock, open_regular
+from quarc_ref.files.marker import MARKER, append_line, begin_marker, continue_marker
+from quarc_ref.files.stock import holds_files, remove_listed
+
+
+class MadeFolder:
+    """A folder that is being filled. Its marker is open, and locked, until it is closed.
+
+    Args:
+        path: Of the folder.
+        marker: Its marker, opened to be read and written.
+        listed: The lines that are in the marker.
+
+    Attributes:
+        path: Of the folder.
+        kept_aside: Where the folder is that this one has replaced, if others have put
+            files in it which are still there.
+    """
+
+    def __init__(self, path: Path, marker: BinaryIO, listed: Iterable[str] = ()) -> None:
+        self.path = path
+        self.kept_aside: Path | None = None
+        self._marker = marker
+        self._listed = set(listed)
+
+    def add(self, name: str) -> Path:
+        """List a file that is about to be made, and return its path.
+
+        Raises:
+            ValueError: The name is not a plain one.
+            OSError: The marker cannot be written.
+        """
+        self._list(name)
+        return self.path / name
+
+    @contextmanager
+    def open(self, name: str) -> Iterator[BinaryIO]:
+        """Open a file of the folder; it is there if the block ends without an error."""
+        with atomic_file(self.add(name)) as file:
+            yield file
+
+    def write(self, name: str, data: bytes) -> Path:
+        """Write a file of the folder, and return its path."""
+        with self.open(name) as file:
+            file.write(data)
+        return self.path / name
+
+    @contextmanager
+    def folder(self, name: str) -> Iterator["MadeFolder"]:
+        """Make a folder in this one, to be filled within the block."""
+        self._list(f"{name}/")
+        (self.path / name).mkdir()
+        with mark_folder(self.path / name) as made:
+            yield made
+
+    def holds_files(self) -> bool:
+        """Return whether a file has been made."""
+        return holds_files(self.path)
+
+    def empty(self) -> None:
+        """Remove the files that are listed."""
+        remove_listed(self.path)
+
+    def close(self) -> None:
+        """Close the marker: from now on no process is writing this folder."""
+        self._marker.close()
+
+    def __enter__(self) -> "MadeFolder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _list(self, line: str) -> None:
+        if line not in self._listed:
+            append_line(self._marker, line)
+            self._listed.add(line)
+
+
+def mark_folder(path: Path) -> MadeFolder:
+    """Put a marker in a folder that holds nothing.
+
+    Raises:
+        FileExistsError: There is a marker, or another process has removed the new one.
+        OSError: The marker cannot be written.
+    """
+    marker = create_locked(path / MARKER)
+    try:
+        begin_marker(marker)
+    except BaseException:
+        with suppress(OSError):
+            marker.close()
+        (path / MARKER).unlink()
+        raise
+    return MadeFolder(path, marker)
+
+
+def open_marker(path: Path) -> BinaryIO:
+    """Open a folder's marker to be read and written, and lock it.
+
+    Raises:
+        PlaceError: The folder has none, or another process is writing the folder.
+        OSError: It cannot be opened.
+    """
+    try:
+        marker = open_regular(path / MARKER)
+    except FileNotFoundError as error:
+        message = f"{path} was not made by quarc-ref: it holds no {MARKER}"
+        raise PlaceError(message) from error
+    if lock(marker) is False:
+        marker.close()
+        message = f"{path} is being written by another process"
+        raise PlaceError(message)
+    return marker
+
+
+def continue_folder(path: Path) -> MadeFolder:
+    """Open a folder that was made before, with its files.
+
+    Raises:
+        PlaceError: As for `open_marker`, or the marker is damaged.
+        OSError: The marker cannot be opened.
+    """
+    with ExitStack() as opened:
+        marker = opened.enter_context(open_marker(path))
+        made = MadeFolder(path, marker, continue_marker(marker, path))
+        opened.pop_all()
+    return made
+
+
+def empty_folder(path: Path) -> MadeFolder:
+    """Open a folder that was made before, and remove the files that it lists.
+
+    Raises:
+        PlaceError: As for `open_marker`, or the marker is damaged.
+        OSError: A file cannot be removed, or the marker not be written.
+    """
+    with ExitStack() as opened:
+        marker = opened.enter_context(open_marker(path))
+        remove_listed(path)
+        begin_marker(marker)
+        opened.pop_all()
+    return MadeFolder(path, marker)

@@ -1,0 +1,88 @@
+"""The marker of a folder that was made here: `.quarc-ref-made`, which lists what was made in it.
+
+It is text: a fixed line, then a name on each line, with a slash after the name of a
+folder, which has a marker of its own. A name is in the marker before its file is made.
+Whoever may write into a folder can plant a marker there, so only plain names are taken:
+none of them leads out of its folder.
+"""
+
+import os
+import re
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.locks import open_regular
+
+MARKER = ".quarc-ref-made"
+_FIRST_LINE = "Made by quarc-ref: --force removes the files that are listed here, and no others."
+_LINE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]*/?")
+_BYTES_LIMIT = 1 << 26
+
+
+def begin_marker(marker: BinaryIO) -> None:
+    """Write a marker that lists nothing."""
+    marker.truncate(marker.seek(0))
+    _write_line(marker, _FIRST_LINE)
+
+
+def append_line(marker: BinaryIO, line: str) -> None:
+    """List a file, or a folder with a slash after its name.
+
+    Raises:
+        ValueError: The name is not a plain one.
+        OSError: The marker cannot be written.
+    """
+    if not _LINE.fullmatch(line):
+        message = f"{line!r} is not a plain name"
+        raise ValueError(message)
+    _write_line(marker, line)
+
+
+def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
+    """Return the lines of a marker, after which more can be appended.
+
+    Raises:
+        PlaceError: It is damaged.
+    """
+    lines, end = _read_lines(marker, folder)
+    marker.truncate(marker.seek(end))
+    if not end:
+        begin_marker(marker)
+    return lines
+
+
+def read_marker(folder: Path) -> set[str]:
+    """Return the lines of a folder's marker; none if there is no marker.
+
+    Raises:
+        PlaceError: It is damaged.
+    """
+    try:
+        with open_regular(folder / MARKER, os.O_RDONLY) as marker:
+            return _read_lines(marker, folder)[0]
+    except FileNotFoundError:
+        return set()
+
+
+def _write_line(marker: BinaryIO, line: str) -> None:
+    marker.write(f"{line}\n".encode())
+    marker.flush()
+
+
+def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
+    """Return the names in a marker, and where the last of them ends.
+
+    Bytes after that are a line that a killed process has not written whole.
+    """
+    data = marker.read(_BYTES_LIMIT)
+    end = data.rfind(b"\n") + 1
+    first, *names = data[:end].decode("latin-1").split("\n")[:-1] or [_FIRST_LINE]
+    is_ours = end > 0 or _FIRST_LINE.encode().startswith(data)
+    if not is_ours or first != _FIRST_LINE or not all(map(_LINE.fullmatch, names)):
+        message = (
+            f"{folder / MARKER} is damaged, or was not written by quarc-ref: "
+            "remove the folder yourself, or choose another"
+        )
+        raise PlaceError(message)
+    return set(names), end

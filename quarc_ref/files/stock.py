@@ -1,0 +1,88 @@
+"""What a folder holds: files that its marker lists, which may be removed, and those of others."""
+
+import stat
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from quarc_ref.files.beside import PART, is_beside
+from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.marker import MARKER, read_marker
+
+_DEPTH = 1  # a folder in a folder has none of its own
+
+
+def holds_files(folder: Path) -> bool:
+    """Return whether a folder is there and holds more than a marker."""
+    return folder.is_dir() and any(path.name != MARKER for path in folder.iterdir())
+
+
+def require_made(folder: Path, depth: int = _DEPTH) -> None:
+    """Raise PlaceError if a folder holds anything that its marker does not list."""
+    stock = _take_stock(folder, depth)
+    if stock.foreign:
+        message = (
+            f"{folder} holds {stock.foreign[0].name}, which quarc-ref has not made (no {MARKER} "
+            "lists it): remove it yourself, or choose another folder"
+        )
+        raise PlaceError(message)
+    for path in stock.folders:
+        require_made(path, depth - 1)
+
+
+def remove_made(folder: Path, depth: int = _DEPTH) -> None:
+    """Remove a folder with the files that its marker lists; if it holds others, they stay in it.
+
+    Raises:
+        PlaceError: The marker is damaged.
+        OSError: A file cannot be removed.
+    """
+    remove_listed(folder, depth)
+    (folder / MARKER).unlink(missing_ok=True)
+    with suppress(OSError):  # it holds others
+        folder.rmdir()
+
+
+def remove_listed(folder: Path, depth: int = _DEPTH) -> None:
+    """Remove the files that a folder's marker lists.
+
+    Raises:
+        PlaceError: The marker is damaged.
+        OSError: A file cannot be removed.
+    """
+    stock = _take_stock(folder, depth)
+    for path in stock.files:
+        path.unlink(missing_ok=True)
+    for path in stock.folders:
+        remove_made(path, depth - 1)
+
+
+@dataclass(slots=True)
+class _Stock:
+    """What a folder holds: what its marker lists, and what others have put there."""
+
+    files: list[Path] = field(default_factory=list)
+    folders: list[Path] = field(default_factory=list)
+    foreign: list[Path] = field(default_factory=list)
+
+
+def _take_stock(folder: Path, depth: int) -> _Stock:
+    listed = read_marker(folder)
+    stock = _Stock()
+    for path in sorted(folder.iterdir()):
+        mode = path.lstat().st_mode
+        is_listed = path.name in listed or _is_left_of(path.name, listed)
+        if path.name == MARKER:
+            continue
+        if stat.S_ISREG(mode) and is_listed:
+            stock.files.append(path)
+        elif depth and stat.S_ISDIR(mode) and f"{path.name}/" in listed:
+            stock.folders.append(path)
+        else:
+            stock.foreign.append(path)
+    return stock
+
+
+def _is_left_of(name: str, listed: set[str]) -> bool:
+    """Return whether a file is what a killed process has left of one that is listed."""
+    return name.startswith(".") and any(is_beside(name, each, PART) for each in listed)

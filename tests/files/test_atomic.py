@@ -1,0 +1,105 @@
+import os
+import stat
+
+import pytest
+
+from quarc_ref.files import atomic_file, beside, write_file
+
+_NAME = r"\.a\.bin\.[0-9a-f]{16}\.part"
+
+
+def _list(folder):
+    return sorted(os.listdir(folder))
+
+
+def test_a_file_is_written_beside_its_target_under_a_random_name(tmp_path):
+    names = set()
+    for data in (b"one", b"two"):
+        with atomic_file(tmp_path / "a.bin") as file:
+            file.write(data)
+            names |= set(_list(tmp_path)) - {"a.bin"}
+
+    assert len(names) == 2
+    assert all(beside.is_beside(name, "a.bin", beside.PART) for name in names)
+    assert (tmp_path / "a.bin").read_bytes() == b"two"
+    assert _list(tmp_path) == ["a.bin"]
+
+
+@pytest.mark.parametrize("dangles", [False, True])
+def test_a_link_at_the_temporary_name_is_not_followed(dangles, tmp_path, monkeypatch):
+    victim = tmp_path / "victim"
+    if not dangles:
+        victim.write_text("mine")
+    planted = tmp_path / ".a.bin.0000000000000000.part"
+    planted.symlink_to(victim)
+    numbers = iter(["0" * 16, "1" * 16])
+    monkeypatch.setattr(beside.secrets, "token_hex", lambda _: next(numbers))
+    write_file(tmp_path / "a.bin", b"data")
+
+    assert (tmp_path / "a.bin").read_bytes() == b"data"
+    assert planted.is_symlink()
+    assert victim.exists() != dangles
+    assert dangles or victim.read_text() == "mine"
+
+
+def test_a_link_at_the_target_is_replaced_and_not_followed(tmp_path):
+    victim = tmp_path / "victim"
+    victim.write_text("mine")
+    (tmp_path / "a.bin").symlink_to(victim)
+    write_file(tmp_path / "a.bin", b"data")
+
+    assert victim.read_text() == "mine"
+    assert not (tmp_path / "a.bin").is_symlink()
+
+
+@pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
+def test_a_file_that_fails_leaves_the_old_one_and_nothing_else(fault, tmp_path):
+    def fail():
+        with atomic_file(tmp_path / "a.bin") as file:
+            file.write(b"half")
+            raise fault
+
+    (tmp_path / "a.bin").write_text("old")
+    with pytest.raises(type(fault)):
+        fail()
+
+    assert _list(tmp_path) == ["a.bin"]
+    assert (tmp_path / "a.bin").read_text() == "old"
+
+
+def test_a_file_that_cannot_be_renamed_is_removed(tmp_path):
+    (tmp_path / "a.bin").mkdir()
+    with pytest.raises(IsADirectoryError):
+        write_file(tmp_path / "a.bin", b"data")
+
+    assert _list(tmp_path) == ["a.bin"]
+    assert _list(tmp_path / "a.bin") == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no permissions")
+def test_a_file_has_the_permissions_of_a_new_one(tmp_path):
+    (tmp_path / "a.bin").write_text("old")
+    (tmp_path / "a.bin").chmod(0o600)
+    before = os.umask(0o027)
+    try:
+        write_file(tmp_path / "a.bin", b"data")
+    finally:
+        os.umask(before)
+
+    assert stat.S_IMODE((tmp_path / "a.bin").stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("durable", [False, True])
+def test_a_durable_file_is_synced_before_it_is_seen_and_its_folder_after(
+    durable, tmp_path, monkeypatch
+):
+    synced = []
+
+    def note(number):
+        kind = "folder" if stat.S_ISDIR(os.fstat(number).st_mode) else "file"
+        synced.append((kind, (tmp_path / "a.bin").exists()))
+
+    monkeypatch.setattr(os, "fsync", note)
+    write_file(tmp_path / "a.bin", b"data", durable=durable)
+
+    assert synced == ([("file", False), ("folder", True)] if durable else [])

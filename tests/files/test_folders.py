@@ -1,0 +1,225 @@
+import os
+
+import pytest
+
+from quarc_ref.files import MARKER, PlaceError, grown_folder, write_file, written_folder
+
+
+def _list(folder):
+    return sorted(os.listdir(folder))
+
+
+def _lines(folder):
+    return (folder / MARKER).read_text().splitlines()[1:]
+
+
+def _make(target, *names, make=written_folder, fault=None, **options):
+    with make(target, **options) as made:
+        for name in names:
+            made.write(name, b"made")
+        if fault:
+            raise fault
+    return target
+
+
+@pytest.fixture
+def old(tmp_path):
+    return _make(tmp_path / "out", "a.ply", "b.ply")
+
+
+def test_a_folder_is_not_seen_before_it_is_whole(tmp_path):
+    with written_folder(tmp_path / "out") as made:
+        made.write("a.ply", b"made")
+        assert not (tmp_path / "out").exists()
+
+    assert _list(tmp_path) == ["out"]
+    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+
+
+def test_files_of_a_growing_folder_are_seen_at_once_and_whole(tmp_path):
+    with grown_folder(tmp_path / "out") as made:
+        with made.open("a.ply") as file:
+            file.write(b"half")
+            file.flush()
+            assert not (tmp_path / "out" / "a.ply").exists()
+        assert (tmp_path / "out" / "a.ply").read_bytes() == b"half"
+
+
+def test_a_file_is_in_the_marker_before_it_is_made(tmp_path):
+    with grown_folder(tmp_path / "out") as made, made.open("a.ply"):
+        assert _lines(tmp_path / "out") == ["a.ply"]
+
+
+@pytest.mark.parametrize("make", [written_folder, grown_folder])
+def test_an_empty_folder_is_taken(make, tmp_path):
+    (tmp_path / "out").mkdir()
+    _make(tmp_path / "out", "a.ply", make=make)
+
+    assert _list(tmp_path) == ["out"]
+    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+
+
+@pytest.mark.parametrize("fault", [OSError("disk full"), KeyboardInterrupt()])
+def test_a_folder_that_fails_leaves_nothing_and_the_old_one_whole(fault, old):
+    for target in (old, old.parent / "new"):
+        with pytest.raises(type(fault)):
+            _make(target, "c.ply", replace=True, fault=fault)
+
+    assert _list(old.parent) == ["out"]
+    assert _list(old) == [MARKER, "a.ply", "b.ply"]
+
+
+def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        _make(tmp_path / "out", "a.ply", make=grown_folder, fault=KeyboardInterrupt())
+    kept = _list(tmp_path / "out")
+    _make(tmp_path / "out", "b.ply", make=grown_folder, replace=True)
+
+    assert kept == [MARKER, "a.ply"]
+    assert _list(tmp_path / "out") == [MARKER, "b.ply"]
+    assert _lines(tmp_path / "out") == ["b.ply"]
+
+
+def test_a_growing_folder_in_which_nothing_was_made_is_removed(old):
+    _make(old, make=grown_folder, replace=True)
+    _make(old.parent / "new", make=grown_folder)
+
+    assert _list(old.parent) == []
+
+
+def test_a_growing_folder_may_keep_what_it_has(old):
+    with grown_folder(old, replace=True, keep=True) as made:
+        before = _list(old)
+        made.write("a.ply", b"new")
+        made.write("c.ply", b"new")
+
+    assert before == [MARKER, "a.ply", "b.ply"]
+    assert _list(old) == [MARKER, "a.ply", "b.ply", "c.ply"]
+    assert _lines(old) == ["a.ply", "b.ply", "c.ply"]
+
+
+@pytest.mark.parametrize("make", [written_folder, grown_folder])
+def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
+    with pytest.raises(PlaceError, match="out exists") as caught:
+        _make(old, make=make)
+    _make(old, "c.ply", make=make, replace=True)
+
+    assert caught.value.replaceable
+    assert _list(old) == [MARKER, "c.ply"]
+    assert _list(old.parent) == ["out"]
+
+
+@pytest.mark.parametrize("make", [written_folder, grown_folder])
+def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
+    (old / "thesis.tex").write_text("mine")
+    with pytest.raises(PlaceError, match=r"out holds thesis\.tex, which") as caught:
+        _make(old, make=make, replace=True)
+
+    assert not caught.value.replaceable
+    assert _list(old) == [MARKER, "a.ply", "b.ply", "thesis.tex"]
+
+
+@pytest.mark.parametrize("make", [written_folder, grown_folder])
+@pytest.mark.parametrize("kind", ["file", "link"])
+def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
+    place = old.parent / kind
+    place.write_text("mine") if kind == "file" else place.symlink_to(old)
+    with pytest.raises(PlaceError, match="not a folder of its own"):
+        _make(place, make=make, replace=True)
+
+    assert place.is_symlink() == (kind == "link")
+    assert _list(old) == [MARKER, "a.ply", "b.ply"]
+
+
+@pytest.mark.parametrize("make", [written_folder, grown_folder])
+def test_a_folder_that_another_process_writes_is_refused(make, tmp_path):
+    pytest.importorskip("fcntl")
+    with grown_folder(tmp_path / "out") as made:
+        made.write("a.ply", b"made")
+        with pytest.raises(PlaceError, match="being written by another process"):
+            _make(tmp_path / "out", make=make, replace=True)
+
+    assert _list(tmp_path / "out") == [MARKER, "a.ply"]
+
+
+def test_folders_in_a_folder_have_markers_of_their_own_and_go_with_it(tmp_path):
+    for replace in (False, True):
+        with written_folder(tmp_path / "out", replace=replace) as made:
+            with made.folder("inner") as inner:
+                inner.write("a.ply", b"made")
+            made.write("b.ply", b"made")
+    lines = _lines(tmp_path / "out")
+    _make(tmp_path / "out", "c.ply", replace=True)
+
+    assert lines == ["inner/", "b.ply"]
+    assert _list(tmp_path) == ["out"]
+    assert _list(tmp_path / "out") == [MARKER, "c.ply"]
+
+
+def test_a_folder_deeper_than_any_that_is_made_is_one_of_others(tmp_path):
+    with (
+        written_folder(tmp_path / "out") as made,
+        made.folder("inner") as inner,
+        inner.folder("innermost") as innermost,
+    ):
+        innermost.write("a.ply", b"made")
+    with pytest.raises(PlaceError, match="inner holds innermost"):
+        _make(tmp_path / "out", replace=True)
+
+
+@pytest.mark.parametrize("name", ["../a", "a/b", "a\\b", "..", ".", "", ".hidden", "C:a", "a\nb"])
+def test_a_name_that_is_not_plain_is_not_made(name, tmp_path):
+    with grown_folder(tmp_path / "out") as made, pytest.raises(ValueError, match="plain"):
+        made.write(name, b"made")
+
+    assert _list(tmp_path) == []
+
+
+@pytest.mark.parametrize("when", ["first", "second"])
+@pytest.mark.parametrize("fault", [OSError("no"), KeyboardInterrupt()])
+def test_an_old_folder_stays_whole_if_the_new_one_cannot_take_its_place(
+    when, fault, old, monkeypatch
+):
+    renames, rename = [], type(old).rename
+
+    def fail(path, target):
+        renames.append(path)
+        if len(renames) == (1 if when == "first" else 2):
+            raise fault
+        return rename(path, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(old), "rename", fail)
+        with pytest.raises(type(fault)):
+            _make(old, "c.ply", replace=True)
+
+    assert _list(old.parent) == ["out"]
+    assert _list(old) == [MARKER, "a.ply", "b.ply"]
+
+
+def test_files_that_others_put_into_the_old_folder_meanwhile_are_kept(old):
+    with written_folder(old, replace=True) as made:
+        made.write("c.ply", b"made")
+        (old / "notes.txt").write_text("mine")
+
+    assert _list(old) == [MARKER, "c.ply"]
+    assert _list(made.kept_aside) == ["notes.txt"]
+    _make(old, "d.ply", replace=True)
+    assert _list(made.kept_aside) == ["notes.txt"]
+
+
+@pytest.mark.parametrize("replace", [False, True])
+def test_a_folder_that_others_made_meanwhile_is_not_replaced(replace, tmp_path):
+    target = tmp_path / "out"
+
+    def make():
+        with written_folder(target, replace=replace) as made:
+            made.write("c.ply", b"made")
+            target.mkdir()
+            write_file(target / "mine.txt", b"mine")
+
+    with pytest.raises(PlaceError, match="out"):
+        make()
+
+    assert _list(tmp_path) == ["out"]
+    assert _list(target) == ["mine.txt"]

@@ -1,0 +1,78 @@
+import os
+
+import pytest
+
+from quarc_ref.files import MARKER, PlaceError, grown_folder, written_folder
+
+
+@pytest.fixture
+def made(tmp_path):
+    with grown_folder(tmp_path / "out") as made:
+        made.write("a.ply", b"made")
+    return tmp_path / "out"
+
+
+def _replace(folder):
+    with written_folder(folder, replace=True) as made:
+        made.write("new.ply", b"made")
+
+
+@pytest.mark.parametrize(
+    "line", [b"../victim", b"/victim", b"..", b".", b"", b"a/b", b"a//", b"a\\b", b"C:a", b"\xff",
+             b"a\0", b"a\r", b".a", b"*"]
+)  # fmt: skip
+def test_a_marker_with_a_name_that_is_not_plain_is_not_trusted(line, made):
+    (made.parent / "victim").write_text("mine")
+    with (made / MARKER).open("ab") as marker:
+        marker.write(line + b"\n")
+    with pytest.raises(PlaceError, match="damaged"):
+        _replace(made)
+
+    assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
+    assert (made.parent / "victim").read_text() == "mine"
+
+
+@pytest.mark.parametrize("text", ["a.ply\n", "other\na.ply\n", "x", "[1, 2]\n"])
+def test_a_marker_of_something_else_is_not_trusted(text, made):
+    (made / MARKER).write_text(text)
+    with pytest.raises(PlaceError, match="damaged"):
+        _replace(made)
+
+    assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
+
+
+@pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
+def test_a_marker_must_be_a_file(kind, made, tmp_path):
+    (made / MARKER).rename(tmp_path / "marker")
+    if kind == "link":
+        (made / MARKER).symlink_to(tmp_path / "marker")
+    elif kind == "folder":
+        (made / MARKER).mkdir()
+    else:
+        os.mkfifo(made / MARKER)
+    with pytest.raises(PlaceError, match="quarc-ref-made is"):
+        _replace(made)
+
+    assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
+
+
+def test_a_line_that_was_not_written_whole_names_nothing(made):
+    (made / "b").write_text("mine")
+    with (made / MARKER).open("ab") as marker:
+        marker.write(b"b")
+    with pytest.raises(PlaceError, match="holds b"):
+        _replace(made)
+    (made / "b").unlink()
+    with grown_folder(made, replace=True, keep=True) as folder:
+        folder.write("c.ply", b"made")
+
+    assert (made / MARKER).read_text().splitlines()[1:] == ["a.ply", "c.ply"]
+
+
+@pytest.mark.parametrize("size", [0, 10])
+def test_a_folder_whose_maker_was_killed_in_the_first_line_is_as_good_as_empty(size, made):
+    (made / "a.ply").unlink()
+    (made / MARKER).write_bytes((made / MARKER).read_bytes()[:size])
+    _replace(made)
+
+    assert sorted(os.listdir(made)) == [MARKER, "new.ply"]
