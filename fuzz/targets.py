@@ -23,6 +23,9 @@ from quarc_ref.datasets.video import VideoReader
 from quarc_ref.decoder import Source, decode, recover
 from quarc_ref.decoder.sources import PipeSource
 from quarc_ref.editing.cut import cut
+from quarc_ref.encoder.array_file import ArrayFileError, Layout, read_arrays
+from quarc_ref.files import MARKER, PlaceError, grown_folder
+from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
@@ -133,6 +136,22 @@ def colmap_model(data: bytes) -> None:
             colmap._read_model(model)
 
 
+def training(data: bytes) -> None:
+    """Read what a training has saved."""
+    layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
+    with _file("a.training", data) as path, path.open("rb") as file, suppress(ArrayFileError):
+        read_arrays(file, "seed", layout)
+
+
+def marker(data: bytes) -> None:
+    """Read the marker of a folder, and go on with it."""
+    with _file(MARKER, data) as path:
+        with suppress(PlaceError):
+            read_marker(path.parent)
+        with suppress(PlaceError), grown_folder(path.parent, replace=True, keep=True) as made:
+            made.write("a.ply", data)
+
+
 def list_seeds(target: str) -> list[bytes]:
     """Return the seeds of a target."""
     if target != "colmap":
@@ -155,4 +174,6 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "transforms": transforms,
     "stills": stills,
     "colmap": colmap_model,
+    "training": training,
+    "marker": marker,
 }

@@ -19,13 +19,15 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.checkpoint import Arrays, Checkpoint
+from quarc_ref.encoder.array_file import Arrays
+from quarc_ref.encoder.checkpoint import Checkpoint
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.density import ScreenStatistics, densify
 from quarc_ref.encoder.interruption import uninterrupted
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.prices import price_codes, price_haze
 from quarc_ref.encoder.pruning import prune_unmissed
+from quarc_ref.encoder.saved_training import Bounds
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import Attributes, Trainer, fall_along_cosine, to_sh_dc
 from quarc_ref.format.records import StreamHeader
@@ -57,8 +59,8 @@ def train_canonical(
         OSError: The checkpoint cannot be written.
     """
     training = _Training(studio, points, settings, header)
-    if checkpoint is not None and (saved := checkpoint.load()) is not None:
-        training.restore(saved)
+    if checkpoint is not None:
+        training.restore(checkpoint)
     with _saved_when_interrupted(training, checkpoint):
         while training.step < settings.iterations:
             with uninterrupted():
@@ -109,7 +111,7 @@ class _Training:
         self.step += 1
 
     def describe(self) -> Arrays:
-        """Return all that the next step hangs on."""
+        """Return all that the next step needs."""
         tensors = {
             "generator": self._generator.get_state(),
             "gains": self._studio.exposures.gains,
@@ -119,8 +121,17 @@ class _Training:
         arrays: Arrays = {name: tensor.cpu().numpy() for name, tensor in tensors.items()}
         return arrays | {"step": np.array(self.step), "left": np.array(self._views.left, np.int64)}
 
-    def restore(self, saved: Arrays) -> None:
-        """Go on from what `describe` has returned."""
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go on from what a checkpoint holds of this training, if it holds anything."""
+        of_gaussians = {**self._trainer.state(), **self._statistics.state()}
+        bounds = Bounds(
+            gaussians=max(self._settings.max_gaussians, self._trainer.count),
+            views=len(self._studio.views.cameras),
+            iterations=self._settings.iterations,
+        )
+        saved = checkpoint.load(bounds.describe_layout(self.describe(), of_gaussians))
+        if saved is None or not bounds.allow(saved):
+            return
         tensors = {name: torch.from_numpy(array) for name, array in saved.items()}
         self.step = int(saved["step"])
         self._views.left = saved["left"].tolist()

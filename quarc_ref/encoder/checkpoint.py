@@ -7,21 +7,21 @@ import hashlib
 import json
 import os
 import time
-import zipfile
-import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-Arrays = dict[str, NDArray[Any]]
+from quarc_ref.encoder.array_file import (
+    ArrayFileError,
+    Arrays,
+    Layout,
+    read_arrays,
+    write_arrays,
+)
+from quarc_ref.files import atomic_file, remove_leftovers
+from quarc_ref.files.locks import open_regular
 
 _SECONDS_APART = 60.0
 _SUFFIX = ".training"
-_PART = ".part"
-_KEY = "key"
 
 
 def name_checkpoint(stream: Path) -> Path:
@@ -29,8 +29,14 @@ def name_checkpoint(stream: Path) -> Path:
     return stream.with_name(stream.name + _SUFFIX)
 
 
+def remove_checkpoint(path: Path) -> None:
+    """Remove the file of a checkpoint, and what killed processes have left of it."""
+    path.unlink(missing_ok=True)
+    remove_leftovers(path)
+
+
 class Checkpoint:
-    """A file with all that the next step of a training hangs on, renewed every minute at least.
+    """A file with all that the next step of a training needs, renewed every minute at least.
 
     Args:
         path: Of the file.
@@ -42,14 +48,17 @@ class Checkpoint:
         self._key = hashlib.sha256(json.dumps(said).encode()).hexdigest()
         self._saved = time.monotonic()
 
-    def load(self) -> Arrays | None:
-        """Return what was saved; None if there is nothing, or nothing whole, of this training."""
+    def load(self, layout: Layout) -> Arrays | None:
+        """Return what was saved; None if that is nothing, or nothing whole, of this training.
+
+        Args:
+            layout: What the arrays of this training can be.
+        """
         try:
-            with self._path.open("rb") as file, np.load(file, allow_pickle=False) as saved:
-                arrays: Arrays = {name: saved[name] for name in saved.files}
-        except (OSError, EOFError, ValueError, zipfile.BadZipFile, zlib.error):
+            with open_regular(self._path, os.O_RDONLY) as file:
+                return read_arrays(file, self._key, layout)
+        except (OSError, ArrayFileError):
             return None
-        return arrays if str(arrays.pop(_KEY, "")) == self._key else None
 
     def save_if_due(self, describe: Callable[[], Arrays]) -> None:
         """Do as `save`, if the file is a minute old.
@@ -66,14 +75,10 @@ class Checkpoint:
         Raises:
             OSError: The file cannot be written.
         """
-        part = self._path.with_name(self._path.name + _PART)
-        contents: dict[str, Any] = {**describe(), _KEY: np.array(self._key)}
-        with part.open("wb") as file:
-            np.savez(file, **contents)
-        os.replace(part, self._path)
+        with atomic_file(self._path, durable=True) as file:
+            write_arrays(file, self._key, describe())
         self._saved = time.monotonic()
 
     def remove(self) -> None:
-        """Remove the file, and what a writing that broke off has left."""
-        for path in (self._path, self._path.with_name(self._path.name + _PART)):
-            path.unlink(missing_ok=True)
+        """Remove the file, and what killed processes have left of it."""
+        remove_checkpoint(self._path)

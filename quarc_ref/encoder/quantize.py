@@ -18,6 +18,8 @@ from quarc_ref.format.constants import AXIS_BITS_LIMIT, CODE_LIMIT, POSITION_LIM
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
+_FARTHEST = 2.0**62  # beyond all limits, and within int64
+
 
 def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussians:
     """Return attributes in the steps of a stream.
@@ -50,10 +52,17 @@ def keep_representable(attributes: Attributes, header: StreamHeader) -> Attribut
 
     Those farther off the middle than the lattice or the axis bits reach, a few
     stragglers of training at most, are left out.
+
+    Raises:
+        EncodeError: None is left.
     """
     half = min(1 << (AXIS_BITS_LIMIT - 1), POSITION_LIMIT // header.position_step) - 1
     steps = attributes.means / position_step(header)
-    return attributes.rows((steps.abs() <= half).all(dim=1))
+    kept = (steps.abs() <= half).all(dim=1)
+    if not bool(kept.any()):
+        message = "training has left no Gaussian that a stream can carry"
+        raise EncodeError(message)
+    return attributes.rows(kept)
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
@@ -91,7 +100,7 @@ def _world(scene: Scene, indices: Int64) -> NDArray[np.float64]:
 
 
 def _steps(values: Tensor, step: float) -> Int64:
-    return _rows(torch.round(values / step))
+    return _rows(torch.round(values / step).clamp(-_FARTHEST, _FARTHEST))
 
 
 def _rows(values: Tensor) -> Int64:
@@ -101,7 +110,7 @@ def _rows(values: Tensor) -> Int64:
 
 
 def _within(values: Int64, limit: int, what: str) -> Int64:
-    if np.any(np.abs(values) > limit):
+    if np.any((values < -limit) | (values > limit)):
         message = f"{what} is beyond {limit} steps: take a larger step"
         raise EncodeError(message)
     return values

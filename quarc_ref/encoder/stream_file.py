@@ -1,9 +1,8 @@
 """A stream that grows in a file of its own, at the hands of one encode at a time."""
 
 import os
-import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -13,6 +12,7 @@ from quarc_ref.decoder.sources import FileSource
 from quarc_ref.encoder.checkpoint import name_checkpoint
 from quarc_ref.encoder.encode_stream import EncodeOptions, encode
 from quarc_ref.encoder.resume import read_begun
+from quarc_ref.files.locks import is_at, lock, open_regular
 from quarc_ref.format.errors import ResumeError
 
 
@@ -34,6 +34,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         BitstreamError: The file is no stream.
         ResumeError: The file has a stream that was begun otherwise, or is
             being written by another process.
+        PlaceError: It is a symbolic link, or not a regular file.
     """
     with opened_alone(path) as file:
         encode_into(capture, file, path, options)
@@ -68,33 +69,14 @@ def opened_alone(path: Path) -> Iterator[BinaryIO]:
 
     Raises:
         ResumeError: Another process has it open.
+        PlaceError: It is a symbolic link, or not a regular file.
         OSError: It cannot be opened.
     """
     while True:
-        with os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | _BINARY, _MODE), "r+b") as file:
-            _lock(file, path)
-            if _is_at(file, path):
+        with open_regular(path, os.O_RDWR | os.O_CREAT) as file:
+            if lock(file) is False:
+                message = f"{path} is being written by another process"
+                raise ResumeError(message)
+            if is_at(file, path):
                 yield file
                 return
-
-
-def _lock(file: BinaryIO, path: Path) -> None:
-    if sys.platform != "win32":
-        import fcntl
-
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            message = f"{path} is being written by another process"
-            raise ResumeError(message) from error
-
-
-def _is_at(file: BinaryIO, path: Path) -> bool:
-    """Return whether a file is still where it was opened: its writer may just have moved it."""
-    with suppress(FileNotFoundError):
-        return os.path.samestat(os.fstat(file.fileno()), path.stat())
-    return False
-
-
-_BINARY = getattr(os, "O_BINARY", 0)
-_MODE = 0o666  # less what the umask takes

@@ -143,12 +143,12 @@ class Trainer:
         return by_extra
 
     def state(self) -> dict[str, Tensor]:
-        """Return all that the next step hangs on: the attributes, and what Adam knows of each."""
+        """Return all that the next step needs: the attributes, and what Adam knows of each."""
         state = {}
         for name, leaf in zip(_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
-            known = self._adam.state.get(leaf, {})
-            state |= {f"{name}.{part}": value for part, value in known.items()}
+            known = self._adam.state.get(leaf) or _forget(leaf)
+            state |= {f"{name}.{part}": known[part] for part in _ADAM_KNOWS}
         return state
 
     def restore(self, state: dict[str, Tensor]) -> None:
@@ -159,9 +159,8 @@ class Trainer:
         groups = zip(_NAMES, self._leaves, self._adam.param_groups, strict=True)
         for name, leaf, group in groups:
             group["params"] = [leaf]
-            known = {part: state.get(f"{name}.{part}") for part in _ADAM_KNOWS}
             self._adam.state[leaf] = {
-                part: value.to(device) for part, value in known.items() if value is not None
+                part: state[f"{name}.{part}"].to(device) for part in _ADAM_KNOWS
             }
 
     def replace_rows(self, kept: Tensor, added: Attributes) -> None:
@@ -190,6 +189,12 @@ def fall_along_cosine(step: int, iterations: int, end: float) -> float:
     """Return the share of a rate that is left at a step: from 1 to `end` after the last."""
     turn = (1 + math.cos(math.pi * step / iterations)) / 2
     return end + (1 - end) * turn
+
+
+def _forget(leaf: Tensor) -> dict[str, Tensor]:
+    """Return what Adam knows of an attribute that has had no gradient yet."""
+    nothing = torch.zeros_like(leaf, requires_grad=False)
+    return {"step": torch.zeros((), device=leaf.device), "exp_avg": nothing, "exp_avg_sq": nothing}
 
 
 def _leaf(tensor: Tensor) -> Tensor:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.encoder import EncodeOptions, checkpoint, encode
+from quarc_ref.encoder.array_file import Layout, write_arrays
 from quarc_ref.encoder.checkpoint import Checkpoint, name_checkpoint
 from quarc_ref.encoder.stream_file import encode_file
 from tests.encoder.toys import SMALL, make_capture
@@ -100,7 +101,7 @@ def _empty(file):
 
 def _put_other(file):
     with file.open("wb") as other:
-        np.savez(other, key=np.array("other"), step=np.array(3))
+        write_arrays(other, "other", {"step": np.array(3)})
 
 
 def _put_text(file):
@@ -154,17 +155,26 @@ def test_a_file_is_renewed_when_it_is_a_minute_old(tmp_path, monkeypatch):
     saved = []
     for now[0] in (0.0, 59.0, 60.0, 61.0, 119.0, 121.0):
         kept.save_if_due(lambda: {"now": np.array(now[0])})
-        loaded = kept.load()
+        loaded = kept.load(Layout({"now": ("<f8", ())}, {}))
         saved.append(None if loaded is None else float(loaded["now"]))
 
     assert saved == [None, None, 60.0, 60.0, 60.0, 121.0]
 
 
-def test_what_a_writing_has_left_is_removed(tmp_path):
+def test_what_a_writing_that_was_killed_has_left_is_removed(tmp_path):
+    pytest.importorskip("fcntl")
     kept = Checkpoint(tmp_path / "kept", "this")
     kept.save_if_due(dict)
-    (tmp_path / "kept.part").touch()
+    (tmp_path / ".kept.0123456789abcdef.part").touch()
 
     kept.remove()
 
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_outlasts_a_power_failure(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr("os.fsync", lambda _: synced.append((tmp_path / "kept").exists()))
+    Checkpoint(tmp_path / "kept", "this").save_if_due(dict)
+
+    assert synced == [False, True]

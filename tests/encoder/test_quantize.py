@@ -82,6 +82,24 @@ def test_stragglers_off_the_lattice_are_left_out():
     quantize_gaussians(kept, header)
 
 
+def test_a_scene_of_which_no_gaussian_can_be_carried_is_an_encode_error():
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.means[:] = 1e30
+
+    with pytest.raises(EncodeError, match="no Gaussian"):
+        keep_representable(attributes, header)
+
+
+def test_a_number_beyond_all_integers_is_an_encode_error():
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.log_scales[3, 1] = -1e30
+
+    with pytest.raises(EncodeError, match="an attribute is beyond"):
+        quantize_gaussians(attributes, header)
+
+
 def test_newborn_come_out_where_they_were_trained():
     header = StreamHeader()
     begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)

@@ -17,7 +17,9 @@ import numpy as np
 from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
+from quarc_ref.encoder.array_file import write_arrays
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.files.marker import append_line, begin_marker
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.gaussian_planes import write_births
@@ -130,6 +132,14 @@ def files() -> Iterator[tuple[str, bytes]]:
     exif = forgeries.forge_exif(6)
     yield "stills/turned.png", forgeries.forge_png(8, 4, exif)
     yield "stills/turned.jpg", forgeries.add_exif(_JPEG_HEADER, exif)
+    saved = io.BytesIO()
+    write_arrays(saved, "seed", {"step": np.array(3), "means": np.ones((2, 3), np.float32)})
+    yield "training/two.training", saved.getvalue()
+    marker = io.BytesIO()
+    begin_marker(marker)
+    for line in ("inner/", "frame_0000.ply", "a-b_c.png"):
+        append_line(marker, line)
+    yield "marker/three.txt", marker.getvalue()
 
 
 _JPEG_HEADER = bytes.fromhex("ffd8 ffe00004abcd ffc0000b08000400080101 1100 ffda0002 ffd9")
