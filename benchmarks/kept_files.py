@@ -1,15 +1,14 @@
 """Files that are whole or not there, whoever else writes the same one."""
 
-import os
 from pathlib import Path
+
+from quarc_ref.files import write_file
 
 
 def keep_file(path: Path, data: bytes) -> None:
-    """Write a file beside its place, and put it there when it is whole.
+    """Write a file, and the folders above it, so that it is seen only when it is whole.
 
     Two processes may do so at once: the last one stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    part.write_bytes(data)
-    os.replace(part, path)
+    write_file(path, data)

@@ -16,6 +16,7 @@ from quarc_ref.decoder.digest import compute_state_crc
 from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
 from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
+from quarc_ref.files import atomic_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS
@@ -107,14 +108,12 @@ class _Movers:
 
 def write_moving_stream(path: Path, job: Job) -> None:
     """Write the stream; the file is there when it is whole."""
-    part = path.with_suffix(".part")
-    with part.open("wb") as sink:
+    with atomic_file(path) as sink:
         header = job.header()
         writer = StreamWriter(sink, wire.build_stream_header(header))
         for kind, payload in _make_chunks(header, job):
             writer.write(kind, payload)
         writer.finish()
-    part.replace(path)
 
 
 def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:

@@ -28,11 +28,6 @@ if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
     from quarc_ref.evaluation.protocol import Protocol
 
-_DEMO_FILES = ("capture", "demo.quarc", "report")
-# Not cam13 and later: --force is not to take a capture that was filmed for one of these.
-_CAPTURE_FILES = ("cam0[0-9].mp4", "cam1[0-2].mp4", "poses_bounds.npy", "points3D_init.ply")
-_REPORT_FILES = ("index.html", "*.png")
-
 
 def evaluate(
     file: StreamFile,
@@ -55,7 +50,7 @@ def evaluate(
         from quarc_ref.evaluation.evaluate import evaluate_stream
 
         regain_signals()
-        target = written_folder(report, _REPORT_FILES, force=force) if report else nullcontext()
+        target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             with _refused(file, as_json=as_json):
                 data = Path(file).read_bytes()
@@ -108,7 +103,7 @@ def synth(
     """Ray-trace a synthetic capture in N3DV's layout: cam00 held out, 12 cameras to train."""
     with reported_faults():
         from quarc_ref.datasets.calibration import require_video_size
-        from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
+        from quarc_ref.datasets.synth import SynthOptions, fill_synthetic_capture
 
         try:
             require_video_size(width, height)
@@ -117,9 +112,9 @@ def synth(
             raise UsageError(str(error)) from error
         with (
             TerminalProgress(quiet=quiet) as progress,
-            written_folder(folder, _CAPTURE_FILES, force=force) as made,
+            written_folder(folder, force=force) as made,
         ):
-            write_synthetic_capture(made, options, partial(progress.advance, "synth"))
+            fill_synthetic_capture(made, options, partial(progress.advance, "synth"))
         cameras = options.cameras + 1
         if as_json:
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
@@ -149,10 +144,10 @@ def demo(
         options = SynthOptions(frames=frames, seed=seed)
         with (
             TerminalProgress(quiet=quiet) as progress,
-            written_folder(output, _DEMO_FILES, force=force) as folder,
+            written_folder(output, force=force) as folder,
         ):
             made = run_demo(folder, options, config, progress)
-        page = output / made.report.relative_to(folder)
+        page = output / made.report.relative_to(folder.path)
         _show_evaluation(
             "demo/1", output / made.stream.name, made.evaluation, page, as_json=as_json
         )

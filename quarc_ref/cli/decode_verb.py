@@ -12,21 +12,35 @@ from quarc_ref.cli.faults import STREAM_IS_BAD, UsageError, reported_faults
 from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table, tell
-from quarc_ref.cli.targets import grown_folder, put_file, written_folder
+from quarc_ref.cli.targets import OneFrame, grown_folder, written_folder, written_frame
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 
 if TYPE_CHECKING:
     from quarc_ref.decoder import Follow, Gap, Scene, Source
+    from quarc_ref.files import MadeFolder
 
-_MADE = ("frame_*.ply", "frame_*.npz")
+_KINDS = ("ply", "npz")
 
 
 def decode_frames(
     file: FollowedName,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="PATH",
+            help="Folder to make; for one frame, a file that ends in .ply or .npz.",
+        ),
+    ],
     to: Annotated[
-        Literal["ply", "npz"], typer.Option("--to", help="3DGS PLY, or NumPy arrays.")
-    ] = "ply",
+        Literal["ply", "npz"] | None,
+        typer.Option(
+            "--to",
+            help="3DGS PLY, or NumPy arrays.",
+            show_default="as PATH's name ends, else ply",
+        ),
+    ] = None,
     frames: Frames = None,
     follow: FollowIt = False,
     patience: Patience = PATIENCE,
@@ -37,7 +51,7 @@ def decode_frames(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Decode frames into files that other programs read: DIR/frame_0000.ply and so on.
+    """Decode frames into files that other programs read: PATH/frame_0000.ply and so on.
 
     With --follow a file is there as soon as its frame is, else all come at the end.
     """
@@ -47,10 +61,11 @@ def decode_frames(
         from quarc_ref.evaluation.inspect_stream import count_frames
 
         wanted = parse_frames(frames)
-        written = _Written(to)
-        make = grown_folder if follow else written_folder
+        one = _names_a_frame(output, to)
+        written = _Written(output.suffix.lower().removeprefix(".") if one else to or "ply")
+        make = written_frame if one else grown_folder if follow else written_folder
         dropping = nullcontext() if follow or past_damage else _offer_recovery(written, frames)
-        with make(output, _MADE, force=force) as folder, open_source(file) as source, dropping:
+        with make(output, force=force) as folder, open_source(file) as source, dropping:
             total = 0 if follow else count_frames(source)
             for scene in _decode(source, wanted, waiting, written.gaps if past_damage else None):
                 written.add(folder, scene)
@@ -62,7 +77,7 @@ def decode_frames(
             if not written.names:
                 written.show(None, as_json=as_json, past_damage=past_damage)
                 raise typer.Exit(STREAM_IS_BAD)
-        written.show(output, as_json=as_json, past_damage=past_damage)
+        written.show(output.parent if one else output, as_json=as_json, past_damage=past_damage)
         if written.gaps:
             raise typer.Exit(STREAM_IS_BAD)
 
@@ -105,6 +120,19 @@ def _decode(
             yield item
 
 
+def _names_a_frame(output: Path, to: str | None) -> bool:
+    """Return whether a name is that of a file for one frame, and not of a folder.
+
+    Raises:
+        UsageError: It is the name of another kind of file than `--to` asks for.
+    """
+    kind = output.suffix.lower().removeprefix(".")
+    if kind in _KINDS and to not in (kind, None):
+        message = f"{output} does not go with --to {to}"
+        raise UsageError(message)
+    return kind in _KINDS
+
+
 class _Written:
     """What `decode` has made, and what is missing."""
 
@@ -113,10 +141,10 @@ class _Written:
         self.gaps: list[Gap] = []
         self._to = to
 
-    def add(self, folder: Path, scene: "Scene") -> None:
+    def add(self, target: "MadeFolder | OneFrame", scene: "Scene") -> None:
         """Write the file of a frame."""
-        self.names.append(f"frame_{scene.frame:04}.{self._to}")
-        put_file(folder / self.names[-1], _export(scene, self._to))
+        name = f"frame_{scene.frame:04}.{self._to}"
+        self.names.append(target.write(name, _export(scene, self._to)).name)
 
     def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
         """Print what there is, in which folder, if there is one."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.segments import Segment
     from quarc_ref.jobs import Where
 
-_SEGMENT_FILES = ("frames_*.quarc", "frames_*.quarc.training*")
-
 
 @dataclass(frozen=True, slots=True)
 class EncodeWork:
@@ -114,18 +112,20 @@ def encode_to_joined_file(
         JobsError: Some segments could not be encoded; the others are kept.
     """
     is_there = wanted.resume and target.is_file() and not wanted.force
-    with kept_segments(
-        target, _SEGMENT_FILES, force=wanted.force or is_there, resume=wanted.resume
-    ) as folder:
+    with kept_segments(target, force=wanted.force or is_there, resume=wanted.resume) as folder:
         from quarc_ref.encoder import segments
+        from quarc_ref.encoder.checkpoint import name_checkpoint
 
         capture, options = work.open()
         if is_there:
             segments.require_joined(target, capture, options)
             return
-        parts = _cut(work, capture, options, (folder.absolute(), segment_count))
+        parts = _cut(work, capture, options, (folder.path.absolute(), segment_count))
+        for part in parts:
+            folder.add(part.file.name)
+            folder.add(name_checkpoint(part.file).name)
         segments.encode_segments(parts, where, work.progress)
-        with written_file(target, force=wanted.force) as sink:
+        with written_file(target, force=wanted.force, durable=True) as sink:
             segments.join_segments(parts, sink)
 
 

@@ -20,6 +20,7 @@ import typer
 
 from quarc_ref.cli.output import tell
 from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.files import PlaceError
 from quarc_ref.format.errors import (
     BitstreamError,
     EditError,
@@ -98,6 +99,10 @@ def _ask_for_another_name(error: UnicodeEncodeError) -> str:
     return f"the name {error.object!r} is not {encoding}: rename the file or folder that has it"
 
 
+def _offer_force(error: PlaceError) -> str:
+    return f"{error}; --force replaces it" if error.replaceable else str(error)
+
+
 def _refusal(error: BitstreamError) -> str:
     return "; ".join([f"the stream is refused: {error}", *getattr(error, "__notes__", [])])
 
@@ -114,6 +119,7 @@ def _sentence(error: BaseException) -> str:
 _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
     ((BitstreamError,), STREAM_IS_BAD, _refusal),
     ((UsageError, EditError, ResumeError, VariableError), USAGE, str),
+    ((PlaceError,), USAGE, _offer_force),
     ((ImportError,), TOOL_FAILED, _name_extra),
     ((UnicodeEncodeError,), TOOL_FAILED, _ask_for_another_name),
     ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),

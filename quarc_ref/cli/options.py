@@ -127,7 +127,14 @@ Settings = Annotated[
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Force = Annotated[bool, typer.Option("--force", "-f", help="Replace what exists.")]
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        "-f",
+        help="Replace a file, or a folder with nothing but what quarc-ref has made.",
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
 

@@ -12,7 +12,7 @@ from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.held_stream import held_stream
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
-from quarc_ref.cli.targets import put_file, written_file, written_folder
+from quarc_ref.cli.targets import written_file, written_folder, written_frame
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Image
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     _Pictures = Iterator[tuple[int, Image]]
 
-_MADE = ("frame_*.png",)
+_ONE_PICTURE = ".png"
 # Hardly a loss: who wants a small file can code it again from this one.
 _X264 = {"crf": "6", "preset": "medium"}
 
@@ -36,7 +36,8 @@ def render(
             "--output",
             "-o",
             metavar="PATH",
-            help="What to make: .mp4 is a video, a name without a suffix a folder of PNG files.",
+            help="What to make: .mp4 is a video, .png the picture of one frame, a name without a "
+            "suffix a folder of PNG files.",
         ),
     ],
     camera: Annotated[
@@ -97,12 +98,14 @@ def render(
 
 def _choose_kind(output: Path) -> Literal["mp4", "png"]:
     """Return what a name is for, where --to does not say it."""
-    if output.suffix.lower() == ".mp4":
+    suffix = output.suffix.lower()
+    if suffix == ".mp4":
         return "mp4"
-    if output.suffix:
+    if suffix not in ("", _ONE_PICTURE):
         message = (
-            f"{output} has a name neither for a video, which ends in .mp4, nor for a folder of PNG "
-            "files, without a suffix: --to mp4 or --to png says which it is to be"
+            f"{output} has a name neither for a video, which ends in .mp4, nor for the picture of "
+            "one frame, which ends in .png, nor for a folder of PNG files, without a suffix: "
+            "--to mp4 or --to png says which it is to be"
         )
         raise UsageError(message)
     return "png"
@@ -169,12 +172,14 @@ def _write_video(
 def _write_pictures(drawn: "_Pictures", output: Path, *, force: bool) -> dict[str, object]:
     from quarc_ref.datasets.video_writer import build_png
 
-    names = []
-    with written_folder(output, _MADE, force=force) as folder:
-        for frame, picture in drawn:
-            names.append(f"frame_{frame:04}.png")
-            put_file(folder / names[-1], build_png(picture))
-    return {"folder": str(output), "frames": len(names), "files": names}
+    one = output.suffix.lower() == _ONE_PICTURE
+    with (written_frame if one else written_folder)(output, force=force) as target:
+        names = [
+            target.write(f"frame_{frame:04}.png", build_png(picture)).name
+            for frame, picture in drawn
+        ]
+    folder = output.parent if one else output
+    return {"folder": str(folder), "frames": len(names), "files": names}
 
 
 def _show(output: Path, camera: "Camera", made: dict[str, object], *, as_json: bool) -> None:
@@ -185,7 +190,7 @@ def _show(output: Path, camera: "Camera", made: dict[str, object], *, as_json: b
     size = f"{camera.width} x {camera.height}"
     plural = "" if made["frames"] == 1 else "s"
     if "folder" in made:
-        lines = {"folder": f"{made['frames']} PNG file{plural} of {size}"}
+        lines = {"pictures": f"{made['frames']} PNG file{plural} of {size}"}
     else:
         lines = {"video": f"{made['frames']} frame{plural} of {size}, H.264"}
     print_table(str(output), lines | {"camera": camera.name})

@@ -1,6 +1,5 @@
 """Where `encode` writes a stream, so that an encode that breaks off can be gone on with."""
 
-import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +7,8 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.faults import UsageError
-from quarc_ref.cli.targets import refuse_foreign, refuse_target
+from quarc_ref.cli.targets import refuse_target
+from quarc_ref.files import MadeFolder, grown_folder, holds_files, sync_file, sync_folder
 
 _PART = ".part"
 _SEGMENTS = ".segments"
@@ -51,44 +51,36 @@ def growing_stream(
                 _refuse_begun(place)
             with _said_to_stay(place):
                 yield place, file
+            sync_file(file)
         finally:
             if not _holds_something(place):
                 _drop(place, file)
     if place != target:
         place.replace(target)
+    sync_folder(target.absolute().parent)
 
 
 @contextmanager
-def kept_segments(
-    target: Path, made: tuple[str, ...], *, force: bool, resume: bool
-) -> Iterator[Path]:
+def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[MadeFolder]:
     """Make the folder `<target>.segments`, which goes when all is done, and stays if it is not.
 
     Args:
         target: Where the stream of all segments is to be.
-        made: Patterns of the names that are made in the folder.
         force: Whether to replace a target, or segments that are not resumed.
         resume: Whether to go on with the segments that are there.
 
     Raises:
-        UsageError: The target cannot be written, or the folder holds other things.
+        UsageError: The target cannot be written, or segments are left of another encode.
+        PlaceError: The folder holds what was not made there, or is in use.
     """
     refuse_target(target, force=force)
-    folder = target.with_name(target.name + _SEGMENTS)
-    refuse_foreign(folder, made)
-    if folder.exists() and not resume:
-        if not force:
-            _refuse_left(folder)
-        shutil.rmtree(folder)
-    folder.mkdir(exist_ok=True)
-    try:
-        with _said_to_stay(folder):
+    path = target.with_name(target.name + _SEGMENTS)
+    with grown_folder(path, replace=True, keep=resume or not force) as folder:
+        if not (resume or force) and folder.holds_files():
+            _refuse_left(path)
+        with _said_to_stay(path):
             yield folder
-    except BaseException:
-        if not _holds_something(folder):
-            folder.rmdir()
-        raise
-    shutil.rmtree(folder)
+        folder.empty()
 
 
 @contextmanager
@@ -120,10 +112,11 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 
 def _remove(place: Path) -> None:
     """Remove what is in a place, and beside it, if nobody writes it; who reads it keeps it."""
+    from quarc_ref.encoder.checkpoint import remove_checkpoint
     from quarc_ref.encoder.stream_file import opened_alone
 
     with opened_alone(place) as file:
-        _name_training(place).unlink(missing_ok=True)
+        remove_checkpoint(_name_training(place))
         _drop(place, file)
 
 
@@ -162,5 +155,5 @@ def _is_begun(place: Path) -> bool:
 
 def _holds_something(path: Path) -> bool:
     if path.is_dir():
-        return any(path.iterdir())
+        return holds_files(path)
     return path.is_file() and path.stat().st_size > 0

@@ -1,33 +1,41 @@
-"""What the command makes: written beside its target, and put in its place when whole."""
+"""What the command makes: files and folders that are whole or absent, and replaced if asked for."""
 
 import os
-import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from fnmatch import fnmatchcase
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from quarc_ref import files
 from quarc_ref.cli.faults import UsageError
 from quarc_ref.cli.options import STANDARD_STREAM
+from quarc_ref.cli.output import tell
+from quarc_ref.files import MadeFolder
+
+# A folder whose name ends so would be taken for a file.
+_FILE_SUFFIXES = {
+    *(".ply", ".npz", ".quarc", ".splat", ".spz", ".sog", ".html", ".json"),
+    *(".mp4", ".mov", ".mkv", ".avi", ".webm", ".png", ".jpg", ".jpeg", ".gif"),
+}
 
 
 @contextmanager
-def written_file(target: Path, *, force: bool) -> Iterator[BinaryIO]:
-    """Open a file beside a target, and put it in the target's place when all is written.
+def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterator[BinaryIO]:
+    """Open a file that takes a target's place when all is written.
+
+    Args:
+        target: Where the file is to be.
+        force: Whether to replace a file.
+        durable: As for `files.atomic_file`.
 
     Raises:
         UsageError: The target is `-`, or exists and is not to be replaced.
     """
     refuse_target(target, force=force)
-    beside = _beside(target, "part")
-    try:
-        with beside.open("wb") as sink:
-            yield sink
-        beside.replace(target)
-    finally:
-        beside.unlink(missing_ok=True)
+    files.remove_leftovers(target)
+    with files.atomic_file(target, durable=durable) as sink:
+        yield sink
 
 
 @contextmanager
@@ -47,93 +55,113 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
             raise UsageError(message)
         yield sys.stdout.buffer
     else:
-        with written_file(target, force=force) as sink:
+        with written_file(target, force=force, durable=True) as sink:
             yield sink
 
 
 @contextmanager
-def _said_to_stay(target: Path) -> Iterator[None]:
-    """Let an interruption say that what has been written is kept."""
-    try:
-        yield
-    except KeyboardInterrupt as error:
-        if not any(target.iterdir()):
-            raise
-        message = f"interrupted; {target} holds the frames that were written"
-        raise KeyboardInterrupt(message) from error
-
-
-@contextmanager
-def grown_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterator[Path]:
-    """Make a folder, empty, whose files are seen as soon as they are made, and stay.
+def written_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
+    """Fill a folder that takes a target's place when all is written.
 
     Args:
         target: Where the folder is to be.
-        made: As `written_folder` has it.
-        force: Whether to replace what was made in it before.
+        force: Whether to replace a folder that the command has made before.
 
     Raises:
-        UsageError: The target is `-`, or holds something and is not to be replaced.
+        UsageError: The target is `-`, or has the name of a file.
+        PlaceError: It holds something, and is not to be replaced.
     """
-    _refuse_folder(target, made, force=force)
-    target.mkdir(exist_ok=True)
-    for path in target.iterdir():
-        path.unlink()
-    try:
-        with _said_to_stay(target):
-            yield target
-    finally:
-        with suppress(OSError):  # nothing was made
-            target.rmdir()
-
-
-def put_file(path: Path, data: bytes) -> None:
-    """Write a small file, which is seen only once it is whole."""
-    beside = _beside(path, "part")
-    try:
-        beside.write_bytes(data)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    _refuse_folder(target)
+    with files.written_folder(target, replace=force) as made:
+        yield made
+    if made.kept_aside:
+        message = f"files were put into {target} in the meantime: they are in {made.kept_aside}"
+        tell(message)
 
 
 @contextmanager
-def written_folder(target: Path, made: tuple[str, ...], *, force: bool) -> Iterator[Path]:
-    """Make a folder beside a target, and put it in the target's place when all is written.
+def grown_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
+    """Fill a folder whose files are seen as soon as they are made, and stay.
 
     Args:
         target: Where the folder is to be.
-        made: Patterns of the names that are made in it. A folder that holds
-            anything else is not replaced, `force` or not.
-        force: Whether to replace a folder.
+        force: Whether to replace what the command has made there before.
 
     Raises:
-        UsageError: The target is `-`, or holds something and is not to be replaced.
+        UsageError: As for `written_folder`.
+        PlaceError: As for `written_folder`.
     """
-    _refuse_folder(target, made, force=force)
-    beside = _beside(target, "part")
-    beside.mkdir()
-    try:
-        yield beside
-        _put_in_place(beside, target)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
+    _refuse_folder(target)
+    with files.grown_folder(target, replace=force) as made, _said_to_stay(made):
+        yield made
+
+
+class OneFrame:
+    """A file for one frame, where others have a folder for many.
+
+    Args:
+        target: Of the file.
+        sink: Is written to.
+    """
+
+    def __init__(self, target: Path, sink: BinaryIO) -> None:
+        self._target = target
+        self._sink = sink
+        self._has_one = False
+
+    def write(self, _name: str, data: bytes) -> Path:
+        """Write the frame, and return the file's path.
+
+        Raises:
+            UsageError: There was one before.
+        """
+        if self._has_one:
+            message = (
+                f"{self._target} is one file, and there are several frames: choose one, such as "
+                "--frames 0:1, or name a folder"
+            )
+            raise UsageError(message)
+        self._has_one = True
+        self._sink.write(data)
+        return self._target
+
+
+@contextmanager
+def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
+    """Open a file for one frame; it takes a target's place when all is written.
+
+    Raises:
+        UsageError: As for `written_file`.
+    """
+    with written_file(target, force=force) as sink:
+        yield OneFrame(target, sink)
 
 
 def refuse_target(target: Path, *, force: bool) -> None:
     """Raise UsageError if a file may not be put in a place."""
     _refuse_standard_output(target, "this file")
-    _refuse_existing(target, force=force)
+    _refuse_missing_parent(target)
+    if os.path.lexists(target) and not force:
+        message = f"{target} exists; --force replaces it"
+        raise UsageError(message)
     if target.is_dir():
         message = f"{target} is a folder"
         raise UsageError(message)
+    if target.exists() and not target.is_file():
+        message = f"{target} is a device or a pipe, and not a regular file"
+        raise UsageError(message)
 
 
-def _refuse_folder(target: Path, made: tuple[str, ...], *, force: bool) -> None:
-    """Raise UsageError if a folder may not be made in a place."""
+def _refuse_folder(target: Path) -> None:
+    """Raise UsageError if no folder may be made under a name."""
     _refuse_standard_output(target, "a folder")
-    _refuse_existing(target, force=force or _is_empty_folder(target))
-    refuse_foreign(target, made)
+    _refuse_missing_parent(target)
+    if target.suffix.lower() in _FILE_SUFFIXES:
+        message = (
+            f"{target} is to be a folder, but its name ends like that of a file: choose a name "
+            f"without {target.suffix}"
+        )
+        raise UsageError(message)
 
 
 def _refuse_standard_output(target: Path, what: str) -> None:
@@ -142,47 +170,19 @@ def _refuse_standard_output(target: Path, what: str) -> None:
         raise UsageError(message)
 
 
-def _refuse_existing(target: Path, *, force: bool) -> None:
+def _refuse_missing_parent(target: Path) -> None:
     if not target.absolute().parent.is_dir():
         message = f"{target.absolute().parent} is no folder"
         raise UsageError(message)
-    if os.path.lexists(target) and not force:
-        message = f"{target} exists; --force replaces it"
-        raise UsageError(message)
 
 
-def refuse_foreign(target: Path, made: tuple[str, ...]) -> None:
-    """Raise UsageError if a folder holds what was not made in it."""
-    if not os.path.lexists(target):
-        return
-    if target.is_symlink() or not target.is_dir():
-        message = f"{target} is no folder of its own; --force replaces nothing else"
-        raise UsageError(message)
-    names = sorted(path.name for path in target.iterdir())
-    foreign = [name for name in names if not any(fnmatchcase(name, each) for each in made)]
-    if foreign:
-        message = f"{target} also holds {foreign[0]}, which --force would remove: choose another"
-        raise UsageError(message)
-
-
-def _is_empty_folder(path: Path) -> bool:
-    return path.is_dir() and not any(path.iterdir())
-
-
-def _put_in_place(beside: Path, target: Path) -> None:
-    if not target.exists():
-        beside.rename(target)
-        return
-    aside = _beside(target, "old")
-    target.rename(aside)
+@contextmanager
+def _said_to_stay(made: MadeFolder) -> Iterator[None]:
+    """Let an interruption say that what has been written is kept."""
     try:
-        beside.rename(target)
-    except BaseException:
-        aside.rename(target)
-        raise
-    shutil.rmtree(aside, ignore_errors=True)
-
-
-def _beside(target: Path, purpose: str) -> Path:
-    target = target.absolute()
-    return target.with_name(f".{target.name}.{os.getpid()}.{purpose}")
+        yield
+    except KeyboardInterrupt as error:
+        if not made.holds_files():
+            raise
+        message = f"interrupted; {made.path} holds the frames that were written"
+        raise KeyboardInterrupt(message) from error

@@ -5,7 +5,6 @@ has, and writes little-endian binary ones. The size of every array is proved
 against the bytes that are there before it is made.
 """
 
-import os
 import re
 from dataclasses import dataclass
 from itertools import takewhile
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePointsError
+from quarc_ref.files import write_file
 
 _HEADER_LIMIT = 1 << 16
 _HEADER = re.compile(rb"ply\r?\n(.*?)^end_header\r?\n", re.DOTALL | re.MULTILINE)
@@ -82,9 +82,7 @@ def write_points_ply(path: Path, points: Points) -> None:
         rows[name] = points.colors[:, index]
         header.append(f"property uchar {name}")
     text = "\n".join([*header, "end_header\n"])
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(text.encode("ascii") + rows.tobytes())
-    os.replace(part, path)
+    write_file(path, text.encode("ascii") + rows.tobytes())
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,18 +16,18 @@ from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
 from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
 from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
 from quarc_ref.evaluation.stream_summary import KINDS, StreamSummary
+from quarc_ref.files import MadeFolder
 
 DIFFERENCE_GAIN = 4
 
 
-def write_report(evaluation: Evaluation, folder: Path) -> Path:
+def write_report(evaluation: Evaluation, folder: MadeFolder) -> Path:
     """Write the page and its pictures; return the page's path.
 
     Args:
         evaluation: What to show.
-        folder: Is made if it is not there; files of the same names are replaced.
+        folder: To be filled (`quarc_ref.files.written_folder`).
     """
-    folder.mkdir(parents=True, exist_ok=True)
     pictures = {
         "frames.png": plot_frames(evaluation.summary, evaluation.quality.psnr),
         "bytes.png": plot_kinds(evaluation.summary),
@@ -36,10 +36,8 @@ def write_report(evaluation: Evaluation, folder: Path) -> Path:
         for name, picture in _strip(view).items():
             pictures[_name_file(view, name)] = encode_picture(picture)
     for name, data in pictures.items():
-        _replace(folder / name, data)
-    page = folder / "index.html"
-    _replace(page, _compose(evaluation, pictures))
-    return page
+        folder.write(name, data)
+    return folder.write("index.html", _compose(evaluation, pictures))
 
 
 def _name_file(view: View, name: str) -> str:
@@ -117,9 +115,3 @@ def _compose_bytes(summary: StreamSummary) -> str:
         "<tr><th>kind</th><th>bytes</th><th>zero-order estimate</th><th>bytes / estimate</th></tr>"
     )
     return f"<table>{head}{''.join(rows)}</table>"
-
-
-def _replace(path: Path, data: bytes) -> None:
-    beside = path.with_name(path.name + ".part")
-    beside.write_bytes(data)
-    beside.replace(path)

@@ -38,7 +38,7 @@ def test_many_changes_leave_a_name_that_a_file_can_have():
     for name in names:
         assert name.startswith("plane.main.motion.setting_0=0.125.")
         assert name.endswith(".quarc")
-        assert len(f"{name}.psnr.json.4194304.part") < 255
+        assert len(f".{name}.psnr.json.0123456789abcdef.part") < 255
 
 
 def test_changes_are_made_to_the_settings():

@@ -5,6 +5,7 @@ import json
 from typer.testing import CliRunner
 
 from quarc_ref.cli.app import app
+from quarc_ref.files import MARKER, grown_folder
 from tests.cli.schemas import validate
 
 # A few iterations of everything: what comes out is no picture, but a whole stream.
@@ -47,5 +48,13 @@ def read_json(text):
 
 
 def list_names(folder):
-    """What a folder holds, sorted."""
-    return sorted(path.name for path in folder.iterdir())
+    """What a folder holds, sorted, but for the marker of one that the command has made."""
+    return sorted(path.name for path in folder.iterdir() if path.name != MARKER)
+
+
+def make_folder(path, *names, text="old"):
+    """Make a folder as the command does, with small files."""
+    with grown_folder(path) as made:
+        for name in names:
+            made.write(name, text.encode())
+    return path

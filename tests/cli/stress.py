@@ -13,6 +13,7 @@ from tests.cli.commands import TINY_OPTIONS
 
 _PUSH = "quarc_ref.decoder.decode_stream.StreamDecoder.push"
 _WRITE = "quarc_ref.format.stream_writer.StreamWriter.write"
+_WRITE_FRAME = "quarc_ref.files.MadeFolder.write"
 _TINY = shlex.join(TINY_OPTIONS)
 
 
@@ -51,14 +52,14 @@ VERBS = {
     "encode": Verb(
         f"{{capture}} -o {{out}} --frames 2 {_TINY}", "file", _WRITE, leaves=("out.part",)
     ),
-    "decode": Verb("{stream} -o {out}", "folder", "quarc_ref.cli.decode_verb.put_file"),
+    "decode": Verb("{stream} -o {out}", "folder", _WRITE_FRAME),
     "verify": Verb("{stream}", None, _PUSH),
     "info": Verb("{stream}", None, _PUSH),
     "inspect": Verb("{stream}", None, _PUSH),
     "cut": Verb("{stream} --frames : -o {out}", "file", _WRITE),
     "join": Verb("{stream} {stream} -o {out}", "file", _WRITE),
     "view": Verb("{stream} --no-open", None, _PUSH, told=False, needs="viser"),
-    "render": Verb("{stream} --to png -o {out}", "folder", "quarc_ref.cli.render_verb.put_file"),
+    "render": Verb("{stream} --to png -o {out}", "folder", _WRITE_FRAME),
     "bench": Verb("{stream}", None, _PUSH),
     "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),
     "synth": Verb(

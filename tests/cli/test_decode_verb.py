@@ -5,7 +5,7 @@ from quarc_ref.cli import output
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.arrays_npz import build_npz
 from quarc_ref.export.gaussian_ply import build_ply
-from tests.cli.commands import list_names, run, run_json
+from tests.cli.commands import list_names, make_folder, run, run_json
 
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
@@ -51,8 +51,7 @@ def test_a_stream_that_is_still_growing_gives_the_frames_asked_for(stream_file, 
 def test_a_damaged_stream_leaves_no_folder_behind_and_the_old_one_whole(
     stream_file, made, tmp_path
 ):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "frame_0000.ply").write_text("old")
+    make_folder(tmp_path / "out", "frame_0000.ply")
     stream_file.write_bytes(made.data[:-1])
 
     assert run("decode", stream_file, "-o", tmp_path / "new").exit_code == 1

@@ -5,7 +5,7 @@ from statistics import mean
 import pytest
 
 from quarc_ref.format.chunk_reader import split_chunks
-from tests.cli.commands import list_names, read_json, run, run_json
+from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 from tests.datasets import scenes
 from tests.streams import rebuild_stream
 
@@ -53,13 +53,12 @@ def test_a_report_that_exists_is_refused_and_unharmed(encoded, capture, tmp_path
     result = run("eval", encoded.file, capture, "--report", tmp_path)
 
     assert result.exit_code == 2
-    assert "--force" in result.stderr
+    assert "index.html, which quarc-ref has not made" in result.stderr
     assert (tmp_path / "index.html").read_text() == "mine"
 
 
 def test_a_report_is_replaced_by_force(encoded, capture, tmp_path):
-    (tmp_path / "report").mkdir()
-    (tmp_path / "report" / "old.png").write_text("old")
+    make_folder(tmp_path / "report", "old.png")
     result = run("eval", encoded.file, capture, "--report", tmp_path / "report", "--force")
 
     assert result.exit_code == 0

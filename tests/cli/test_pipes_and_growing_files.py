@@ -6,7 +6,7 @@ import time
 import pytest
 
 from quarc_ref.decoder import compute_digest, decode
-from tests.cli.commands import list_names, read_json, run, run_json
+from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 from tests.cli.processes import SLOW_ENCODER, run_piped, start
 from tests.streams import make_stream
 
@@ -179,8 +179,7 @@ def test_a_stream_that_does_not_come_is_told_of_and_leaves_nothing(tmp_path):
 @pytest.mark.parametrize("options", [["--force"], []])
 def test_a_followed_folder_is_emptied_by_force_alone(options, tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(gaussian_count=5, frame_count=1)[0])
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "frame_0007.ply").write_text("old")
+    make_folder(tmp_path / "out", "frame_0007.ply")
     result = run("decode", tmp_path / "a.quarc", "-o", tmp_path / "out", "--follow", *options)
 
     assert result.exit_code == (0 if options else 2)

@@ -10,7 +10,7 @@ from quarc_ref.encoder.presets import change_setting, choose_preset
 from quarc_ref.encoder.segments import take_frames
 from quarc_ref.jobs import JobsError, Where
 from quarc_ref.jobs.job import Outcome
-from tests.cli.commands import TINY, TINY_OPTIONS, list_names, run, run_json
+from tests.cli.commands import TINY, TINY_OPTIONS, list_names, make_folder, run, run_json
 from tests.editing.edits import join_bytes, list_digests
 
 
@@ -61,7 +61,7 @@ def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
     monkeypatch.setattr(segments, "encode_segments", _interrupt)
     broken = run(*_command(capture, file, "--segments", 2))
     left = list_names(tmp_path)
-    folder.mkdir()
+    make_folder(folder, "frames_000000_000001.quarc", "frames_000001_000002.quarc")
     (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
     (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
     broken_again = run(*_command(capture, file, "--segments", 2, "--resume"))

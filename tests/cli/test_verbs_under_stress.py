@@ -12,7 +12,7 @@ import pytest
 
 from quarc_ref.cli.app import app
 from quarc_ref.cli.faults import heed_termination
-from tests.cli.commands import list_names, run
+from tests.cli.commands import list_names, make_folder, run
 from tests.cli.stress import (
     MAKING,
     READING,
@@ -129,16 +129,14 @@ def _put_old(name, folder):
     if VERBS[name].makes == "file":
         out.write_text("old")
         return out
-    out.mkdir()
     names = {
         "demo": "demo.quarc",
         "eval": "index.html",
         "render": "frame_0000.png",
         "synth": "cam00.mp4",
     }
-    old = out / names.get(name, "frame_0000.ply")
-    old.write_text("old")
-    return old
+    old = names.get(name, "frame_0000.ply")
+    return make_folder(out, old) / old
 
 
 @pytest.mark.parametrize("name", MAKING)

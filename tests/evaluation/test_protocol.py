@@ -6,6 +6,7 @@ import pytest
 from quarc_ref.evaluation.evaluate import OtherCaptureError, evaluate_stream
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.report import write_report
+from quarc_ref.files import written_folder
 from tests.evaluation.conftest import ignore
 from tests.evaluation.streams_of_captures import write_stream
 
@@ -68,7 +69,8 @@ def test_a_stream_that_names_none_is_told_to(capture):
 
 
 def test_the_page_shows_it(evaluation, capture, tmp_path):
-    page = write_report(evaluation, tmp_path).read_text("utf-8")
+    with written_folder(tmp_path / "report") as made:
+        page = write_report(evaluation, made).read_text("utf-8")
 
     assert capture.fingerprint in page
     assert "held-out cameras: cam01, cam04" in page

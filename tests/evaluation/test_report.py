@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.evaluation.report import DIFFERENCE_GAIN, write_report
+from quarc_ref.files import MARKER, written_folder
 
 _PNG = "data:image/png;base64,"
 
@@ -41,11 +42,17 @@ class _Page(HTMLParser):
         return " ".join(" ".join(self.words).split())
 
 
+def _write(evaluation, folder):
+    with written_folder(folder) as made:
+        assert write_report(evaluation, made) == made.path / "index.html"
+    return folder / "index.html"
+
+
 @pytest.fixture(scope="module")
 def report(evaluation, tmp_path_factory):
     """The folder of a report."""
     folder = tmp_path_factory.mktemp("reports") / "report"
-    assert write_report(evaluation, folder) == folder / "index.html"
+    _write(evaluation, folder)
     return folder
 
 
@@ -78,7 +85,7 @@ def test_the_pictures_in_the_page_are_the_files_beside_it(report, page):
 
     assert embedded == set(files.values())
     assert len(files) == 3 * 3 + 2
-    assert sorted(path.name for path in report.iterdir()) == sorted([*files, "index.html"])
+    assert sorted(path.name for path in report.iterdir()) == sorted([MARKER, *files, "index.html"])
     assert all(_read(png).size > 0 for png in files.values())
 
 
@@ -120,17 +127,21 @@ def test_what_a_stream_says_of_itself_is_text_and_no_markup(page):
 def test_a_camera_s_name_leads_to_no_other_folder(evaluation, tmp_path):
     shown = tuple(replace(view, camera="../../up\\<i>") for view in evaluation.shown)
     odd = replace(evaluation, shown=shown)
-    page = write_report(odd, tmp_path / "a" / "b")
+    (tmp_path / "a").mkdir()
+    page = _write(odd, tmp_path / "a" / "b")
 
     files = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert {path.parent for path in files} == {page.parent}
-    assert len(files) == 3 * 3 + 3
+    assert len(files) == 3 * 3 + 4
     assert "i" not in _Page(page.read_text("utf-8")).tags
 
 
-def test_a_report_is_written_over_an_older_one(evaluation, tmp_path):
-    (tmp_path / "index.html").write_text("old")
-    write_report(evaluation, tmp_path)
+def test_a_report_takes_the_place_of_an_older_one(report, evaluation, tmp_path):
+    folder = tmp_path / "report"
+    _write(evaluation, folder)
+    (folder / "index.html").write_text("old")
+    with written_folder(folder, replace=True) as made:
+        write_report(evaluation, made)
 
-    assert "Truth, decoded, difference" in (tmp_path / "index.html").read_text("utf-8")
-    assert not list(tmp_path.glob("*.part"))
+    assert (folder / "index.html").read_bytes() == (report / "index.html").read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["report"]

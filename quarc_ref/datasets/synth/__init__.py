@@ -7,6 +7,9 @@ every frame of every camera shows one and the same scene.
 """
 
 from quarc_ref.datasets.synth.options import SynthOptions
-from quarc_ref.datasets.synth.write_capture import write_synthetic_capture
+from quarc_ref.datasets.synth.write_capture import (
+    fill_synthetic_capture,
+    write_synthetic_capture,
+)
 
-__all__ = ["SynthOptions", "write_synthetic_capture"]
+__all__ = ["SynthOptions", "fill_synthetic_capture", "write_synthetic_capture"]

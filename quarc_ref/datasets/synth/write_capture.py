@@ -1,8 +1,7 @@
 """A synthetic capture on disk: videos, `poses_bounds.npy` and `points3D_init.ply`.
 
-Everything is written into a folder beside the target, which takes the target's
-place at the end: a capture is there as a whole or not at all. The same options
-give the same bytes on the same machine.
+A capture is there as a whole or not at all. The same options give the same bytes
+on the same machine.
 """
 
 import os
@@ -10,7 +9,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import repeat
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -22,6 +20,7 @@ from quarc_ref.datasets.synth.scene import make_scene
 from quarc_ref.datasets.synth.stage import Stage
 from quarc_ref.datasets.synth.tracer import join_points, trace_points, trace_view
 from quarc_ref.datasets.synth.write_video import write_video
+from quarc_ref.files import MadeFolder, written_folder
 
 _POINTS = 8000
 
@@ -37,34 +36,22 @@ def write_synthetic_capture(
         progress: Is told how many pictures are done, and of how many.
 
     Raises:
-        FileExistsError: The folder is there and not empty.
+        PlaceError: The folder is there and not empty.
         OSError: The folder cannot be written.
     """
-    target = folder.absolute()
-    _require_free(target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=target.parent, prefix=f".{target.name}-") as beside:
-        capture = Path(beside) / target.name
-        capture.mkdir()
-        _write_files(capture, options, progress or _ignore)
-        if target.is_dir():
-            target.rmdir()
-        capture.rename(target)
-
-
-def _require_free(folder: Path) -> None:
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        message = f"{folder} is there already: name a folder that is new or empty"
-        raise FileExistsError(message)
+    folder.absolute().parent.mkdir(parents=True, exist_ok=True)
+    with written_folder(folder) as made:
+        fill_synthetic_capture(made, options, progress or _ignore)
 
 
 def _ignore(done: int, total: int) -> None:
     """Take no notice of progress."""
 
 
-def _write_files(
-    capture: Path, options: SynthOptions, progress: Callable[[int, int], None]
+def fill_synthetic_capture(
+    folder: MadeFolder, options: SynthOptions, progress: Callable[[int, int], None]
 ) -> None:
+    """Do as `write_synthetic_capture` in a folder that is being filled."""
     scene, cameras = make_scene(options.seed), place_cameras(options)
     stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
     total = len(cameras) * len(stages)
@@ -76,12 +63,13 @@ def _write_files(
                 views.append(view)
                 progress(index * len(stages) + len(views), total)
             pictures = [view.picture for view in views]
-            write_video(capture / f"cam{index:02}.mp4", pictures, options)
+            write_video(folder.add(f"cam{index:02}.mp4"), pictures, options)
             poses.append(camera.as_pose(min(v.least for v in views), max(v.most for v in views)))
             firsts.append(pictures[0])
-    np.save(capture / "poses_bounds.npy", np.stack(poses))
+    with folder.open("poses_bounds.npy") as file:
+        np.save(file, np.stack(poses))
     points = _find_points(stages[0], cameras[1:], firsts[1:], options.seed)
-    write_points_ply(capture / "points3D_init.ply", points)
+    write_points_ply(folder.add("points3D_init.ply"), points)
 
 
 def _find_points(

@@ -11,6 +11,7 @@ from pathlib import Path
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.synth.options import SynthOptions
 from quarc_ref.datasets.video_writer import VideoForm, write_mp4
+from quarc_ref.files import atomic_file
 
 _X264 = {"crf": "10", "preset": "medium", "threads": "1", "x264-params": "asm=0"}
 
@@ -19,7 +20,7 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
     """Write pictures as an mp4 file.
 
     Args:
-        path: Of the file.
+        path: Of the file; one that is there is replaced.
         pictures: `[H, W, 3]` each.
         options: Size and pace.
 
@@ -27,5 +28,5 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
         OSError: FFmpeg has no H.264 encoder, or the file cannot be written.
     """
     form = VideoForm(options.width, options.height, Fraction(options.frames_per_second), _X264)
-    with path.open("wb") as sink:
+    with atomic_file(path) as sink:
         write_mp4(sink, pictures, form)

@@ -1,0 +1,130 @@
+"""What --force may delete: files that the command made and named in the folder's marker."""
+
+import pytest
+
+from tests.cli.commands import TINY_OPTIONS, list_names, run
+
+_MARKER = ".quarc-ref-made"
+_TINY_SYNTH = ["--width", 16, "--height", 16, "--frames", 1]
+
+
+def _fill(folder, *names):
+    """Make a folder of the user's own files."""
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("mine")
+    return folder
+
+
+def _read_all(folder):
+    return {path: path.read_text() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize(
+    ("verb", "names"),
+    [
+        ("eval", ["holiday.png", "index.html"]),
+        ("demo", ["capture/cam00.mp4", "capture/notes/plan.txt", "report/thesis.tex"]),
+        ("synth", ["cam00.mp4", "poses_bounds.npy"]),
+        ("decode", ["frame_0000.ply"]),
+        ("decode --follow", ["frame_0000.npz"]),
+        ("render", ["frame_0000.png"]),
+    ],
+)
+def test_force_deletes_no_file_of_the_user_whatever_its_name(
+    verb, names, stream_file, encoded, capture, tmp_path
+):
+    mine = _fill(tmp_path / "mine", *names)
+    before = _read_all(mine)
+    lines = {
+        "eval": ["eval", encoded.file, capture, "--report", mine],
+        "demo": ["demo", "-o", mine, "--frames", 2, *TINY_OPTIONS],
+        "synth": ["synth", mine, *_TINY_SYNTH],
+        "decode": ["decode", stream_file, "-o", mine],
+        "decode --follow": ["decode", stream_file, "-o", mine, "--follow"],
+        "render": ["render", stream_file, "-o", mine],
+    }
+    result = run(*lines[verb], "--force")
+
+    assert _read_all(mine) == before
+    assert result.exit_code == 2
+    assert f"holds {sorted(names)[0].partition('/')[0]}" in result.stderr
+    assert "choose another folder" in result.stderr
+
+
+@pytest.mark.parametrize("option", ["--force", "--resume"])
+def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
+    file = tmp_path / "a.quarc"
+    mine = _fill(tmp_path / "a.quarc.segments", "frames_1999.quarc/diary.txt", "frames_0.quarc")
+    before = _read_all(mine)
+    result = run("encode", capture, "-o", file, *TINY_OPTIONS, "--segments", 2, option)
+
+    assert _read_all(mine) == before
+    assert result.exit_code == 2
+    assert "holds frames_0.quarc" in result.stderr
+
+
+def test_a_folder_that_the_command_made_says_so_and_is_replaced(stream_file, tmp_path):
+    out = tmp_path / "out"
+    assert run("decode", stream_file, "-o", out, "--frames", ":2").exit_code == 0
+    marker = (out / _MARKER).read_text()
+    assert run("decode", stream_file, "-o", out, "--frames", "3:", "--force").exit_code == 0
+
+    assert marker.splitlines()[1:] == ["frame_0000.ply", "frame_0001.ply"]
+    assert list_names(out) == ["frame_0003.ply"]
+    assert (out / _MARKER).read_text().splitlines()[1:] == ["frame_0003.ply"]
+    assert list_names(tmp_path) == ["out", "small.quarc"]
+
+
+def test_a_demo_is_replaced_with_all_that_it_made(tmp_path):
+    out = tmp_path / "out"
+    command = ["demo", "-o", out, "--frames", 2, *TINY_OPTIONS]
+    assert run(*command).exit_code == 0
+    (out / "report" / "mine.txt").write_text("mine")
+    refused = run(*command, "--force")
+    (out / "report" / "mine.txt").unlink()
+    forced = run(*command, "--force")
+
+    assert refused.exit_code == 2
+    assert "report holds mine.txt" in refused.stderr
+    assert forced.exit_code == 0, forced.stderr
+    assert list_names(out) == ["capture", "demo.quarc", "report"]
+    assert list_names(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize(
+    "planted", ["../victim.txt", "/etc/victim", "..", "sub/victim.txt", "a\\b", "C:victim", ""]
+)
+def test_a_planted_marker_leads_nowhere_else(planted, stream_file, tmp_path):
+    victim = tmp_path / "victim.txt"
+    victim.write_text("mine")
+    out = tmp_path / "out"
+    assert run("decode", stream_file, "-o", out).exit_code == 0
+    with (out / _MARKER).open("a") as marker:
+        marker.write(f"{planted}\n")
+    result = run("decode", stream_file, "-o", out, "--force")
+
+    assert result.exit_code == 2
+    assert _MARKER in result.stderr
+    assert victim.read_text() == "mine"
+    assert len(list_names(out)) == 4
+
+
+@pytest.mark.parametrize("kind", ["link", "folder"])
+def test_what_took_the_place_of_a_file_that_was_made_is_not_deleted(kind, stream_file, tmp_path):
+    victim = tmp_path / "victim"
+    victim.mkdir()
+    (victim / "a").write_text("mine")
+    out = tmp_path / "out"
+    assert run("decode", stream_file, "-o", out).exit_code == 0
+    (out / "frame_0002.ply").unlink()
+    if kind == "link":
+        (out / "frame_0002.ply").symlink_to(victim / "a")
+    else:
+        victim.rename(out / "frame_0002.ply")
+    result = run("decode", stream_file, "-o", out, "--force")
+
+    assert result.exit_code == 2
+    assert "holds frame_0002.ply" in result.stderr
+    assert "mine" in {path.read_text() for path in tmp_path.rglob("a")}
+    assert len(list_names(out)) == 4

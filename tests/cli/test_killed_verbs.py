@@ -1,0 +1,69 @@
+"""A verb that is killed by SIGKILL in the middle, and the same one again."""
+
+import signal
+
+import pytest
+
+from tests.cli.commands import list_names, make_folder, run
+from tests.cli.processes import start
+
+_DIES = """
+import os, signal, sys
+from quarc_ref.cli.app import main
+from quarc_ref.files import {owner}
+
+write, calls = {owner}.{method}, []
+
+def write_or_die(*arguments, **named):
+    calls.append(arguments)
+    if len(calls) == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return write(*arguments, **named)
+
+{owner}.{method} = write_or_die
+main()
+"""
+_IN_A_FOLDER = _DIES.format(owner="MadeFolder", method="add")
+
+
+def _kill(program, *command):
+    with start(*command, program=program) as verb:
+        verb.wait(timeout=120)
+    assert verb.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize("options", [[], ["--force"]])
+@pytest.mark.parametrize("verb", ["decode", "render"])
+def test_a_folder_that_was_half_written_is_gone_after_the_next_run(
+    verb, options, stream_file, tmp_path
+):
+    pytest.importorskip("fcntl")
+    out = tmp_path / "made" / "out"
+    out.parent.mkdir()
+    name = "frame_0007.ply" if verb == "decode" else "frame_0007.png"
+    if options:
+        make_folder(out, name)
+    command = [verb, stream_file, "-o", out, "--frames", ":2", *options]
+    _kill(_IN_A_FOLDER, *command)
+    left, kept = list_names(out.parent), list_names(out) if options else None
+    result = run(*command)
+
+    assert len(left) == 1 + bool(options)
+    assert left[0].startswith(".out.")
+    assert kept == ([name] if options else None)
+    assert result.exit_code == 0, result.stderr
+    assert list_names(out.parent) == ["out"]
+    assert len(list_names(out)) == 2
+
+
+def test_frames_of_a_growing_folder_stay_and_are_replaced_by_force(stream_file, tmp_path):
+    out = tmp_path / "out"
+    command = ["decode", stream_file, "-o", out, "--follow"]
+    _kill(_IN_A_FOLDER, *command)
+    left = list_names(out)
+    refused, forced = run(*command), run(*command, "--force")
+
+    assert left == ["frame_0000.ply"]
+    assert (refused.exit_code, forced.exit_code) == (2, 0)
+    assert "out exists; --force replaces it" in refused.stderr
+    assert len(list_names(out)) == 4

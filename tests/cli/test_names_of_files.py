@@ -1,0 +1,94 @@
+"""A name that ends like a file's never becomes a folder."""
+
+import pytest
+
+from quarc_ref.datasets.video import read_still
+from quarc_ref.decoder import dequantize
+from quarc_ref.export.gaussian_ply import build_ply
+from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
+
+
+def test_one_frame_is_decoded_into_the_file_that_is_named(stream_file, made, tmp_path):
+    printed = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
+
+    assert printed == {"folder": str(tmp_path), "files": ["one.ply"]}
+    exported = build_ply(dequantize(made.states[2].scene))
+    assert (tmp_path / "one.ply").read_bytes() == exported
+    assert list_names(tmp_path) == ["one.ply", "small.quarc"]
+
+
+@pytest.mark.parametrize("options", [[], ["--to", "npz"]])
+def test_the_name_says_what_a_frame_is_written_as(options, stream_file, tmp_path):
+    run_json("decode", stream_file, "-o", tmp_path / "one.NPZ", "--frames", "3:", *options)
+
+    assert (tmp_path / "one.NPZ").read_bytes().startswith(b"PK")
+
+
+@pytest.mark.parametrize("name", ["one.ply", "one.npz"])
+@pytest.mark.parametrize("options", [[], ["--frames", "1:3"], ["--follow"]])
+def test_several_frames_do_not_go_into_one_file(options, name, stream_file, tmp_path):
+    result = run("decode", stream_file, "-o", tmp_path / name, *options)
+
+    assert result.exit_code == 2
+    assert "one file" in result.stderr
+    assert "--frames" in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
+def test_a_name_that_contradicts_to_is_refused(stream_file, tmp_path):
+    result = run("decode", stream_file, "-o", tmp_path / "a.ply", "--to", "npz", "--frames", ":1")
+
+    assert result.exit_code == 2
+    assert "--to npz" in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
+def test_a_file_that_is_there_is_replaced_by_force_alone(stream_file, tmp_path):
+    (tmp_path / "one.ply").write_text("mine")
+    command = ["decode", stream_file, "-o", tmp_path / "one.ply", "--frames", ":1"]
+    refused, kept = run(*command), (tmp_path / "one.ply").read_text()
+    forced = run(*command, "--force")
+
+    assert (refused.exit_code, kept, forced.exit_code) == (2, "mine", 0)
+    assert (tmp_path / "one.ply").read_bytes().startswith(b"ply\n")
+
+
+def test_a_frame_that_cannot_be_decoded_leaves_no_file(stream_file, made, tmp_path):
+    stream_file.write_bytes(made.data[:-60])
+
+    assert run("decode", stream_file, "-o", tmp_path / "a.ply", "--frames", "3:").exit_code == 1
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
+def test_one_frame_is_rendered_into_the_picture_that_is_named(stream_file, tmp_path):
+    printed = run_json("render", stream_file, "-o", tmp_path / "a.png", "--frames", "1:2")
+
+    assert (printed["folder"], printed["files"]) == (str(tmp_path), ["a.png"])
+    assert read_still(tmp_path / "a.png").shape == (48, 64, 3)
+
+
+@pytest.mark.parametrize("options", [[], ["--to", "png"]])
+def test_several_frames_are_not_rendered_into_one_picture(options, stream_file, tmp_path):
+    result = run("render", stream_file, "-o", tmp_path / "a.png", *options)
+
+    assert result.exit_code == 2
+    assert "one file" in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
+@pytest.mark.parametrize("name", ["a.quarc", "a.mp4", "a.png", "a.html", "A.PLY"])
+@pytest.mark.parametrize("verb", ["decode", "render", "synth", "demo", "eval"])
+def test_no_folder_is_made_of_a_name_of_a_file(verb, name, stream_file, encoded, capture, tmp_path):
+    target = tmp_path / name
+    lines = {
+        "decode": ["decode", stream_file, "-o", target],
+        "render": ["render", stream_file, "-o", target, "--to", "png"],
+        "synth": ["synth", target, "--width", 16, "--height", 16, "--frames", 1],
+        "demo": ["demo", "-o", target, "--frames", 2, *TINY_OPTIONS],
+        "eval": ["eval", encoded.file, capture, "--report", target],
+    }
+    result = run(*lines[verb])
+
+    assert result.exit_code == 2
+    assert name in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]

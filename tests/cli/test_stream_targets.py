@@ -1,0 +1,66 @@
+import os
+import stat
+
+import pytest
+
+from quarc_ref.cli.stream_targets import growing_stream, kept_segments
+from quarc_ref.files import PlaceError
+from tests.cli.commands import list_names
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_a_whole_stream_outlasts_a_power_failure(live, tmp_path, monkeypatch):
+    target, synced = tmp_path / "a.quarc", []
+
+    def note(number):
+        is_folder = stat.S_ISDIR(os.fstat(number).st_mode)
+        synced.append(("folder" if is_folder else "file", list_names(tmp_path)))
+
+    monkeypatch.setattr(os, "fsync", note)
+    with growing_stream(target, force=False, live=live, resume=False) as (_, file):
+        file.write(b"stream")
+
+    place = "a.quarc" if live else "a.quarc.part"
+    assert synced == [("file", [place]), ("folder", ["a.quarc"])]
+
+
+def test_a_stream_that_breaks_off_stays_and_is_not_synced(tmp_path, monkeypatch):
+    fault = OSError("disk full")
+
+    def break_off():
+        with growing_stream(tmp_path / "a.quarc", force=False, live=False, resume=False) as place:
+            place[1].write(b"half")
+            place[1].flush()
+            raise fault
+
+    monkeypatch.setattr(os, "fsync", lambda _: pytest.fail("it is not whole"))
+    with pytest.raises(OSError, match="disk full"):
+        break_off()
+
+    assert (tmp_path / "a.quarc.part").read_bytes() == b"half"
+
+
+@pytest.mark.parametrize("options", [{"live": True}, {"live": False}])
+def test_a_stream_does_not_grow_through_a_link(options, tmp_path):
+    (tmp_path / "victim").write_text("mine")
+    name = "a.quarc" if options["live"] else "a.quarc.part"
+    (tmp_path / name).symlink_to(tmp_path / "victim")
+    with (
+        pytest.raises(PlaceError, match="symbolic link"),
+        growing_stream(tmp_path / "a.quarc", force=True, resume=True, **options),
+    ):
+        pytest.fail("the target was opened")
+
+    assert (tmp_path / "victim").read_text() == "mine"
+
+
+def test_segments_go_with_what_is_left_of_them_and_with_nothing_else(tmp_path):
+    target = tmp_path / "a.quarc"
+    with kept_segments(target, force=False, resume=False) as folder:
+        for name in ("frames_0.quarc", "frames_0.quarc.training"):
+            folder.add(name).write_bytes(b"made")
+        left = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"
+        left.write_bytes(b"left")
+        (folder.path / "frames_1.quarc").write_bytes(b"mine")
+
+    assert list_names(tmp_path / "a.quarc.segments") == ["frames_1.quarc"]
