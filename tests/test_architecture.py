@@ -222,6 +222,28 @@ def test_ffmpeg_opens_files_to_read_in_one_module_alone():
     assert openers == {"datasets/media.py", "datasets/video_writer.py"}
 
 
+_WRITING = {"write_bytes", "write_text", "rmtree", "copyfile", "copytree", "mkstemp", "rename"}
+
+
+def _list_writes(tree):
+    """The calls that make, replace or delete files, each by its name."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in _WRITING:
+            yield node.attr
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", None) == "open":
+            modes = [each.value for each in node.args[:1] if isinstance(each, ast.Constant)]
+            yield from (str(mode) for mode in modes if re.fullmatch(r"[wxa]b?\+?|r\+b", str(mode)))
+
+
+def test_files_are_written_by_one_package_alone():
+    others = [path for path in MODULES if path.parent.name != "files"]
+    writers = {_name(path) for path in others if any(_list_writes(_parse(path)))}
+
+    assert writers == set()
+    assert any(_list_writes(_parse(PACKAGE / "files" / "folders.py")))
+    assert list(_list_writes(ast.parse("Path('a').open('wb'); Path('b').write_bytes(b'')")))
+
+
 def test_the_package_itself_imports_nothing():
     assert list(_list_imports(_parse(PACKAGE / "__init__.py"))) == []
 
