@@ -6,6 +6,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.datasets.synth.variants import VARIANTS, Variant
+
 _LEAST_SIDE = 16
 _MOST_CAMERAS = 99
 
@@ -21,6 +23,7 @@ class SynthOptions:
         frames_per_second: Of every camera.
         seed: Of colors, patterns, motions and the places of the cameras.
         cameras: To train with; one more is held out.
+        variant: Name of the scene, one of `VARIANTS`.
     """
 
     width: int = 160
@@ -29,6 +32,7 @@ class SynthOptions:
     frames_per_second: int = 30
     seed: int = 0
     cameras: int = 12
+    variant: str = "playroom"
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -43,6 +47,14 @@ class SynthOptions:
         if self.cameras > _MOST_CAMERAS:
             message = f"cameras is {self.cameras}; files are numbered up to {_MOST_CAMERAS}"
             raise ValueError(message)
+        if self.variant not in VARIANTS:
+            message = f"variant is {self.variant!r}, not one of {', '.join(VARIANTS)}"
+            raise ValueError(message)
+
+    @property
+    def scene(self) -> Variant:
+        """The variant itself."""
+        return VARIANTS[self.variant]
 
 
 def draw(seed: int, purpose: str, count: int) -> NDArray[np.float64]:

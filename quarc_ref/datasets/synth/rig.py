@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.synth.options import SynthOptions, draw
+from quarc_ref.datasets.synth.options import SynthOptions, draw, make_generator
 
 Float64 = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ _RADIUS = 3.45
 _HEIGHTS = (1.15, 1.75)
 _TARGET = np.array([0.0, 0.72, -0.1])
 _HALF_VIEW = math.radians(25.5)
+_STAGE_HALF_VIEW = math.radians(36)
 _JITTER = 0.06  # meters, either way half of it
 _NEAR_MARGIN, _FAR_MARGIN = 0.95, 1.02
 
@@ -34,6 +35,7 @@ class RigCamera:
         focal: Pixels.
         width: Pixels.
         height: Pixels.
+        film: `[3, 3]` from the linear RGB that falls in to what the camera records.
     """
 
     center: Float64
@@ -41,6 +43,7 @@ class RigCamera:
     focal: float
     width: int
     height: int
+    film: Float64
 
     def as_row(self) -> Float64:
         """Return `[15]` center, right, down, forward, focal length, principal point."""
@@ -74,18 +77,31 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
     heights = [_HEIGHTS[i % 2] for i in range(options.cameras)]
     angles = (held_out, *steps)
     jitter = draw(options.seed, "cameras", 6 * len(angles)).reshape(-1, 6) - 0.5
+    films = _make_films(len(angles), options)
+    places = zip(angles, (sum(_HEIGHTS) / 2, *heights), jitter, films, strict=True)
     return tuple(
-        _camera(angle, height, shift * _JITTER, options)
-        for angle, height, shift in zip(angles, (sum(_HEIGHTS) / 2, *heights), jitter, strict=True)
+        _camera(angle, height, shift * _JITTER, film, options)
+        for angle, height, shift, film in places
     )
 
 
-def _camera(angle: float, height: float, shift: Float64, options: SynthOptions) -> RigCamera:
+def _make_films(count: int, options: SynthOptions) -> Float64:
+    """Return `[count, 3, 3]` the cameras' films: the same for all without a spread."""
+    spread = options.scene.camera_spread
+    normal = make_generator(options.seed, "films").standard_normal((count, 4, 3))
+    gains = np.exp(spread * (0.95 * normal[:, 0, :1] + 0.3 * normal[:, 1]))
+    return np.eye(3) * gains[:, None] + spread / 10 * normal[:, 1:]
+
+
+def _camera(
+    angle: float, height: float, shift: Float64, film: Float64, options: SynthOptions
+) -> RigCamera:
     center = np.array([_RADIUS * math.sin(angle), height, _RADIUS * math.cos(angle)]) + shift[:3]
     forward = _TARGET + shift[3:] - center
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, (0.0, 1.0, 0.0))
     right = right / np.linalg.norm(right)
     axes = np.stack((right, np.cross(forward, right), forward))
-    focal = options.width / (2 * math.tan(_HALF_VIEW))
-    return RigCamera(center, axes, focal, options.width, options.height)
+    half_view = _STAGE_HALF_VIEW if options.scene.is_stage else _HALF_VIEW
+    focal = options.width / (2 * math.tan(half_view))
+    return RigCamera(center, axes, focal, options.width, options.height, film)

@@ -116,6 +116,20 @@ def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
     return [*solids, capsule(hub, hub @ at(0.0, 0.8, 0.0), 0.013, rod)]
 
 
+def make_balloon(time: float, palette: Palette) -> list[Solid]:
+    """Return a balloon that crosses the stage in half a second, and is outside before and after."""
+    x = -3.4 + 6.8 * (time - 0.1) / 0.45
+    place = at(min(max(x, -3.4), 3.4), 1.05 + 0.15 * wave(time, 0.5, 0.0), 0.55)
+    outside = 0.0 if -3.4 < x < 3.4 else 6.0  # below the floor
+    paint = Paint(patterns.DOTS, palette.toys[0], palette.light, palette.light, 0.2, gloss=0.4)
+    string = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark)
+    place = at(0.0, -outside, 0.0) @ place @ turn_z(0.3 * wave(time, 0.4, 0.0))
+    return [
+        ellipsoid(place, (0.2, 0.25, 0.2), paint),
+        capsule(place @ at(0, -0.25, 0), place @ at(0, -0.6, 0), 0.012, string),
+    ]
+
+
 def make_train(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
     """Return the engine and two wagons of a train on its way around the stage."""
     turn = _TRAIN_SPEED * time / TRACK + 2 * math.pi * (0.18 + 0.64 * phase)

@@ -34,7 +34,8 @@ def trace_view(stage: Stage, camera: RigCamera) -> View:
     light = np.empty((camera.height, camera.width, 3))
     depths = np.empty((camera.height, camera.width, 2))
     render(stage, camera.as_row(), light, depths)
-    picture = _encode(_blur(_blur(light, axis=0), axis=1))
+    recorded = _blur(_blur(light, axis=0), axis=1) @ camera.film.T
+    picture = _encode(np.clip(recorded, 0, 1))
     return View(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
 
 

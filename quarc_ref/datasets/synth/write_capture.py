@@ -52,7 +52,7 @@ def fill_synthetic_capture(
     folder: MadeFolder, options: SynthOptions, progress: Callable[[int, int], None]
 ) -> None:
     """Do as `write_synthetic_capture` in a folder that is being filled."""
-    scene, cameras = make_scene(options.seed), place_cameras(options)
+    scene, cameras = make_scene(options.seed, options.scene), place_cameras(options)
     stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
     total = len(cameras) * len(stages)
     firsts, poses = [], []

@@ -1,0 +1,38 @@
+"""What the traced scene can differ in from the playroom, each a difficulty of real captures."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A scene and its cameras, as they differ from the playroom.
+
+    Attributes:
+        summary: What is hard about it, for `--help` and for tables.
+        is_stage: Whether the robot is alone in an empty hall, on a few percent of the pixels.
+        is_dark: Whether walls, floor and ceiling of the hall are black.
+        tempo: How many times as fast everything moves.
+        has_visitor: Whether a balloon comes in from the left and leaves on the right.
+        camera_spread: Standard deviation of the logarithms of the cameras' gains in linear
+            light; a tenth of it is that of the colors that a camera mixes.
+    """
+
+    summary: str
+    is_stage: bool = False
+    is_dark: bool = False
+    tempo: float = 1.0
+    has_visitor: bool = False
+    camera_spread: float = 0.0
+
+
+PLAYROOM = Variant("a bright, detailed room")
+VARIANTS = {
+    "playroom": PLAYROOM,
+    "bright-stage": Variant("one small subject in an empty hall", is_stage=True),
+    "dark-stage": Variant(
+        "the same subject, light and hall, but black", is_stage=True, is_dark=True
+    ),
+    "mixed-cameras": Variant("cameras of different exposures and colors", camera_spread=0.25),
+    "fast": Variant("everything three times as fast", tempo=3.0),
+    "visitor": Variant("something that appears and leaves", has_visitor=True),
+}
