@@ -1,8 +1,6 @@
 """The verb `render`: what a camera of a stream sees, as a video or as pictures."""
 
 from collections.abc import Iterator
-from fractions import Fraction
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,6 +10,7 @@ from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.held_stream import held_stream
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.render_choices import choose_camera, choose_form, require_pixels
 from quarc_ref.cli.targets import written_file, written_folder, written_frame
 
 if TYPE_CHECKING:
@@ -19,13 +18,11 @@ if TYPE_CHECKING:
     from quarc_ref.datasets.video_writer import VideoForm
     from quarc_ref.decoder import Source
     from quarc_ref.format.records import Camera
-    from quarc_ref.viewing.outline import Outline
 
     _Pictures = Iterator[tuple[int, Image]]
 
 _ONE_PICTURE = ".png"
-# Hardly a loss: who wants a small file can code it again from this one.
-_X264 = {"crf": "6", "preset": "medium"}
+_MOST_PIXELS = 6 << 20  # 2.7K has 5.5 million; a stream may name any size at no cost in bytes
 
 
 def render(
@@ -59,6 +56,15 @@ def render(
         int | None,
         typer.Option("--width", min=1, help="Pixels, the camera's by default; height in step."),
     ] = None,
+    max_pixels: Annotated[
+        int,
+        typer.Option(
+            "--max-pixels",
+            min=1,
+            metavar="N",
+            help="Refuse larger pictures: a camera of a stream may ask for any size.",
+        ),
+    ] = _MOST_PIXELS,
     pixels: Annotated[
         Literal["yuv444p", "yuv420p"] | None,
         typer.Option(
@@ -86,10 +92,11 @@ def render(
             raise UsageError(message)
         with open_source(file) as opened, held_stream(opened) as source:
             outline = outline_stream(source)
-            eye = _choose_camera(outline, camera, width, kind)
+            eye = choose_camera(outline, camera, width, kind)
+            require_pixels(eye, max_pixels)
             drawn = _draw(source, eye, wanted, progress, outline.count_frames(*wanted))
             if kind == "mp4":
-                form = _choose_form(outline, eye, pixels or "yuv444p")
+                form = choose_form(outline, eye, pixels or "yuv444p")
                 made = _write_video(drawn, output, form, force=force)
             else:
                 made = _write_pictures(drawn, output, force=force)
@@ -111,34 +118,6 @@ def _choose_kind(output: Path) -> Literal["mp4", "png"]:
     return "png"
 
 
-def _choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
-    """Return the camera asked for, its pictures `width` pixels wide, if they can be made."""
-    from quarc_ref.datasets.calibration import require_picture_size, require_video_size
-    from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
-
-    require = require_video_size if kind == "mp4" else require_picture_size
-    try:
-        camera = find_camera(outline.cameras, name)
-        wanted = width or camera.width
-        require(wanted, fit_height(camera, wanted))
-    except ValueError as error:
-        raise UsageError(str(error)) from error
-    return resize_camera(camera, width) if width else camera
-
-
-def _choose_form(outline: "Outline", camera: "Camera", pixels: str) -> "VideoForm":
-    from quarc_ref.datasets.video_writer import VideoForm
-
-    if pixels == "yuv420p" and (camera.width % 2 or camera.height % 2):
-        message = (
-            f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs even "
-            "sizes: choose another --width, or yuv444p"
-        )
-        raise UsageError(message)
-    pace = Fraction(outline.header.timescale, outline.header.frame_ticks)
-    return VideoForm(camera.width, camera.height, pace, _X264, pixels)
-
-
 def _draw(
     source: "Source",
     camera: "Camera",
@@ -150,13 +129,16 @@ def _draw(
     from quarc_ref.viewing.draw_frames import draw_frames
 
     drawn = draw_frames(source, camera, *wanted)
-    first = next(drawn, None)
-    if first is None:
+    picture = next(drawn, None)
+    if picture is None:
         message = "the stream holds none of the frames asked for"
         raise UsageError(message)
-    for done, picture in enumerate(chain([first], drawn), 1):
+    done = 0
+    while picture is not None:
+        done += 1
         progress.advance("render", done, total)
         yield picture
+        picture = next(drawn, None)
 
 
 def _write_video(

@@ -5,6 +5,11 @@ and adding each to the lists of its tiles leaves every list sorted. A Gaussian
 is listed where its ellipse, not only its box, meets a tile: a tile or row left
 out holds no pixel at which its alpha reaches 1/255, so that the tiling does not
 change the picture.
+
+A band is some rows of tiles: the first, the one after the last, and how many
+tiles a row has. Numbers are clamped before they become integers, and Gaussians
+with a number that is not finite meet no tile: what else a float becomes as an
+integer differs from machine to machine.
 """
 
 import math
@@ -89,18 +94,23 @@ def _interval(b, inverse, most, det, half, other, turn, low, high):
 
 
 @plain
-def _columns_of(row, outline, tiles_x):
+def _clamp(value, least, most):
+    return min(max(value, least), most)
+
+
+@plain
+def _columns_of(row, outline, columns):
     """Return the first tile of a row that an ellipse meets, and the one after its last."""
     x, y, b, inverse_a, inverse_c, most_a, _, det, width, height = outline
     low = np.float32(row * TILE) + _HALF - y
     begin, end = _interval(
         b, inverse_a, most_a, det, width, height, -b * inverse_c * width, low, low + _LAST
     )
-    if begin > end:
+    if not begin <= end:
         return 0, 0
-    first = int(math.floor((x + begin - _HALF) / TILE))
-    last = int(math.floor((x + end - _HALF) / TILE))
-    return max(first, 0), min(last + 1, tiles_x)
+    first = int(math.floor(_clamp((x + begin - _HALF) / TILE, 0, columns)))
+    last = int(math.floor(_clamp((x + end - _HALF) / TILE, -1, columns)))
+    return first, min(last + 1, columns)
 
 
 @plain
@@ -111,60 +121,66 @@ def _rows_in(row, column, outline):
     begin, end = _interval(
         b, inverse_c, most_c, det, height, width, -b * inverse_a * height, low, low + _LAST
     )
-    if begin > end:
+    if not begin <= end:
         return 0, 0
     top = y - _HALF - np.float32(row * TILE)
-    first, last = int(math.ceil(top + begin)), int(math.floor(top + end))
-    return min(max(first, 0), TILE), max(min(last + 1, TILE), 0)
+    first = int(math.ceil(_clamp(top + begin, 0, TILE)))
+    last = int(math.floor(_clamp(top + end, -1, TILE)))
+    return first, min(last + 1, TILE)
 
 
 @plain
-def _tile_rows_of(outline, tiles_y):
+def _tile_rows_of(outline, top, bottom):
     """Return the first row of tiles that an ellipse meets, and the one after its last."""
-    y, height = outline[1], outline[9]
-    first = int(math.floor((y - height - _HALF) / TILE))
-    last = int(math.floor((y + height - _HALF) / TILE))
-    return max(first, 0), min(last + 1, tiles_y)
+    x, y, width, height = outline[0], outline[1], outline[8], outline[9]
+    if not (math.isfinite(x + width) and math.isfinite(y + height)):
+        return top, top
+    first = int(math.floor(_clamp((y - height - _HALF) / TILE, top, bottom)))
+    last = int(math.floor(_clamp((y + height - _HALF) / TILE, top - 1, bottom)))
+    return first, min(last + 1, bottom)
 
 
 @parallel_entrance
-def count_tiles(means2d, conics, reaches, tiles_x, tiles_y):
-    """Return `[N]` the number of tiles that each Gaussian meets."""
+def count_tiles(means2d, conics, reaches, band):
+    """Return `[N]` the number of tiles of a band that each Gaussian meets."""
+    top, bottom, columns = band
     counts = np.zeros(reaches.size, dtype=np.int32)
     for i in numba.prange(reaches.size):
-        if reaches[i] <= _0:
+        if not reaches[i] > _0:
             continue
         outline = _outline(i, means2d, conics, reaches)
-        first_row, last_row = _tile_rows_of(outline, tiles_y)
+        first_row, last_row = _tile_rows_of(outline, top, bottom)
         for row in range(first_row, last_row):
-            first, last = _columns_of(row, outline, tiles_x)
+            first, last = _columns_of(row, outline, columns)
             counts[i] += max(last - first, 0)
     return counts
 
 
 @parallel_entrance
-def list_tiles(means2d, conics, reaches, starts, tiles_x, tiles_y):
+def list_tiles(means2d, conics, reaches, starts, band):
     """Return the tiles of each Gaussian, one Gaussian after the other.
 
     Args:
         starts: `[N + 1]` where each Gaussian's tiles begin: the sums of `count_tiles`.
+        band: As for `count_tiles`.
 
     Returns:
-        `[P]` the tiles, and `[P, 2]` the first pixel row of each that the
-        Gaussian meets, and the one after its last.
+        `[P]` the tiles, counted along the rows of the band, and `[P, 2]` the
+        first pixel row of each that the Gaussian meets, and the one after its last.
     """
+    top, bottom, columns = band
     tiles = np.empty(starts[-1], dtype=np.int32)
     rows = np.empty((starts[-1], 2), dtype=np.uint8)
     for i in numba.prange(reaches.size):
-        if reaches[i] <= _0:
+        if not reaches[i] > _0:
             continue
         place = starts[i]
         outline = _outline(i, means2d, conics, reaches)
-        first_row, last_row = _tile_rows_of(outline, tiles_y)
+        first_row, last_row = _tile_rows_of(outline, top, bottom)
         for row in range(first_row, last_row):
-            first, last = _columns_of(row, outline, tiles_x)
+            first, last = _columns_of(row, outline, columns)
             for column in range(first, last):
-                tiles[place] = row * tiles_x + column
+                tiles[place] = (row - top) * columns + column
                 rows[place, 0], rows[place, 1] = _rows_in(row, column, outline)
                 place += 1
     return tiles, rows

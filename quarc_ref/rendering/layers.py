@@ -12,15 +12,17 @@ from quarc_ref.format.records import Camera
 from quarc_ref.rendering import merging_kernels
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
+    bin_tiles,
+    blank_picture,
+    composite,
+    project,
+)
+from quarc_ref.rendering.pipeline_data import (
     Drawn,
     Float32,
     Picture,
     Projection,
     Tiles,
-    bin_tiles,
-    blank_picture,
-    composite,
-    project,
 )
 
 
@@ -30,13 +32,11 @@ class Layer:
 
     Attributes:
         projection: Of the Gaussians.
-        opacities: `[N]`.
         tiles: Of the whole picture.
         picture: Of them alone.
     """
 
     projection: Projection
-    opacities: Float32
     tiles: Tiles
     picture: Picture
 
@@ -46,19 +46,16 @@ def draw_layer(camera: Camera, drawn: Drawn, background: Float32) -> Layer:
     projection = project(camera, drawn)
     tiles = bin_tiles(camera, projection)
     picture = blank_picture(camera)
-    composite(projection, drawn.opacities, tiles, background, picture)
-    return Layer(projection, drawn.opacities, tiles, picture)
+    composite(projection, tiles, background, picture)
+    return Layer(projection, tiles, picture)
 
 
-def join_layer(
-    layer: Layer, added: Projection, opacities: Float32, tiles: Tiles
-) -> tuple[Projection, Float32, Tiles]:
+def join_layer(layer: Layer, added: Projection, tiles: Tiles) -> tuple[Projection, Tiles]:
     """Return a layer's Gaussians and the added, and the tiles that these meet.
 
     Args:
         layer: Its Gaussians come first.
         added: `[n]` Gaussians.
-        opacities: `[n]` theirs.
         tiles: Theirs alone; `starts` and `places` of the result are theirs, too.
     """
     under = layer.projection
@@ -66,6 +63,7 @@ def join_layer(
         np.concatenate([under.means2d, added.means2d]),
         np.concatenate([under.conics, added.conics]),
         np.concatenate([under.colors, added.colors]),
+        np.concatenate([under.opacities, added.opacities]),
         added.depths,
         added.reaches,
         added.radii,
@@ -76,4 +74,4 @@ def join_layer(
             tiles.borders, tiles.lists, tiles.rows, added.depths,
         )  # fmt: skip
     merged = Tiles(which, borders, lists, rows, tiles.starts, shifted[tiles.places])
-    return projection, np.concatenate([layer.opacities, opacities]), merged
+    return projection, merged

@@ -1,17 +1,14 @@
 """Decoded frames to pictures, without torch: what evaluation and players draw with."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering.pipeline import (
-    Drawn,
-    Float32,
-    bin_tiles,
-    blank_picture,
-    composite,
-    project,
-)
+from quarc_ref.rendering.bands import draw_bands
+from quarc_ref.rendering.pipeline import project, sort_nearest
+from quarc_ref.rendering.pipeline_data import Drawn, Float32, Projection
 
 OPACITY_MOST = 0.99
 SH_COEFFICIENTS = 4
@@ -24,13 +21,35 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
         splats: A frame's scene in floats.
         camera: Gaussians nearer than a fraction of its near bound are not drawn (SPEC 10.3).
     """
-    opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(OPACITY_MOST))
-    sh = np.zeros((splats.positions.shape[0], SH_COEFFICIENTS, 3), dtype=np.float32)
-    sh[:, : splats.sh.shape[1]] = splats.sh
-    scales = np.exp(splats.log_scales)
+    picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
+    for top, rows in render_bands(splats, camera):
+        picture[top : top + rows.shape[0]] = rows
+    return picture
+
+
+def render_bands(splats: Splats, camera: Camera) -> Iterator[tuple[int, Float32]]:
+    """Draw a picture as `render_picture` does, band by band, from the top down.
+
+    Args:
+        splats: A frame's scene in floats.
+        camera: As for `render_picture`.
+
+    Yields:
+        The first row of a band, and its rows `[h, W, 3]`.
+    """
+    nearest_first = _project(splats, camera)
+    del splats  # which may be most of the memory
+    for picture in draw_bands(nearest_first, camera):
+        yield picture.top, picture.image
+
+
+def _project(splats: Splats, camera: Camera) -> Projection:
+    """Return the Gaussians that a camera sees on its picture plane, nearest first."""
+    with np.errstate(over="ignore"):  # what is not finite is not drawn
+        opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(OPACITY_MOST))
+        scales = np.exp(splats.log_scales)
+    missing = SH_COEFFICIENTS - splats.sh.shape[1]
+    sh = np.pad(splats.sh, ((0, 0), (0, missing), (0, 0))) if missing else splats.sh
     drawn = Drawn(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, drawn)
-    tiles = bin_tiles(camera, projection)
-    picture = blank_picture(camera)
-    composite(projection, opacities, tiles, np.zeros(3, dtype=np.float32), picture)
-    return picture.image
+    return projection.take(sort_nearest(projection))

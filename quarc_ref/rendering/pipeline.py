@@ -6,97 +6,25 @@ fallback threading layer does not bear two threads in its kernels.
 """
 
 import threading
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quarc_ref.format.constants import NEAR_FRACTION
 from quarc_ref.format.records import Camera
 from quarc_ref.rendering import binning_kernels, projection_kernels, raster_kernels
 from quarc_ref.rendering.binning_kernels import TILE
-
-Float32 = NDArray[np.float32]
-Int32 = NDArray[np.int32]
-Int64 = NDArray[np.int64]
+from quarc_ref.rendering.pipeline_data import (
+    Band,
+    Drawn,
+    Float32,
+    Int32,
+    Picture,
+    Projection,
+    Tiles,
+)
 
 KERNEL_LOCK = threading.Lock()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
-    """Gaussians as they are drawn, a row to each; float32 and contiguous.
-
-    Attributes:
-        means: `[N, 3]` world units.
-        quaternions: `[N, 4]` wxyz; the kernels normalize them.
-        scales: `[N, 3]` standard deviations, world units.
-        opacities: `[N]` 0 to 0.99.
-        sh: `[N, 4, 3]` coefficient, then red, green, blue.
-    """
-
-    means: Float32
-    quaternions: Float32
-    scales: Float32
-    opacities: Float32
-    sh: Float32
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Projection:
-    """Gaussians on the picture plane, a row to each; rows of those not drawn mean nothing.
-
-    Attributes:
-        means2d: `[N, 2]` pixels.
-        conics: `[N, 3]` inverse covariance, a b c of a x^2 + 2 b x y + c y^2.
-        colors: `[N, 3]` as seen from the camera, 0 and up.
-        depths: `[N]` world units.
-        reaches: `[N]` exponent at which alpha falls to 1/255; 0 where not drawn.
-        radii: `[N]` three standard deviations, pixels; 0 where not drawn.
-    """
-
-    means2d: Float32
-    conics: Float32
-    colors: Float32
-    depths: Float32
-    reaches: Float32
-    radii: Float32
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Tiles:
-    """Which Gaussians each tile composites.
-
-    Attributes:
-        which: `[T]` the tiles, counted along the rows of the picture.
-        borders: `[T + 1]` where each tile's list begins in `lists`.
-        lists: `[P]` Gaussians, nearest first within a tile.
-        rows: `[P, 2]` the first row of its tile that each of them meets, and the
-            one after its last.
-        starts: `[N + 1]` where each Gaussian's pairs begin in `places`.
-        places: `[P]` where each pair stands in `lists`.
-    """
-
-    which: Int32
-    borders: Int64
-    lists: Int32
-    rows: NDArray[np.uint8]
-    starts: Int64
-    places: Int32
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Picture:
-    """What has been drawn.
-
-    Attributes:
-        image: `[H, W, 3]`.
-        transmittance: `[H, W]` negative where a pixel stopped early.
-    """
-
-    image: Float32
-    transmittance: Float32
 
 
 @lru_cache(maxsize=256)
@@ -106,7 +34,8 @@ def flatten_camera(camera: Camera) -> Float32:
     center = -rotation.T @ np.array(camera.translation)
     near = NEAR_FRACTION * camera.near
     lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
-    return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
+    with np.errstate(over="ignore"):  # what is not finite is not drawn
+        return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
 
 
 def project(camera: Camera, drawn: Drawn) -> Projection:
@@ -116,6 +45,7 @@ def project(camera: Camera, drawn: Drawn) -> Projection:
         np.zeros((count, 2), dtype=np.float32),
         np.zeros((count, 3), dtype=np.float32),
         np.zeros((count, 3), dtype=np.float32),
+        drawn.opacities,
         np.zeros(count, dtype=np.float32),
         np.zeros(count, dtype=np.float32),
         np.zeros(count, dtype=np.float32),
@@ -130,35 +60,84 @@ def project(camera: Camera, drawn: Drawn) -> Projection:
     return outputs
 
 
-def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
-    """List the Gaussians of every tile."""
-    tiles_x, tiles_y = -(-camera.width // TILE), -(-camera.height // TILE)
-    means2d, conics, reaches = projection.means2d, projection.conics, projection.reaches
+def whole_band(camera: Camera) -> Band:
+    """Return the band of all rows of tiles of a camera's picture."""
+    return Band(0, -(-camera.height // TILE), -(-camera.width // TILE))
+
+
+def count_pairs(projection: Projection, band: Band) -> Int32:
+    """Return `[N]` how many tiles of a band each Gaussian meets."""
     with KERNEL_LOCK:
-        counts = binning_kernels.count_tiles(means2d, conics, reaches, tiles_x, tiles_y)
-        starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])
-        tiles, rows = binning_kernels.list_tiles(means2d, conics, reaches, starts, tiles_x, tiles_y)
-        order = binning_kernels.sort_by_depth(projection.depths, reaches)
-        borders, lists, rows, places = binning_kernels.fill_tiles(
-            order, starts, tiles, rows, tiles_x * tiles_y
+        counts: Int32 = binning_kernels.count_tiles(
+            projection.means2d, projection.conics, projection.reaches, tuple(band)
         )
-    which = np.arange(tiles_x * tiles_y, dtype=np.int32)
-    return Tiles(which, borders, lists, rows, starts, places)
+    return counts
+
+
+def sort_nearest(projection: Projection) -> Int32:
+    """Return the Gaussians that are drawn, nearest first; equal depths in their own order."""
+    with KERNEL_LOCK:
+        order: Int32 = binning_kernels.sort_by_depth(projection.depths, projection.reaches)
+    return order
+
+
+def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
+    """List the Gaussians of every tile of a picture."""
+    band = whole_band(camera)
+    return list_pairs(projection, sort_nearest(projection), band, count_pairs(projection, band))
+
+
+def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) -> Tiles:
+    """List the Gaussians of every tile of a band.
+
+    Args:
+        projection: The Gaussians on the picture plane.
+        order: Those that are drawn, nearest first.
+        band: Rows of tiles.
+        counts: `[N]` from `count_pairs`.
+    """
+    means2d, conics, reaches = projection.means2d, projection.conics, projection.reaches
+    starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts, dtype=np.int64)])
+    first, last = band.top * band.columns, band.bottom * band.columns
+    with KERNEL_LOCK:
+        tiles, rows = binning_kernels.list_tiles(means2d, conics, reaches, starts, tuple(band))
+        borders, lists, rows, places = binning_kernels.fill_tiles(
+            order, starts, tiles, rows, last - first
+        )
+    return Tiles(np.arange(first, last, dtype=np.int32), borders, lists, rows, starts, places)
 
 
 def blank_picture(camera: Camera) -> Picture:
     """Return a picture of a camera's size on which nothing is drawn yet."""
-    size = (camera.height, camera.width)
-    return Picture(np.empty((*size, 3), dtype=np.float32), np.empty(size, dtype=np.float32))
+    return blank_rows(camera, 0, camera.height)
+
+
+def blank_rows(camera: Camera, top: int, bottom: int) -> Picture:
+    """Return rows of a camera's picture, from `top` up to `bottom`, with nothing on them yet."""
+    size = (bottom - top, camera.width)
+    return Picture(np.zeros((*size, 3), dtype=np.float32), np.ones(size, dtype=np.float32), top)
 
 
 def composite(
-    projection: Projection, opacities: Float32, tiles: Tiles, background: Float32, picture: Picture
+    projection: Projection,
+    tiles: Tiles,
+    background: Float32,
+    picture: Picture,
+    *,
+    goes_on: bool = False,
 ) -> None:
-    """Draw tiles of a picture."""
+    """Draw tiles that lie in the rows of a picture.
+
+    Args:
+        projection: Gaussians on the picture plane.
+        tiles: Which of them each tile composites.
+        background: `[3]` color behind everything.
+        picture: Where to.
+        goes_on: Whether they are behind what has been drawn there, on black.
+    """
     with KERNEL_LOCK:
         raster_kernels.raster_forward(
-            projection.means2d, projection.conics, projection.colors, opacities,
+            projection.means2d, projection.conics, projection.colors, projection.opacities,
             tiles.which, tiles.borders, tiles.lists, tiles.rows,
-            background, picture.image, picture.transmittance,
+            background, goes_on, picture.top, picture.image, picture.transmittance,
         )  # fmt: skip

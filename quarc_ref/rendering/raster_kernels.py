@@ -106,12 +106,28 @@ def scattering_step(count):
     return step
 
 
+@plain
+def _take_up(rows, image, transmittance, row, column):
+    """Fill the rows of a tile with what has been drawn of it."""
+    height, width = transmittance.shape
+    rows[:, :TILE] = -_1  # beside the picture nothing goes on
+    for y in range(min(TILE, height - row)):
+        for x in range(min(TILE, width - column)):
+            rows[y, x] = transmittance[row + y, column + x]
+            for k in range(3):
+                rows[y, (1 + k) * TILE + x] = image[row + y, column + x, k]
+
+
 @parallel_entrance
 def raster_forward(
     means2d, conics, colors, opacities,
-    which, borders, lists, met_rows, background, image, transmittance,
+    which, borders, lists, met_rows, background, goes_on, top, image, transmittance,
 ):  # fmt: skip
-    """Fill the tiles of image [H,W,3] and transmittance [H,W], negative where a pixel stopped."""
+    """Fill tiles of image [H,W,3] and transmittance [H,W], negative where a pixel stopped.
+
+    Their first row is the row `top` of the picture by whose rows tiles are counted.
+    To go on is to draw behind what has been drawn there, on black.
+    """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
     step = scattering_step(which.size)
@@ -120,14 +136,17 @@ def raster_forward(
         row, column = which[tile] // tiles_x * TILE, which[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
+        first = row - top
+        if goes_on:
+            _take_up(rows, image, transmittance, first, column)
         begin, end = borders[tile], borders[tile + 1]
         list_, met = lists[begin:end], met_rows[begin:end]
         x0, y0 = np.float32(column), np.float32(row)
         _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows)
-        for y in range(min(TILE, height - row)):
+        for y in range(min(TILE, height - first)):
             for x in range(min(TILE, width - column)):
                 t = rows[y, x]
-                transmittance[row + y, column + x] = t
+                transmittance[first + y, column + x] = t
                 for k in range(3):
                     color = rows[y, (1 + k) * TILE + x]
-                    image[row + y, column + x, k] = color + abs(t) * background[k]
+                    image[first + y, column + x, k] = color + abs(t) * background[k]

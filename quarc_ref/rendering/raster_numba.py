@@ -17,14 +17,16 @@ from quarc_ref.rendering import gradient_kernels, projection_kernels
 from quarc_ref.rendering.layers import Layer, draw_layer, join_layer
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
-    Drawn,
-    Float32,
-    Projection,
     bin_tiles,
     blank_picture,
     composite,
     flatten_camera,
     project,
+)
+from quarc_ref.rendering.pipeline_data import (
+    Drawn,
+    Float32,
+    Projection,
 )
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rendering
 
@@ -121,23 +123,28 @@ class _Composite(Function):
     ) -> tuple[Tensor, Tensor]:
         means2d, conics, colors, opacities = (_array(tensor) for tensor in inputs)
         depths, reaches = (_array(tensor) for tensor in order)
-        projection = Projection(means2d, conics, colors, depths, reaches, reaches)
+        projection = Projection(means2d, conics, colors, opacities, depths, reaches, reaches)
         tiles, picture, fixed = bin_tiles(camera, projection), blank_picture(camera), 0
         if under is not None:
-            fixed = under.opacities.size
-            projection, opacities, tiles = join_layer(under, projection, opacities, tiles)
+            fixed = under.projection.opacities.size
+            projection, tiles = join_layer(under, projection, tiles)
             np.copyto(picture.image, under.picture.image)
             np.copyto(picture.transmittance, under.picture.transmittance)
-        composite(projection, opacities, tiles, _array(background), picture)
-        ctx.saved = (projection, opacities, tiles, fixed, picture)
+        composite(projection, tiles, _array(background), picture)
+        ctx.saved = (projection, tiles, fixed, picture)
         alpha = 1 - np.abs(picture.transmittance)
         return torch.from_numpy(picture.image), torch.from_numpy(alpha)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, g_image: Tensor, g_alpha: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
-        projection, opacities, tiles, fixed, picture = ctx.saved
-        planes = (projection.means2d, projection.conics, projection.colors, opacities)
+        projection, tiles, fixed, picture = ctx.saved
+        planes = (
+            projection.means2d,
+            projection.conics,
+            projection.colors,
+            projection.opacities,
+        )
         outputs = [np.empty_like(array[fixed:]) for array in planes]
         with KERNEL_LOCK:
             pairs = gradient_kernels.raster_backward(

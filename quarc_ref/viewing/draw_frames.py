@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.decoder import Source, decode, dequantize
+from quarc_ref.decoder import Scene, Source, decode, dequantize
 from quarc_ref.format.records import Camera
-from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.rendering.pictures import render_bands
 
 
 def draw_frames(
@@ -33,5 +33,15 @@ def draw_frames(
         SourceError: What holds the stream does not give its bytes.
     """
     for scene in decode(source, start, stop):
-        picture = np.clip(render_picture(dequantize(scene), camera), 0, 1)
-        yield scene.frame, (picture * 255 + np.float32(0.5)).astype(np.uint8)
+        yield scene.frame, _draw_picture(scene, camera)
+
+
+def _draw_picture(scene: Scene, camera: Camera) -> Image:
+    """Return a picture `[H, W, 3]`; only a band of it is ever there in floats."""
+    picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
+    for top, rows in render_bands(dequantize(scene), camera):
+        np.clip(rows, 0, 1, out=rows)
+        rows *= 255
+        rows += np.float32(0.5)
+        picture[top : top + rows.shape[0]] = rows.astype(np.uint8)
+    return picture

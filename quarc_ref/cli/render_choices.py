@@ -1,0 +1,73 @@
+"""What `render` makes: the camera, the size and the form of its pictures."""
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from quarc_ref.cli.faults import UsageError
+
+if TYPE_CHECKING:
+    from quarc_ref.datasets.video_writer import VideoForm
+    from quarc_ref.format.records import Camera
+    from quarc_ref.viewing.outline import Outline
+
+_MOST_OF_A_RATE = (1 << 31) - 1  # FFmpeg's rationals are two of 32 bits
+# Hardly a loss: who wants a small file can code it again from this one.
+_X264 = {"crf": "6", "preset": "medium"}
+# x264 holds dozens of pictures to look ahead, at ten bytes a pixel; of large ones it holds few.
+_LARGE = 1 << 21
+_X264_LARGE = _X264 | {
+    "x264-params": "rc-lookahead=0:sync-lookahead=0:mbtree=0:ref=1:bframes=0:sliced-threads=1"
+}
+
+
+def choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
+    """Return the camera asked for, its pictures `width` pixels wide.
+
+    Raises:
+        UsageError: There is no such camera, or its pictures cannot be made.
+    """
+    from quarc_ref.datasets.calibration import require_picture_size, require_video_size
+    from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
+
+    require = require_video_size if kind == "mp4" else require_picture_size
+    try:
+        camera = find_camera(outline.cameras, name)
+        wanted = width or camera.width
+        require(wanted, fit_height(camera, wanted))
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    return resize_camera(camera, width) if width else camera
+
+
+def require_pixels(camera: "Camera", most: int) -> None:
+    """Raise UsageError, which names the options, if pictures have more pixels than may be."""
+    pixels = camera.width * camera.height
+    if pixels > most:
+        message = (
+            f"pictures of {camera.width} x {camera.height} have {pixels:,} pixels, more than "
+            f"the {most:,} of --max-pixels: choose a smaller --width, or --max-pixels {pixels}"
+        )
+        raise UsageError(message)
+
+
+def choose_form(outline: "Outline", camera: "Camera", pixels: str) -> "VideoForm":
+    """Return the form of a video of a camera's pictures, at the stream's pace.
+
+    Raises:
+        UsageError: Pictures of this size cannot have these pixels, or a video
+            not this pace.
+    """
+    from quarc_ref.datasets.video_writer import VideoForm
+
+    if pixels == "yuv420p" and (camera.width % 2 or camera.height % 2):
+        message = (
+            f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs even "
+            "sizes: choose another --width, or yuv444p"
+        )
+        raise UsageError(message)
+    pace = Fraction(outline.header.timescale, outline.header.frame_ticks)
+    if max(pace.as_integer_ratio()) > _MOST_OF_A_RATE:
+        message = f"a video cannot have {pace} frames per second: choose --to png"
+        raise UsageError(message)
+    x264 = _X264_LARGE if camera.width * camera.height > _LARGE else _X264
+    return VideoForm(camera.width, camera.height, pace, x264, pixels)

@@ -1,0 +1,33 @@
+"""Small streams of many Gaussians, each of which covers all of a large picture."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.records import Camera, Gaussians, StreamHeader
+from tests.streams import CAMERA
+
+
+def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes:
+    """A stream of Gaussians at one place, before a camera of the size given."""
+    header = StreamHeader(level=10 if count <= 1 << 16 else 30, log_scale_step=1.0)
+    zeros = np.zeros((4 + header.code_planes, count), dtype=np.int64)
+    sink = io.BytesIO()
+    loop = ClosedLoop(sink, header, (look_closely(width, height),), {})
+    loop.commit_canonical(Gaussians(zeros[:3], zeros[:4], zeros[4:]), 0)
+    for _ in range(1, frames):
+        levels = loop.begin_frame(0).known_anchors.levels
+        loop.commit_motion([np.zeros((6, each.owners.size), dtype=np.int64) for each in levels])
+        loop.commit_births(None)
+    loop.finish()
+    return sink.getvalue()
+
+
+def look_closely(width: int, height: int) -> Camera:
+    """A camera whose picture a Gaussian of standard deviation 1 at the origin covers."""
+    focal, middle = float(max(width, height)), (width / 2, height / 2)
+    return replace(
+        CAMERA, width=width, height=height, fx=focal, fy=focal, cx=middle[0], cy=middle[1]
+    )

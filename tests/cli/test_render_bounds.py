@@ -1,0 +1,102 @@
+"""What a small stream may cost `render`: a camera and codes that repeat take hardly a byte."""
+
+import subprocess
+
+import pytest
+
+from quarc_ref.datasets.video import VideoReader
+from quarc_ref.format.records import StreamHeader
+from tests.blankets import make_blankets
+from tests.cli.commands import list_names, run, run_json
+from tests.cli.processes import start
+from tests.streams import make_stream
+
+_MOST_MEBIBYTES = 1024
+_MEASURED = """
+import sys
+from quarc_ref.cli.app import main
+from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
+try:
+    main()
+finally:
+    print(measure_peak_mebibytes())
+"""
+
+
+def _measure(*arguments):
+    """The peak memory, in MiB, of a command line in a process of its own."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = start(*arguments, program=_MEASURED, **pipes)
+    printed, complaint = process.communicate(timeout=300)
+    assert process.returncode == 0, complaint
+    return float(printed.split()[-1])
+
+
+@pytest.mark.parametrize(
+    ("count", "size", "frames", "name"),
+    [
+        (60_000, (640, 480), 1, "out"),
+        (1 << 18, (3072, 2048), 1, "out"),
+        (3000, (3072, 2048), 4, "out.mp4"),
+        (3000, (1, 16_384), 1, "out.mp4"),
+        (3000, (16_384, 1), 1, "out.mp4"),
+        (3000, (32_767, 192), 1, "out"),
+    ],
+)
+def test_a_stream_of_a_kilobyte_is_drawn_within_a_gibibyte(count, size, frames, name, tmp_path):
+    data = make_blankets(count, *size, frames)
+    (tmp_path / "s.quarc").write_bytes(data)
+
+    assert len(data) <= 1024
+    assert _measure("render", tmp_path / "s.quarc", "-o", tmp_path / name) < _MOST_MEBIBYTES
+
+
+@pytest.mark.parametrize("size", [(8192, 8192), (3073, 2048)])
+def test_pictures_of_more_pixels_are_made_for_who_asks_for_them_alone(size, tmp_path):
+    (tmp_path / "s.quarc").write_bytes(make_blankets(3000, *size))
+    result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "out")
+
+    assert result.exit_code == 2
+    assert f"pictures of {size[0]} x {size[1]} have {size[0] * size[1]:,} pixels" in result.stderr
+    assert f"--max-pixels {size[0] * size[1]}" in result.stderr
+    assert list_names(tmp_path) == ["s.quarc"]
+
+
+def test_the_bound_on_pixels_is_the_users_to_choose(stream_file, tmp_path):
+    options = ("render", stream_file, "--frames", ":1", "--max-pixels")
+    refused = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
+    printed = run_json(*options, 64 * 48, "-o", tmp_path / "out")
+    smaller = run_json(*options, 32 * 24, "--width", 32, "-o", tmp_path / "small")
+
+    assert refused.exit_code == 2
+    assert (printed["width"], printed["height"]) == (64, 48)
+    assert (smaller["width"], smaller["height"]) == (32, 24)
+
+
+@pytest.mark.parametrize("size", [(1, 100_000), (100_000, 1), (1 << 31, 1 << 31)])
+def test_no_picture_is_longer_than_files_of_pictures_can_be(size, tmp_path):
+    (tmp_path / "s.quarc").write_bytes(make_blankets(10, *size))
+    result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o", "--max-pixels", 1 << 62)
+
+    assert result.exit_code == 2
+    assert "at most 32,767 pixels a side" in result.stderr
+
+
+def test_a_large_video_holds_what_it_was_given(tmp_path):
+    (tmp_path / "s.quarc").write_bytes(make_blankets(20, 2048, 1026, frames=5))
+    run_json("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")
+    reader = VideoReader(tmp_path / "o.mp4")
+
+    assert (reader.width, reader.height, reader.frame_count) == (2048, 1026, 5)
+    assert reader.read(4).mean() > 100
+
+
+@pytest.mark.parametrize("pace", [((1 << 32) - 1, 1), (1, 1 << 31)])
+def test_a_pace_that_no_video_can_have_is_refused(pace, tmp_path):
+    header = StreamHeader(timescale=pace[0], frame_ticks=pace[1])
+    (tmp_path / "s.quarc").write_bytes(make_stream(header)[0])
+    result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")
+
+    assert result.exit_code == 2
+    assert "frames per second" in result.stderr
+    assert run_json("render", tmp_path / "s.quarc", "-o", tmp_path / "o")["frames"] == 4
