@@ -39,29 +39,33 @@ def project_forward(
 
     A reach is the exponent at which a Gaussian's alpha falls to 1/255, and 0
     for one that is not drawn; a radius is three standard deviations, in pixels.
+    A Gaussian that has a number that is not finite is not drawn; conditions are
+    such that NaN does not meet them.
     """
     for i in numba.prange(means.shape[0]):
         reaches[i] = _0
         x, y, z = _to_camera(camera, means, i)
-        if z <= camera[18] or opacities[i] <= ALPHA_LEAST:
+        if not (camera[18] < z < np.inf and opacities[i] > ALPHA_LEAST):
             continue
         turn = _rotation(quaternions, i)
         a, b, c = _covariance(camera, turn, scales, i, x, y, z)
         det = a * c - b * b
-        if det <= _0:
+        if not _0 < det < np.inf:
             continue
         reach = math.log(opacities[i] / ALPHA_LEAST)
         u, v = camera[12] * x / z + camera[14], camera[13] * y / z + camera[15]
-        if _misses(u, math.sqrt(_2 * reach * a), camera[16]):
+        if not _meets(u, math.sqrt(_2 * reach * a), camera[16]):
             continue
-        if _misses(v, math.sqrt(_2 * reach * c), camera[17]):
+        if not _meets(v, math.sqrt(_2 * reach * c), camera[17]):
+            continue
+        _shade(camera, means, sh, colors, i)
+        if not math.isfinite(colors[i, 0] + colors[i, 1] + colors[i, 2]):
             continue
         reaches[i], depths[i] = reach, z
         middle = _HALF * (a + c)
         radii[i] = _3 * math.sqrt(middle + math.sqrt(max(_0, middle * middle - det)))
         means2d[i, 0], means2d[i, 1] = u, v
         conics[i, 0], conics[i, 1], conics[i, 2] = c / det, -b / det, a / det
-        _shade(camera, means, sh, colors, i)
 
 
 @parallel_entrance
@@ -71,7 +75,7 @@ def project_backward(
 ):  # fmt: skip
     """Fill the gradients of means, quaternions, scales and sh from those of the outputs."""
     for i in numba.prange(means.shape[0]):
-        if reaches[i] <= _0:
+        if not reaches[i] > _0:
             g_means[i] = _0
             g_quaternions[i] = _0
             g_scales[i] = _0
@@ -94,8 +98,9 @@ def _to_camera(camera, means, i):
 
 
 @plain
-def _misses(center, extent, size):
-    return center + extent < _0 or center - extent > size
+def _meets(center, extent, size):
+    """Return whether an extent about a center, both finite, meets what goes from 0 to a size."""
+    return center + extent >= _0 and center - extent <= size and math.isfinite(center + extent)
 
 
 @plain
@@ -238,7 +243,8 @@ def _shade(camera, means, sh, colors, i):
     x, y, z, _ = _direction(camera, means, i)
     for k in range(3):
         first = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
-        colors[i, k] = max(_0, SH_C0 * sh[i, 0, k] + SH_C1 * first + _HALF)
+        color = SH_C0 * sh[i, 0, k] + SH_C1 * first + _HALF
+        colors[i, k] = _0 if color < _0 else color  # NaN stays
 
 
 @plain

@@ -30,7 +30,7 @@ class TorchRasterizer:
         rotation = gaussians.means.new_tensor(camera.rotation).reshape(3, 3)
         points = gaussians.means @ rotation.T + gaussians.means.new_tensor(camera.translation)
         with torch.no_grad():
-            drawn = points[:, 2] > NEAR_FRACTION * camera.near
+            drawn = torch.isfinite(points).all(dim=1) & (points[:, 2] > NEAR_FRACTION * camera.near)
             drawn &= gaussians.opacities > _ALPHA_LEAST
         safe = torch.where(drawn[:, None], points, points.new_tensor([0.0, 0.0, 1.0]))
         means2d = _project_means(safe, camera)
@@ -38,6 +38,9 @@ class TorchRasterizer:
         colors = _shade(gaussians, rotation, camera)
         splats = (means2d, covariances, gaussians.opacities, colors)
         with torch.no_grad():
+            drawn = drawn & _are_finite(
+                means2d, covariances, colors, torch.linalg.det(covariances)[:, None]
+            )
             depths = safe[:, 2].to(torch.float32)
             order = torch.argsort(depths, stable=True)
             order = order[drawn[order]]
@@ -48,6 +51,12 @@ class TorchRasterizer:
     def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.set_backdrop`."""
         return JoinedBackdrop(self, gaussians, camera, background)
+
+
+def _are_finite(*parts: Tensor) -> Tensor:
+    """Return `[N]` which rows of all parts have finite numbers alone."""
+    flat = torch.cat([part.flatten(start_dim=1) for part in parts], dim=1)
+    return torch.isfinite(flat).all(dim=1)
 
 
 def _project_means(points: Tensor, camera: Camera) -> Tensor:

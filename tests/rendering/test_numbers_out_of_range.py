@@ -1,0 +1,159 @@
+"""What a float that no integer stands for becomes as an integer differs between machines."""
+
+import math
+import os
+import subprocess
+import sys
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.rendering import binning_kernels
+from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.rendering.raster_numba import NumbaRasterizer
+from quarc_ref.rendering.raster_torch import TorchRasterizer
+from quarc_ref.rendering.rasterizer import Gaussians
+from tests.rendering.scenes import (
+    NAMES,
+    activate,
+    make_camera,
+    make_leaves,
+    render_with_gradients,
+)
+
+_WINDOW = (0, 4, 5)
+_STRANGE = [math.nan, math.inf, -math.inf, 1e30, -1e30, 3e38, 1e-38]
+_CAMERA = make_camera(70, 50)
+
+
+def _list(mean, conic, reach):
+    """How many tiles one Gaussian meets, and which pixel rows of them."""
+    arrays = (
+        np.array([mean], dtype=np.float32),
+        np.array([conic], dtype=np.float32),
+        np.array([reach], dtype=np.float32),
+    )
+    counts = binning_kernels.count_tiles(*arrays, _WINDOW)
+    starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts)])
+    tiles, rows = binning_kernels.list_tiles(*arrays, starts, _WINDOW)
+    assert counts.tolist() == [tiles.size]
+    return tiles, rows
+
+
+@pytest.mark.parametrize("value", _STRANGE)
+@pytest.mark.parametrize("place", range(6))
+def test_whatever_a_projected_number_is_tiles_and_rows_are_those_of_the_picture(value, place):
+    numbers = [40.0, 30.0, 0.1, 0.02, 0.1, 5.0]
+    numbers[place] = value
+    tiles, rows = _list(numbers[:2], numbers[2:5], numbers[5])
+
+    assert tiles.size <= 20
+    assert ((tiles >= 0) & (tiles < 20)).all()
+    assert (rows <= binning_kernels.TILE).all()
+    if not math.isfinite(value):
+        assert tiles.size == 0
+
+
+_UNCOMPILED = """
+import itertools, math
+import numpy as np
+from quarc_ref.rendering import binning_kernels
+
+np.seterr(all="ignore")
+for place, value in itertools.product((0, 1, 2, 4, 5), (math.nan, math.inf, 1e30)):
+    numbers = np.array([40, 30, 0.1, 0.02, 0.1, 5, value], dtype=np.float32)
+    numbers[place] = numbers[6]
+    arrays = numbers[None, :2], numbers[None, 2:5], numbers[5:6]
+    counts = binning_kernels.count_tiles(*arrays, (0, 4, 5))
+    starts = np.array([0, counts[0]])
+    binning_kernels.list_tiles(*arrays, starts, (0, 4, 5))
+"""
+
+
+def test_only_numbers_that_integers_stand_for_become_integers():
+    """Python refuses to convert the others, which compiled code does not."""
+    done = subprocess.run(
+        [sys.executable, "-c", _UNCOMPILED],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("far", [0.0, 1e9, 2e9])
+def test_a_gaussian_far_larger_than_the_picture_meets_all_of_it(far):
+    tiles, rows = _list([far, -far], [4e-19, 0, 1e-18], 5.0)
+
+    assert sorted(tiles.tolist()) == list(range(20))
+    assert (rows == [0, binning_kernels.TILE]).all()
+
+
+def _spoil(leaves, name, value):
+    tensors = {key: leaf.detach().clone() for key, leaf in leaves.items()}
+    tensors[name].reshape(-1)[5] = value
+    return activate(tensors)
+
+
+@pytest.mark.parametrize("value", _STRANGE)
+@pytest.mark.parametrize("name", ["means", "quaternions", "log_scales", "sh"])
+def test_one_gaussian_out_of_range_leaves_the_others_as_they_are(name, value):
+    leaves, background = make_leaves(30, torch.float32), torch.zeros(3)
+    spoilt = _spoil(leaves, name, value)
+    width = leaves[name][0].numel()
+    others = [row for row in range(30) if row != 5 // width]
+    without = Gaussians(*(tensor[others] for tensor in spoilt.tensors()))
+
+    picture = NumbaRasterizer().render(spoilt, _CAMERA, background).image
+    wanted = NumbaRasterizer().render(without, _CAMERA, background).image
+    exact = TorchRasterizer().render(spoilt, _CAMERA, background).image
+
+    assert bool(torch.isfinite(picture).all())
+    assert bool(torch.isfinite(exact).all())
+    if not math.isfinite(value) and (name, value) != ("log_scales", -math.inf):
+        assert torch.equal(picture, wanted)
+
+
+def test_a_gaussian_that_is_not_finite_has_no_gradient():
+    leaves = make_leaves(30, torch.float32)
+    with torch.no_grad():
+        leaves["means"][3, 1] = math.nan
+        leaves["log_scales"][7] = 40.0
+
+    _, gradients = render_with_gradients(NumbaRasterizer(), leaves, _CAMERA)
+
+    for name in NAMES:
+        assert not bool(gradients[name][[3, 7]].any()), name
+        assert bool(torch.isfinite(gradients[name]).all()), name
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        {"fx": 3e38},
+        {"translation": (3e38, 0.0, 0.0)},
+        {"rotation": (3e38,) * 9, "translation": (3e38, -3e38, 3e38)},
+        {"cx": -3e38},
+        {"near": 3e38},
+        {"near": 1e-40},
+    ],
+)
+def test_a_camera_of_any_numbers_sees_a_picture_of_finite_colors(spoilt):
+    camera = replace(_CAMERA, **spoilt)
+    rng = np.random.default_rng(0)
+    splats = Splats(
+        *(rng.normal(size=(40, size)).astype(np.float32) * 1e6 for size in (3, 4, 3)),
+        rng.normal(size=40).astype(np.float32) * 1e4,
+        rng.normal(size=(40, 4, 3)).astype(np.float32) * 1e7,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        picture = render_picture(splats, camera)
+
+    assert np.isfinite(picture).all()
