@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from threading import Event
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -30,6 +30,15 @@ def view(
     port: Annotated[
         int, typer.Option("--port", min=1, max=65535, help="The first of those to try.")
     ] = 8080,
+    allowed: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--allow-host",
+            metavar="NAME",
+            help="Answer to this name too, for a reverse proxy or a tunnel; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open the page in a browser.")
     ] = True,
@@ -43,26 +52,44 @@ def view(
 ) -> None:
     """Play a stream in a browser: timeline, cameras, bytes of every frame. Ctrl-C ends it.
 
+    The page is for those who have its address, whose key is a new one every time.
     A Gaussian has one color at a time, as seen by whoever moved last; `render`
     draws exactly.
     """
     with reported_faults():
         from quarc_ref.decoder import open_source
 
-        title = name_stream(file)
+        title, place = name_stream(file), _Place((host, port), _require_names(allowed or []))
         with (
             open_source(file) as opened,
             suppress(KeyboardInterrupt),
             held_stream(opened) as source,
-            _open_page(source, title, (host, port), playing=playing) as (page, run),
+            _open_page(source, title, place, playing=playing) as (page, run),
         ):
             _announce(title, page.url, as_json=as_json, open_browser=open_browser)
             run(memory * _MEBIBYTE, Event())
 
 
+class _Place(NamedTuple):
+    """Where a page is: address to listen at, and more hosts that it answers to."""
+
+    address: tuple[str, int]
+    names: list[str]
+
+
+def _require_names(names: list[str]) -> list[str]:
+    from quarc_ref.viewing.doorkeeper import is_host_name
+
+    for name in names:
+        if not is_host_name(name):
+            message = f"--allow-host takes the name of a host, without scheme or port: {name}"
+            raise UsageError(message)
+    return names
+
+
 @contextmanager
 def _open_page(
-    source: "Source", title: str, address: tuple[str, int], *, playing: bool
+    source: "Source", title: str, place: _Place, *, playing: bool
 ) -> "Iterator[tuple[Page, Callable[[int, Event], None]]]":
     """Open a page for a stream; yield it, and what plays the stream there."""
     from quarc_ref.decoder import decode, dequantize
@@ -75,7 +102,7 @@ def _open_page(
         raise UsageError(message)
     first = dequantize(scene)
     outline = outline_stream(source)
-    with open_page(outline, first, title, address) as page:
+    with open_page(outline, first, title, *place) as page:
         yield page, partial(Show(source, outline, page, playing=playing).run, first)
 
 

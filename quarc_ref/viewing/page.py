@@ -7,7 +7,7 @@ colors are those that the eye sees which moved last.
 
 import io
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 
@@ -15,6 +15,7 @@ import numpy as np
 import viser
 from viser import uplot
 
+from quarc_ref.viewing.doorkeeper import Doorkeeper
 from quarc_ref.viewing.free_port import find_free_port
 from quarc_ref.viewing.playback import Playback
 from quarc_ref.viewing.splat_frame import SplatFrame
@@ -45,22 +46,34 @@ class Program:
     up: Vector
 
 
+class _Server(viser.ViserServer):
+    """A server that is not made public over somebody else's, whatever a browser asks for."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Do nothing."""
+
+
 class Page:
     """A page for browsers. Use as a context.
 
     Args:
         program: What there is to see.
         address: Host and port; the next one that is free where this one is taken.
+        names: More hosts that browsers may know the page by.
 
     Raises:
         OSError: The address cannot be listened at.
     """
 
-    def __init__(self, program: Program, address: tuple[str, int]) -> None:
+    def __init__(
+        self, program: Program, address: tuple[str, int], names: Collection[str] = ()
+    ) -> None:
         self._vantages = program.vantages
         host, port = address[0], find_free_port(*address)
-        with redirect_stdout(io.StringIO()):  # the command says where the page is
-            self._server = viser.ViserServer(host, port, label=program.title, verbose=False)
+        self._doorkeeper = Doorkeeper(host, names)
+        # The command says where the page is.
+        with redirect_stdout(io.StringIO()), self._doorkeeper.watching():
+            self._server = _Server(host, port, label=program.title, verbose=False)
         self._handle: viser.GaussianSplatHandle | None = None
         self._shown: SplatFrame | None = None
         self._shaded_for = self._eye = np.zeros(3, dtype=np.float32)
@@ -78,9 +91,9 @@ class Page:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
-        host = self._server.get_host()
-        return f"http://{f'[{host}]' if ':' in host else host}:{self._server.get_port()}"
+        """Where the page is, for who is to see it."""
+        host, port = self._server.get_host(), self._server.get_port()
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/?key={self._doorkeeper.key}"
 
     def steer(self, playback: Playback) -> None:
         """Have the controls steer a playback."""

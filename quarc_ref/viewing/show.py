@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from collections.abc import Collection
 from threading import Event
 
 import numpy as np
@@ -24,7 +25,13 @@ _SECONDS_BETWEEN_FIGURES = 0.25
 _SHOWS_COUNTED = 30
 
 
-def open_page(outline: Outline, first: Splats, title: str, address: tuple[str, int]) -> Page:
+def open_page(
+    outline: Outline,
+    first: Splats,
+    title: str,
+    address: tuple[str, int],
+    names: Collection[str] = (),
+) -> Page:
     """Open a page for a stream.
 
     Args:
@@ -32,6 +39,7 @@ def open_page(outline: Outline, first: Splats, title: str, address: tuple[str, i
         first: Its first frame.
         title: What the stream is called.
         address: Host and port.
+        names: More hosts that browsers may know the page by.
 
     Raises:
         OSError: The address cannot be listened at.
@@ -39,7 +47,7 @@ def open_page(outline: Outline, first: Splats, title: str, address: tuple[str, i
     up = find_up(outline.cameras, outline.header.up_axis)
     vantages = {camera.name: stand_at(camera, up, first.positions) for camera in outline.cameras}
     frames = range(outline.first_frame, outline.stop)
-    return Page(Program(title, frames, _chart(outline), vantages, up), address)
+    return Page(Program(title, frames, _chart(outline), vantages, up), address, names)
 
 
 def _chart(outline: Outline) -> tuple[Vector, Vector]:

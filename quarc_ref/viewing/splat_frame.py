@@ -59,10 +59,12 @@ class SplatFrame:
         """Return `[N, 3]` the colors that an eye at `[3]`, world units, sees."""
         colors = _SH_0 * self.sh[0].astype(np.float32) + np.float32(0.5)
         if self.sh.shape[0] > 1:
-            x, y, z = self.centers.T - np.asarray(eye / self.unit, np.float32)[:, None]
-            scale = _SH_1 / np.sqrt(np.maximum(x * x + y * y + z * z, np.float32(1e-12)))
             sh = self.sh.astype(np.float32)
-            colors += scale * (z * sh[2] - y * sh[1] - x * sh[3])
+            with np.errstate(over="ignore", invalid="ignore"):  # of an eye out of all bounds
+                x, y, z = self.centers.T - np.asarray(eye / self.unit, np.float32)[:, None]
+                scale = _SH_1 / np.sqrt(np.maximum(x * x + y * y + z * z, np.float32(1e-12)))
+                colors += scale * (z * sh[2] - y * sh[1] - x * sh[3])
+            np.nan_to_num(colors, copy=False)
         rounded = np.clip(colors, 0, 1) * 255 + np.float32(0.5)
         return np.ascontiguousarray(rounded.astype(np.uint8).T)
 
@@ -86,7 +88,7 @@ def make_splats(splats: Splats, unit: float) -> SplatFrame:
         splats.positions / np.float32(unit),
         _measure_covariances(splats, unit),
         (opacities * 255 + 0.5).astype(np.uint8)[:, None],
-        np.ascontiguousarray(splats.sh.transpose(1, 2, 0).astype(np.float16)),
+        np.ascontiguousarray(_to_half(splats.sh.transpose(1, 2, 0))),
     )
 
 
@@ -99,8 +101,12 @@ def _measure_covariances(splats: Splats, unit: float) -> Float16:
     for i in range(3):
         for j in range(i, 3):
             terms = sum(variances[k] * axes[i][k] * axes[j][k] for k in range(3))
-            covariances[:, i, j] = covariances[:, j, i] = np.clip(terms, -_HALF_MOST, _HALF_MOST)
+            covariances[:, i, j] = covariances[:, j, i] = _to_half(terms)
     return covariances
+
+
+def _to_half(numbers: Float32) -> Float16:
+    return np.clip(numbers, -_HALF_MOST, _HALF_MOST).astype(np.float16)
 
 
 def _axes(quaternions: Float32) -> tuple[tuple[Float32, ...], ...]:

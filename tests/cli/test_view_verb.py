@@ -79,3 +79,11 @@ def test_an_address_of_another_machine_is_the_tools_failure(stream_file):
 
 def test_help_says_what_the_page_does_not_show_exactly():
     assert "one color" in " ".join(run("view", "-h").stdout.split())
+
+
+@pytest.mark.parametrize("name", ["https://viewer.example", "viewer.example:80", ""])
+def test_what_is_no_name_of_a_host_is_refused(name, stream_file):
+    result = run("view", stream_file, "--no-open", "--allow-host", name)
+
+    assert result.exit_code == 2
+    assert "--allow-host" in result.stderr

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from quarc_ref.decoder import dequantize
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import SH_COEFFICIENTS
-from quarc_ref.rendering.pipeline import Drawn, project
+from quarc_ref.rendering.pipeline import project
+from quarc_ref.rendering.pipeline_data import Drawn
 from quarc_ref.viewing.splat_frame import choose_unit, make_splats
 from tests.streams import CAMERA, make_stream
 
@@ -110,3 +111,13 @@ def test_memory_is_that_of_all_arrays():
     shown = make_splats(dequantize(_scene()), 1.0)
 
     assert shown.nbytes == shown.count * (12 + 18 + 1 + 24)
+
+
+@pytest.mark.parametrize("eye", [0.0, 3e38, np.inf])
+def test_codes_and_eyes_out_of_all_bounds_have_colors_without_a_warning(eye):
+    scene = _scene()
+    header = replace(scene.header, sh_dc_step=1024.0, sh_rest_step=1024.0)
+    shown = make_splats(dequantize(replace(scene, header=header)), 1.0)
+
+    assert np.isfinite(shown.sh).all()
+    assert shown.shade(np.full(3, eye, dtype=np.float32)).shape == (shown.count, 3)
