@@ -9,11 +9,12 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from hostile import judge
-from hostile.mutations import Mutator
+from hostile.mutations import Mutant
 from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
+from quarc_ref.format.errors import BitstreamError
 
 BLOCK = 1000
 _OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")
@@ -67,6 +68,11 @@ class Tally:
         self.peak_rss_mib = max(self.peak_rss_mib, other.peak_rss_mib)
         self.failures |= other.failures
 
+    def list_unreached(self) -> list[str]:
+        """Return the reject ids of SPEC 3.3 that no stream has come to."""
+        kinds = [leaf for kind in BitstreamError.__subclasses__() for leaf in kind.__subclasses__()]
+        return [leaf.reject_id for leaf in kinds if not self.outcomes[leaf.reject_id]]
+
     def as_json(self) -> dict[str, Any]:
         """Return what is printed."""
         refusals = {
@@ -98,22 +104,43 @@ def choose_way(number: int) -> str:
     return _OTHER_WAYS[place] if place < len(_OTHER_WAYS) else "decode"
 
 
+class Maker(Protocol):
+    """Makes streams that may be anything."""
+
+    def make(self, number: int) -> Mutant:
+        """Return the stream of a number, the same one every time."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Streams to judge.
+
+    Attributes:
+        maker: Makes them.
+        choose_way: Returns the way in which the stream of a number is decoded.
+    """
+
+    maker: Maker
+    choose_way: Callable[[int], str] = choose_way
+
+
 def judge_block(
-    mutator: Mutator, first: int, count: int, folder: Path, begin: Callable[[int], object] = int
+    series: Series, first: int, count: int, folder: Path, begin: Callable[[int], object] = int
 ) -> Tally:
-    """Judge the mutants from a number on; keep those that fail in a folder.
+    """Judge the streams from a number on; keep those that fail in a folder.
 
     Args:
-        mutator: Makes them.
+        series: The streams.
         first: Number of the first.
         count: How many.
         folder: For those that fail.
-        begin: Is told of every number before its mutant is decoded.
+        begin: Is told of every number before its stream is made.
     """
     tally = Tally()
     for number in range(first, first + count):
         begin(number)
-        mutant, way = mutator.make(number), choose_way(number)
+        mutant, way = series.maker.make(number), series.choose_way(number)
         verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
         tally.note(number, way, verdict)
         if verdict.is_failure:

@@ -7,27 +7,22 @@ import sys
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Any
 
 # Before NumPy is loaded: threads that it would start count as memory here.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from hostile import judge
-from hostile.blocks import (
-    BLOCK,
-    Tally,
-    append_block,
-    choose_way,
-    judge_block,
-    read_blocks,
-)
+from hostile.blocks import BLOCK, Series, Tally, append_block, judge_block, read_blocks
 from hostile.mutations import Mutator
+from hostile.structured.maker import StructuredMaker
 
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _WHAT = "Mutated streams, decoded: whatever the bytes, there come frames or a refusal, soon."
 _Block = tuple[int, int]
 _AT = "at_"  # files of processes, each with the number that it is at
-_mutators: list[Mutator] = []  # of this process
+_series: list[Series] = []  # of this process
 
 
 def main() -> int:
@@ -35,7 +30,8 @@ def main() -> int:
     arguments = _parse_arguments()
     if arguments.only is not None:
         return _judge_one(arguments)
-    folder: Path = arguments.out / f"series_{arguments.series}"
+    kind = "structured" if arguments.structured else "series"
+    folder: Path = arguments.out / f"{kind}_{arguments.series}"
     (folder / "failures").mkdir(parents=True, exist_ok=True)
     kept = read_blocks(folder / "blocks.jsonl")
     wanted = _list_blocks(arguments.streams)
@@ -47,8 +43,10 @@ def main() -> int:
     for block in wanted:
         tally.add(kept[block])
     told = tally.as_json()
+    told["unreached"] = tally.list_unreached() if arguments.structured else []
     print(json.dumps(told, indent=2) if arguments.json else _as_text(told))
-    return 1 if tally.failures or tally.peak_rss_mib > judge.MEBIBYTES else 0
+    failed = tally.failures or tally.peak_rss_mib > judge.MEBIBYTES or told["unreached"]
+    return 1 if failed else 0
 
 
 def _parse_arguments() -> argparse.Namespace:
@@ -56,6 +54,11 @@ def _parse_arguments() -> argparse.Namespace:
     add = parser.add_argument
     add("--streams", type=int, default=10_000, metavar="N", help="how many mutants")
     add("--processes", type=int, default=1, metavar="P", help="at once")
+    add(
+        *("--structured",),
+        action="store_true",
+        help="streams with hostile values coded anew, each by plain and compiled kernels",
+    )
     add("--series", type=int, default=0, metavar="S", help="which mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
     add("--out", type=Path, default=Path("out/hostile"), metavar="DIR", help="kept between runs")
@@ -72,7 +75,7 @@ def _list_blocks(streams: int) -> list[_Block]:
 def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namespace) -> None:
     failures = folder / "failures"
     with ProcessPoolExecutor(
-        arguments.processes, initializer=_begin, initargs=(arguments.seeds, arguments.series)
+        arguments.processes, initializer=_begin, initargs=(arguments,)
     ) as pool:
         pending = {pool.submit(_judge_block, block, failures): block for block in blocks}
         for done, future in enumerate(as_completed(pending), 1):
@@ -90,9 +93,13 @@ def _wait(future: "Future[Tally]", failures: Path) -> Tally:
         sys.exit(f"a process died while it judged one of {', '.join(numbers)}: see --only")
 
 
-def _begin(seeds: Path, series: int) -> None:
-    streams = _read_seeds(seeds)
-    _mutators.append(Mutator(streams, series))
+def _begin(arguments: argparse.Namespace) -> None:
+    streams = _read_seeds(arguments.seeds)
+    if arguments.structured:
+        maker = StructuredMaker(arguments.series)
+        _series.append(Series(maker, lambda _number: judge.BY_BOTH_KERNELS))
+    else:
+        _series.append(Series(Mutator(streams, arguments.series)))
     judge.prepare(streams.values())
 
 
@@ -101,7 +108,7 @@ def _judge_block(block: _Block, failures: Path) -> Tally:
     place = failures / f"{_AT}{os.getpid()}"
     with place.open("wb", buffering=0) as file:
         tally = judge_block(
-            _mutators[-1],
+            _series[-1],
             *block,
             failures,
             lambda number: os.pwrite(file.fileno(), b"%9d" % number, 0),
@@ -111,10 +118,8 @@ def _judge_block(block: _Block, failures: Path) -> Tally:
 
 
 def _judge_one(arguments: argparse.Namespace) -> int:
-    streams = _read_seeds(arguments.seeds)
-    mutant = Mutator(streams, arguments.series).make(arguments.only)
-    judge.prepare(streams.values())
-    way = choose_way(arguments.only)
+    _begin(arguments)
+    mutant, way = _series[-1].maker.make(arguments.only), _series[-1].choose_way(arguments.only)
     verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
     print(verdict.outcome, f"{verdict.seconds:.3f} s", way, mutant, verdict.detail)
     return int(verdict.is_failure)
@@ -124,5 +129,7 @@ def _read_seeds(folder: Path) -> dict[str, bytes]:
     return {path.stem: path.read_bytes() for path in sorted(folder.glob("*.quarc"))}
 
 
-def _as_text(told: dict[str, object]) -> str:
-    return "\n".join(f"{name}: {value}" for name, value in told.items())
+def _as_text(told: dict[str, Any]) -> str:
+    lines = [f"{name}: {value}" for name, value in told.items() if name != "refusals"]
+    rows = [f"| {name} | {count:,} |" for name, count in told["refusals"].items()]
+    return "\n".join([*lines, "", "| reject id | streams |", "|---|---|", *rows])

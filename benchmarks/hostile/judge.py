@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from types import FrameType
 from unittest.mock import patch
 
+from hostile.both_kernels import decode_by_both_kernels
 from quarc_ref.decoder import (
     BytesSource,
     PipeSource,
-    compute_digest,
     decode,
     dequantize,
     frames,
@@ -25,13 +25,12 @@ from quarc_ref.editing.cut import cut
 from quarc_ref.editing.join import join
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.twin_coders import TwinCoders
-from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
+from quarc_ref.format.acceleration import COMPILED, computing_with
 from quarc_ref.format.entropy import decoding_with
 from quarc_ref.format.errors import (
     BitstreamError,
     EditError,
     LimitError,
-    ProofError,
     SourceError,
 )
 
@@ -150,29 +149,6 @@ def _decode_twice(data: bytes) -> Iterator[object]:
         yield from decode(data)
 
 
-def _decode_plainly_too(data: bytes) -> Iterator[object]:
-    """Decode with compiled kernels and without: where they differ, it is an escape."""
-    told = []
-    for kernels in (PLAIN, COMPILED):
-        with computing_with(kernels):
-            told.append(_tell(data))
-    if told[0] != told[1]:
-        message = f"plain and compiled kernels give {told}"
-        raise ProofError(message)
-    yield from told[0]
-
-
-def _tell(data: bytes) -> list[str]:
-    """Return the digest of every frame of a stream, and how it ends."""
-    told = []
-    try:
-        for scene in decode(data):
-            told.append(compute_digest(scene))  # noqa: PERF401, those before a refusal count
-    except BitstreamError as error:
-        told.append(str(error))
-    return told
-
-
 def _cut(data: bytes) -> Iterator[object]:
     yield cut(BytesSource(data), None, 2, io.BytesIO())
 
@@ -185,10 +161,11 @@ def _inspect(data: bytes) -> Iterator[object]:
     yield from inspect_stream(data).frames
 
 
+BY_BOTH_KERNELS = "decode by both kernels"
 WAYS: dict[str, Callable[[bytes], Iterator[object]]] = {
     "decode": _decode,
     "decode by both coders": _decode_twice,
-    "decode by both kernels": _decode_plainly_too,
+    BY_BOTH_KERNELS: decode_by_both_kernels,
     "from a pipe": lambda data: decode(PipeSource(io.BytesIO(data))),
     "from frame 1": lambda data: decode(data, 1),
     "recover": recover,

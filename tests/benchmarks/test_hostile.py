@@ -12,6 +12,7 @@ from quarc_ref.format.chunk_reader import split_chunks
 from tests.benchmarks.test_hostile_mutations import SEEDS
 from tests.streams import rebuild_stream
 
+_SERIES = blocks.Series(Mutator(SEEDS, 0))
 SCRIPT = Path(judge.__file__).parents[1] / "hostile.py"
 
 
@@ -66,7 +67,7 @@ def test_what_a_decoder_must_not_do_is_kept_with_its_bytes(
 ):
     monkeypatch.setattr(judge, "SECONDS", 0.02)
     ways["decode"] = way
-    tally = blocks.judge_block(Mutator(SEEDS, 0), 30, 1, tmp_path)
+    tally = blocks.judge_block(_SERIES, 30, 1, tmp_path)
 
     assert tally.failures == {30: outcome}
     assert (tmp_path / "30.quarc").read_bytes() == Mutator(SEEDS, 0).make(30).data
@@ -88,7 +89,7 @@ def _with_wrong_state(stream):
 
 def test_blocks_are_kept_and_read_as_they_were(tmp_path):
     path = tmp_path / "blocks.jsonl"
-    tally = blocks.judge_block(Mutator(SEEDS, 0), 0, 20, tmp_path)
+    tally = blocks.judge_block(_SERIES, 0, 20, tmp_path)
     blocks.append_block(path, 0, 20, tally)
     with path.open("a") as file:
         file.write('{"first": 20, "cou')

@@ -1,0 +1,174 @@
+"""Frames coded one after the other, each with the CRC of what it makes of the state.
+
+A frame that is refused leaves the state as it was, and has a CRC of 0. The plain
+kernels say what a state is.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import partial
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from hostile.structured.draws import Draws
+from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.pieces import Piece
+from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder.frames import (
+    covers_all_fields,
+    decode_canonical,
+    decode_frame,
+    decode_motion,
+)
+from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.state import State
+from quarc_ref.format import container, gaussian_planes, motion_planes, wire
+from quarc_ref.format.constants import COUNTER_LIMIT
+from quarc_ref.format.errors import BitstreamError, LimitError
+from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader
+
+Record = CanonicalChunk | FrameChunk
+_TRIALS = 4
+_FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
+_ANY_STEP = (1 << 63) - 1  # of parents, which no encoder writes beyond its limit
+EMPTY = Section(np.zeros(0, dtype=np.uint32))
+
+
+class Builder:
+    """Makes the chunks of a stream.
+
+    Args:
+        draws: What is drawn, is drawn here.
+        header: Of the stream.
+
+    Attributes:
+        header: As given.
+        pieces: The chunks so far.
+        records: Of the frames so far.
+        state: Of the last frame that a decoder takes.
+    """
+
+    def __init__(self, draws: Draws, header: StreamHeader) -> None:
+        self.header = header
+        self.pieces = [Piece(container.HEAD, wire.build_stream_header(header))]
+        self.records: list[Record] = []
+        self.state: State | None = None
+        self._draws = draws
+        self._hostility: Hostility | None = None
+
+    def add_calm_frame(self) -> None:
+        """Draw a frame that a decoder takes, and code it; none if all that are drawn go too far."""
+        self._hostility = None
+        is_last = self.state is not None and self.state.scene.frame == COUNTER_LIMIT
+        for _ in range(0 if is_last else _TRIALS):
+            record = self._draw(begins=self._draws.rng.random() < 0.15)
+            state, crc = self._try(record)
+            if state is not None:
+                self._append(record, state, crc)
+                return
+
+    def add_hostile_frame(self, hostility: Hostility) -> None:
+        """Draw a frame, and code it with what is wrong with it."""
+        self._hostility = hostility
+        with self._stating():
+            record = self._draw(begins=hostility.stage in (Stage.SCENE, Stage.CANONICAL))
+        self._append(record, *self._try(record))
+
+    def _append(self, record: Record, state: State | None, crc: int) -> None:
+        proved = replace(record, state_crc=crc)
+        self.state = state or self.state
+        self.records.append(proved)
+        canonical = isinstance(proved, CanonicalChunk)
+        kind = container.CANO if canonical else container.FRAM
+        build: Callable[[Any], bytes] = wire.build_canonical if canonical else wire.build_frame
+        self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(proved))))
+
+    def end(self, *, index: bool) -> None:
+        """Append what ends a stream."""
+        if index:
+            self.pieces.append(Piece(container.INDX, None))
+        self.pieces.append(Piece(container.TAIL, None))
+
+    def _draw(self, *, begins: bool) -> Record:
+        if begins or self.state is None:
+            return self._draw_canonical()
+        return self._draw_moved(self.state)
+
+    def _draw_canonical(self) -> CanonicalChunk:
+        drawn = self._change(Stage.SCENE, self._draws.gaussians(self.header), self.header)
+        origin, axis_bits, ordered = sort_canonical(drawn)
+        sections = write_canonical(ordered, origin)
+        first = self._draws.rng.choice(_FIRST_FRAMES)
+        frame = first if self.state is None else (self.state.scene.frame + 1) & COUNTER_LIMIT
+        chunk = CanonicalChunk(frame, drawn.count, origin, axis_bits, sections, 0)
+        return self._change(Stage.CANONICAL, chunk)
+
+    def _draw_moved(self, state: State) -> FrameChunk:
+        rng = self._draws.rng
+        deaths = rng.choice((0, 0, 1, state.scene.count // 2, state.scene.count - 1))
+        begun = begin_frame(state, min(deaths, state.scene.count - 1))
+        symbols = self._change(Stage.MOTION, self._draws.symbols(begun), begun)
+        previous = rng.random() < 0.5
+        contexts = motion_contexts(begun, previous=previous)
+        motion = write_motion(contexts, symbols, begun.motion_counts)
+        deaths = state.scene.count - begun.scene.count
+        chunk = FrameChunk(begun.scene.phase, previous, deaths, 0, motion, EMPTY, 0)
+        if rng.random() < 0.5 or self._is_at(Stage.BIRTHS):
+            chunk = self._bear(begun, chunk)
+        return self._change(Stage.FRAME, chunk)
+
+    def _bear(self, begun: State, chunk: FrameChunk) -> FrameChunk:
+        """Return the chunk of a frame with newborn, if its motion leads anywhere."""
+        with suppress(BitstreamError):
+            moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
+            births = self._change(Stage.BIRTHS, self._draws.births(moved), moved)
+            with patch.object(gaussian_planes, "_STEP_LIMIT", _ANY_STEP):
+                section = write_births(births, moved.birth_counts)
+            return replace(chunk, birth_count=births.parents.size, births=section)
+        return chunk
+
+    def _try(self, record: Record) -> tuple[State | None, int]:
+        """Return the state that a record leads to, and its CRC; None and 0 if it is refused."""
+        scenes: list[Scene] = []
+
+        def keep(scene: Scene, _state_crc: int) -> None:
+            scenes.append(scene)
+
+        with suppress(BitstreamError, LimitError):
+            if isinstance(record, CanonicalChunk):
+                state = decode_canonical(self.header, record, keep)
+            elif self.state is not None:
+                state = decode_frame(self.state, record, keep)
+            else:
+                return None, 0
+            all_fields = covers_all_fields(scenes[0])
+            return state, compute_state_crc(scenes[0], all_fields=all_fields)
+        return None, 0
+
+    def _change(self, stage: Stage, value: Any, *known: Any) -> Any:  # noqa: ANN401
+        """Return what a hostility makes of a value at its stage; the value at all others."""
+        if self._hostility is None or not self._is_at(stage):
+            return value
+        return self._hostility.change(self._draws, value, *known)
+
+    def _is_at(self, stage: Stage) -> bool:
+        return self._hostility is not None and self._hostility.stage is stage
+
+    @contextmanager
+    def _stating(self) -> Iterator[None]:
+        """Have a hostile writer of planes code a frame, if that is the hostility."""
+        if not self._is_at(Stage.WRITER):
+            yield
+            return
+        open_writer = partial(self._change, Stage.WRITER)
+        with (
+            patch.object(gaussian_planes, "PlaneWriter", open_writer),
+            patch.object(motion_planes, "PlaneWriter", open_writer),
+        ):
+            yield

@@ -1,0 +1,135 @@
+"""Valid records, drawn: small scenes at all places and with all numbers that streams may have."""
+
+import random
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from quarc_ref.decoder.state import State
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, SYMBOL_LIMIT
+from quarc_ref.format.records import LOG_SCALES, SH_DC, Births, Gaussians, StreamHeader
+
+_U16 = (1 << 16) - 1
+_FIELDS: dict[str, tuple[int, ...]] = {
+    "level": (10, 10, 10, 20, 30, 31),
+    "lattice_exponent": (0, 12, 24),
+    "position_step": (1, 4, 4, 4096, _U16),
+    "translation_step": (1, 7, 7, 7, _U16),
+    "rotation_unity": (1, 3, 100, 100, 256),
+    "rotation_components": (3, 4),
+    "rotation_bits": (1, 2, 8, 8, 14),
+    "sh_degree": (0, 1, 1),
+    "level_count": (1, 2, 3, 3),
+    "gaussians_per_anchor": (1, 2, 4, _U16),
+    "anchor_ratio": (2, 3, _U16),
+    "resample_interval": (1, 2, 3, _U16),
+    "full_crc_interval": (1, 2, _U16),
+    "seed": (0, 7, (1 << 64) - 1),
+}
+_COUNTS = (1, 1, 2, 3, 5, 12, 12, 40, 40, 130)
+_BOX = 1 << 20
+
+
+@dataclass(slots=True)
+class Draws:
+    """Draws of one stream.
+
+    Attributes:
+        rng: Of single choices.
+        numbers: Of arrays.
+    """
+
+    rng: random.Random
+    numbers: np.random.Generator
+
+    @classmethod
+    def seeded(cls, *seed: int) -> "Draws":
+        """Return the draws of a series and a number."""
+        rng = random.Random(repr(seed))
+        return cls(rng, np.random.default_rng(rng.getrandbits(64)))
+
+    def header(self) -> StreamHeader:
+        """Draw a header."""
+        fields = {name: self.rng.choice(values) for name, values in _FIELDS.items()}
+        return StreamHeader(**fields)  # type: ignore[arg-type]
+
+    def gaussians(self, header: StreamHeader) -> Gaussians:
+        """Draw Gaussians of a canonical frame."""
+        count = self.rng.choice(_COUNTS)
+        return Gaussians(
+            self._positions(header, count),
+            self._rotations(header, count),
+            self._codes(header, count),
+        )
+
+    def symbols(self, begun: State) -> list[Int64]:
+        """Draw symbols of the anchors of a frame that has begun."""
+        most = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
+        share = self.rng.choice((0.1, 0.5, 1.0))
+        levels = []
+        for level in begun.known_anchors.levels:
+            shape = (begun.scene.header.symbol_planes, level.owners.size)
+            moving = self.numbers.random(shape[1]) < share
+            levels.append(self.numbers.integers(-most, most + 1, shape) * moving)
+            levels[-1][:3] = np.clip(levels[-1][:3], -3, 3)
+        return levels
+
+    def births(self, moved: State) -> Births:
+        """Draw newborn of a frame."""
+        header, count = moved.scene.header, self.rng.choice((1, 2, 7, 30))
+        parents = np.sort(self.numbers.integers(0, moved.scene.count, count))
+        most = self.rng.choice((0, 1, 20))
+        return Births(
+            parents,
+            Gaussians(
+                self.numbers.integers(-most, most + 1, (3, count)),
+                self._rotations(header, count),
+                self._codes(header, count),
+            ),
+        )
+
+    def _positions(self, header: StreamHeader, count: int) -> Int64:
+        most = POSITION_LIMIT // header.position_step
+        reach = min(self.rng.choice((0, 3, 400, _BOX // 2 - 1)), most)
+        center = self.rng.choice((0, 0, 0, most - reach, reach - most))
+        return center + self.numbers.integers(-reach, reach + 1, (3, count))
+
+    def _rotations(self, header: StreamHeader, count: int) -> Int64:
+        """Draw components that are half of 1 at the most, or 1 itself and zeros."""
+        one = 1 << header.rotation_bits
+        components = self.numbers.integers(-(one // 2), one // 2 + 1, (3, count))
+        if self.rng.random() < 0.2:
+            alone = self.numbers.integers(0, 3, count)
+            components[:] = 0
+            components[alone, np.arange(count)] = self.numbers.choice([-one, one], count)
+        return np.concatenate([self.numbers.integers(0, 4, (1, count)), components])
+
+    def _codes(self, header: StreamHeader, count: int) -> Int64:
+        """Draw codes that, like those differences of them that are coded, are in their range."""
+        most = self.rng.choice((0, 3, 60, 60, CODE_LIMIT))
+        codes = self.numbers.integers(-most, most + 1, (header.code_planes, count))
+        for first, other in ((SH_DC.start + 1, SH_DC.start), (SH_DC.start + 1, SH_DC.stop - 1)):
+            codes[other] = _within(codes[other], codes[first])
+        for row in range(LOG_SCALES.start + 1, LOG_SCALES.stop):
+            codes[row] = _within(codes[row], codes[row - 1])
+        return codes
+
+
+def with_row(gaussians: Gaussians, which: int, **columns: list[int]) -> Gaussians:
+    """Return Gaussians, one of which has other numbers from the first row on.
+
+    Args:
+        gaussians: The Gaussians.
+        which: Index of the one.
+        columns: The numbers, by attribute.
+    """
+    changed = {}
+    for name, numbers in columns.items():
+        changed[name] = getattr(gaussians, name).copy()
+        changed[name][: len(numbers), which] = numbers
+    return replace(gaussians, **changed)
+
+
+def _within(row: Int64, of: Int64) -> Int64:
+    return np.clip(row, of - CODE_LIMIT, of + CODE_LIMIT)

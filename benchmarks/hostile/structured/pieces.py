@@ -1,0 +1,61 @@
+"""Chunks that may lie in one respect, put together to a stream whose index and totals are right."""
+
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import MAGIC, SYNC
+from quarc_ref.format.records import SeekPoint, Tail
+from quarc_ref.format.resync import canonical_frame
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A chunk to be.
+
+    Attributes:
+        kind: Its type.
+        payload: What it holds; None of INDX and TAIL, which are made to fit.
+        sequence: The number that it states; None for its own.
+        length: The length that it states; None for that of the payload.
+        sync: What it begins with.
+        spoiled: Which of its bytes has a bit turned after the CRCs are made.
+    """
+
+    kind: bytes
+    payload: bytes | None
+    sequence: int | None = None
+    length: int | None = None
+    sync: bytes = SYNC
+    spoiled: int | None = None
+
+    def pack(self, number: int, payload: bytes) -> bytes:
+        """Return the chunk as it stands at a place in the stream."""
+        sequence = number if self.sequence is None else self.sequence
+        length = len(payload) if self.length is None else self.length
+        header = self.sync + self.kind + struct.pack("<II", sequence, length)
+        crcs = struct.pack("<I", zlib.crc32(header)), struct.pack("<I", zlib.crc32(payload))
+        data = bytearray(header + crcs[0] + payload + crcs[1])
+        if self.spoiled is not None:
+            data[self.spoiled % len(data)] ^= 1
+        return bytes(data)
+
+
+def assemble(pieces: Sequence[Piece]) -> bytes:
+    """Return the stream of pieces."""
+    data, points, frames, index_offset = MAGIC, [], 0, 0
+    for number, piece in enumerate(pieces):
+        payload = piece.payload
+        if payload is None and piece.kind == container.INDX:
+            payload = wire.build_index(points)
+        if payload is None:
+            payload = wire.build_tail(Tail(frames, len(points), index_offset))
+        if piece.kind == container.INDX:
+            index_offset = len(data)
+        if piece.kind == container.CANO:
+            points.append(SeekPoint(len(data), number, canonical_frame(payload)))
+        frames += piece.kind in (container.CANO, container.FRAM)
+        data += piece.pack(number, payload)
+    return data

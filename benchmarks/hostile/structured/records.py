@@ -1,0 +1,199 @@
+"""Records that lie about counts, and sections that are none of theirs."""
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hostile.mutations import damage_bytes
+from hostile.structured.draws import Draws
+from hostile.structured.hostility import Hostility, Stage
+from quarc_ref.format.arrays import UInt32
+from quarc_ref.format.constants import POSITION_LIMIT
+from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section
+
+Record = CanonicalChunk | FrameChunk
+_MOST = (1 << 32) - 1
+_ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
+_AT_WORD_COUNT = {CanonicalChunk: 21, FrameChunk: 13}
+
+
+def _lie(name: str, *values: int) -> Callable[[Draws, Record], Record]:
+    """Return what writes a number into a field: one of these, or one near what is there."""
+
+    def change(draws: Draws, record: Record) -> Record:
+        now = getattr(record, name)
+        near = (max(0, now - 1), now + 1, 2 * now)
+        return replace(record, **{name: draws.rng.choice((*values, *near)) & _MOST})
+
+    return change
+
+
+def _move_origin(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
+    origin = list(chunk.origin)
+    origin[draws.rng.randrange(3)] = draws.rng.choice(_ORIGINS)
+    return replace(chunk, origin=(origin[0], origin[1], origin[2]))
+
+
+def _narrow_box(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
+    bits = draws.rng.choice((0, max(0, chunk.axis_bits - 1), chunk.axis_bits, 20))
+    return replace(chunk, axis_bits=bits)
+
+
+def _toggle_contexts(_draws: Draws, chunk: FrameChunk) -> FrameChunk:
+    return replace(chunk, previous_contexts=not chunk.previous_contexts)
+
+
+def _end_in_zero(_rng: random.Random, words: UInt32) -> UInt32:
+    return np.append(words, _ZERO)
+
+
+def _put_before(rng: random.Random, words: UInt32) -> UInt32:
+    before = [rng.choice((0, 1, rng.getrandbits(32))) for _ in range(rng.choice((1, 1, 5)))]
+    return np.concatenate([np.array(before, dtype=np.uint32), words])
+
+
+def _lose(rng: random.Random, words: UInt32) -> UInt32:
+    lost = rng.randrange(words.size + 1)
+    return np.delete(words, slice(lost, lost + 1))
+
+
+def _spoil(rng: random.Random, words: UInt32) -> UInt32:
+    changed = words.copy()
+    if words.size:
+        changed[rng.randrange(words.size)] ^= np.uint32(1 << rng.randrange(32))
+    return changed
+
+
+def _draw_words(rng: random.Random, _words: UInt32) -> UInt32:
+    count = rng.choice((0, 1, 2, 8, 60))
+    fill = rng.choice((None, None, _MOST))
+    drawn = [rng.getrandbits(32) if fill is None else fill for _ in range(count)]
+    return np.array(drawn, dtype=np.uint32)
+
+
+def _in_section(
+    change: Callable[[random.Random, UInt32], UInt32],
+) -> Callable[[Draws, Record], Record]:
+    """Return what changes the words of a section."""
+
+    def change_section(draws: Draws, record: Record) -> Record:
+        sections = _sections(record)
+        which = draws.rng.randrange(len(sections))
+        sections[which] = Section(change(draws.rng, sections[which].words))
+        return _with_sections(record, sections)
+
+    return change_section
+
+
+def _swap_sections(draws: Draws, record: Record) -> Record:
+    sections = _sections(record)
+    draws.rng.shuffle(sections)
+    return _with_sections(record, sections)
+
+
+def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
+    """Return what takes sections from another stream's frame of the same kind."""
+
+    def splice(draws: Draws, record: Record) -> Record:
+        fitting = [donor for donor in donors if type(donor) is type(record)]
+        sections, others = _sections(record), _sections(draws.rng.choice(fitting))
+        for which in draws.rng.sample(range(len(sections)), draws.rng.choice((1, 1, 2))):
+            sections[which] = others[which]
+        return _with_sections(record, sections)
+
+    return splice
+
+
+def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
+    """Return what takes another stream's frame, in the turn of the one that was due."""
+
+    def take(draws: Draws, record: Record) -> Record:
+        donor = draws.rng.choice([donor for donor in donors if type(donor) is type(record)])
+        number = "frame" if isinstance(record, CanonicalChunk) else "phase"
+        return replace(donor, **{number: getattr(record, number)})
+
+    return take
+
+
+def _spoil_crc(draws: Draws, payload: bytes) -> bytes:
+    crc = draws.rng.choice((bytes(4), draws.rng.randbytes(4), b"\xff" * 4))
+    return payload[:-4] + crc
+
+
+def _resize(draws: Draws, payload: bytes) -> bytes:
+    more = draws.rng.randbytes(draws.rng.choice((1, 4)))
+    return draws.rng.choice((payload[:-1], payload[:4], b"", payload + more))
+
+
+def _lie_of_words(draws: Draws, payload: bytes) -> bytes:
+    """State more words in the first section than there are, or other flags."""
+    rng = draws.rng
+    at, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
+    number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MOST)) % (1 << 8 * size)
+    return payload[:at] + number.to_bytes(size, "little") + payload[at + size :]
+
+
+def _damage(draws: Draws, payload: bytes) -> bytes:
+    return damage_bytes(draws.rng, payload, payload)[0]
+
+
+def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
+    """Return what may be wrong with records.
+
+    Args:
+        donors: Of other streams, some of either kind.
+    """
+    both: dict[str, Callable[[Draws, Any], Any]] = {
+        "a word of 0 at the end": _in_section(_end_in_zero),
+        "words before the first": _in_section(_put_before),
+        "a word lost": _in_section(_lose),
+        "a bit of a word turned": _in_section(_spoil),
+        "words drawn": _in_section(_draw_words),
+        "sections swapped": _swap_sections,
+        "sections of another stream": _splice(donors),
+        "a frame of another stream": _replace(donors),
+    }
+    canonical: dict[str, Callable[[Draws, Any], Any]] = {
+        "gaussian_count": _lie("gaussian_count", 0, 65537, _MOST),
+        "ordinal": _lie("frame", 0, _MOST),
+        "origin": _move_origin,
+        "axis_bits": _narrow_box,
+    }
+    moved: dict[str, Callable[[Draws, Any], Any]] = {
+        "phase": _lie("phase", 0, _MOST),
+        "previous_contexts": _toggle_contexts,
+        "death_count": _lie("death_count", 1, 1 << 16, _MOST),
+        "birth_count": _lie("birth_count", 1, 4097, 1 << 17, _MOST),
+    }
+    payload: dict[str, Callable[[Draws, Any], Any]] = {
+        "the CRC of a state": _spoil_crc,
+        "the size of a payload": _resize,
+        "a number of words or a flag": _lie_of_words,
+    }
+    return [
+        *(Hostility(f"canonical: {name}", Stage.CANONICAL, both[name]) for name in both),
+        *(Hostility(f"moved: {name}", Stage.FRAME, both[name]) for name in both),
+        *(Hostility(f"canonical: {name}", Stage.CANONICAL, canonical[name]) for name in canonical),
+        *(Hostility(f"moved: {name}", Stage.FRAME, moved[name]) for name in moved),
+        *(Hostility(name, Stage.PAYLOAD, payload[name]) for name in payload),
+        # At other levels damage may ask for a million Gaussians, which takes its time.
+        Hostility("bytes of a payload", Stage.PAYLOAD, _damage, {"level": 10}),
+    ]
+
+
+def _sections(record: Record) -> list[Section]:
+    if isinstance(record, CanonicalChunk):
+        return list(record.sections)
+    return [record.motion, record.births]
+
+
+def _with_sections(record: Record, sections: Sequence[Section]) -> Record:
+    if isinstance(record, CanonicalChunk):
+        return replace(record, sections=tuple(sections))
+    return replace(record, motion=sections[0], births=sections[1])
+
+
+_ZERO = np.uint32(0)

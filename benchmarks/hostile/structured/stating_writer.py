@@ -1,0 +1,68 @@
+"""A writer of planes that states probabilities where no encoder would, and codes that are none."""
+
+import random
+
+import numpy as np
+
+from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.constants import CODE_BITS, PROBABILITY_CODES, STATED_WEIGHT, WEIGHT_TOTAL
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.entropy import encode_bits
+from quarc_ref.format.probability import weight_of_code
+from quarc_ref.format.records import Section
+
+_EVEN = WEIGHT_TOTAL // 2
+
+
+class StatingWriter:
+    """Gathers planes as `PlaneWriter` does; what it states is drawn.
+
+    Args:
+        counts: What contexts have seen before; it stays as it is.
+        rng: Draws what is stated.
+        codes: To draw from; those from PROBABILITY_CODES on are undefined.
+    """
+
+    def __init__(self, counts: ContextCounts, rng: random.Random, codes: range) -> None:
+        self._rng, self._codes = rng, codes
+        self._counts = counts.copy()
+        self._runs: list[tuple[Bits, int]] = []
+
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
+        """See `Planes.code`."""
+        if contexts.size == 0:
+            return bits
+        used = np.unique(contexts)
+        parts = [bits[contexts == context] for context in used]
+        codes = [self._draw() for _ in used]
+        weights = self._counts.weights(model, used).tolist()
+        stated = [code is not None for code in codes]
+        said = [code >> place & 1 for code in codes if code is not None for place in _PLACES]
+        self._runs.append((np.array(stated), STATED_WEIGHT))
+        self._runs.append((np.array(said, dtype=np.bool_), _EVEN))
+        for part, code, weight in zip(parts, codes, weights, strict=True):
+            self._runs.append((part, weight if code is None else _weigh(code)))
+        ones = np.array([np.count_nonzero(part) for part in parts])
+        lengths = np.array([part.size for part in parts])
+        self._counts.learn(model, used, lengths - ones, ones)
+        return bits
+
+    def code_raw(self, bits: Bits) -> Bits:
+        """See `Planes.code_raw`."""
+        self._runs.append((bits, _EVEN))
+        return bits
+
+    def section(self) -> Section:
+        """Return what was written."""
+        return Section(encode_bits(self._runs))
+
+    def _draw(self) -> int | None:
+        return None if self._rng.random() < 0.5 else self._rng.choice(self._codes)
+
+
+def _weigh(code: int) -> int:
+    """Return the weight of a code; an even one where it has none, which a decoder never sees."""
+    return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN
+
+
+_PLACES = tuple(reversed(range(CODE_BITS)))

@@ -1,0 +1,196 @@
+"""Lies of the container: HEAD, the order and the headers of chunks, the end, and single bytes."""
+
+import math
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from hostile.mutations import damage_bytes
+from hostile.structured.draws import Draws
+from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.pieces import Piece
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
+from quarc_ref.format.records import Camera, SeekPoint, Tail
+
+_MOST = (1 << 32) - 1
+_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MOST)
+_FLOATS = (0.0, -1.0, 1e-45, 1024.5, 3e38, math.inf, math.nan)
+_HEAD_FIELDS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
+_CRITICAL = (b"SNAP", b"SnAP")
+_ANCILLARY = (b"snap", b"nOte", b"fram")
+_BAD_TYPES = (b"FR4M", b"FRam", b"\x00\xff  ", b"frAM", b"FRA\n")
+_KINDS = (*_CRITICAL, *_ANCILLARY, *_BAD_TYPES, *container.KNOWN)
+Pieces = list[Piece]
+_CAMERA = Camera("c", 64, 48, 5.0, 5.0, 32.0, 24.0, (1.0,) * 9, (0.0,) * 3, 0.5, held_out=False)
+_LARGE = (
+    (container.CAME, wire.build_cameras((_CAMERA, _CAMERA))),
+    (container.META, wire.build_metadata({"capture": "drawn", "": ""})),
+)
+
+
+def _lie_in_head(draws: Draws, pieces: Pieces) -> Pieces:
+    """Write another number into a field of HEAD."""
+    head, which = pieces[0].payload or b"", draws.rng.randrange(len(_HEAD_FIELDS))
+    form = f"<{_HEAD_FIELDS[which]}"
+    at, size = struct.calcsize(f"<{_HEAD_FIELDS[:which]}"), struct.calcsize(form)
+    if form == "<f":
+        field = struct.pack(form, draws.rng.choice(_FLOATS))
+    else:
+        field = struct.pack(form, draws.rng.choice(_INTEGERS) % (1 << 8 * size))
+    return [replace(pieces[0], payload=head[:at] + field + head[at + size :]), *pieces[1:]]
+
+
+def _other_version(draws: Draws, pieces: Pieces) -> Pieces:
+    """Be of another version, or need a feature."""
+    head = bytearray(pieces[0].payload or b"")
+    head[draws.rng.choice((0, 0, 1, 2, 5, 6))] = draws.rng.choice((0, 2, 128, 255))
+    return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
+
+
+def _resize_head(draws: Draws, pieces: Pieces) -> Pieces:
+    head = pieces[0].payload or b""
+    more = bytes(draws.rng.choice((1, 2000)))
+    return [
+        replace(pieces[0], payload=draws.rng.choice((head[:-1], b"", head + more))),
+        *pieces[1:],
+    ]
+
+
+def _one(**lies: Callable[[Draws, Piece], Any]) -> Callable[[Draws, Pieces], Pieces]:
+    """Return what has one piece lie."""
+
+    def change(draws: Draws, pieces: Pieces) -> Pieces:
+        place = draws.rng.randrange(len(pieces))
+        said = {name: lie(draws, pieces[place]) for name, lie in lies.items()}
+        return [*pieces[:place], replace(pieces[place], **said), *pieces[place + 1 :]]
+
+    return change
+
+
+def _swap(draws: Draws, pieces: Pieces) -> Pieces:
+    changed = list(pieces)
+    first, second = draws.rng.sample(range(len(pieces)), 2)
+    changed[first], changed[second] = changed[second], changed[first]
+    return changed
+
+
+def _lose(draws: Draws, pieces: Pieces) -> Pieces:
+    lost = draws.rng.randrange(len(pieces))
+    return [*pieces[:lost], *pieces[lost + 1 :]]
+
+
+def _repeat(draws: Draws, pieces: Pieces) -> Pieces:
+    place = draws.rng.randrange(len(pieces))
+    return [*pieces[:place], *[pieces[place]] * draws.rng.choice((2, 3)), *pieces[place + 1 :]]
+
+
+def _put_in(*kinds: bytes) -> Callable[[Draws, Pieces], Pieces]:
+    """Return what puts in a chunk of one of these types."""
+
+    def put_in(draws: Draws, pieces: Pieces) -> Pieces:
+        place = draws.rng.randrange(1, len(pieces))
+        new = Piece(draws.rng.choice(kinds), draws.rng.randbytes(draws.rng.choice((0, 3, 40))))
+        return [*pieces[:place], new, *pieces[place:]]
+
+    return put_in
+
+
+def _splice(donors: Sequence[Pieces]) -> Callable[[Draws, Pieces], Pieces]:
+    """Return what goes on with another stream from some chunk on, or takes one of its chunks."""
+
+    def splice(draws: Draws, pieces: Pieces) -> Pieces:
+        other, rng = draws.rng.choice(donors), draws.rng
+        place, start = rng.randrange(1, len(pieces)), rng.randrange(len(other))
+        if rng.random() < 0.5:
+            return [*pieces[:place], *other[start:]]
+        return [*pieces[:place], other[start], *pieces[place:]]
+
+    return splice
+
+
+def _damage_ancillary(draws: Draws, pieces: Pieces) -> Pieces:
+    """Put in cameras or metadata, damaged."""
+    kind, payload = draws.rng.choice(_LARGE)
+    damaged = damage_bytes(draws.rng, payload, payload)[0]
+    place = draws.rng.randrange(1, len(pieces))
+    return [*pieces[:place], Piece(kind, damaged), *pieces[place:]]
+
+
+def _lie_in_index(draws: Draws, pieces: Pieces) -> Pieces:
+    """Have INDX say something else than what is due."""
+    points = [SeekPoint(*draws.rng.choices((0, 1, 8, _MOST), k=3)) for _ in range(3)]
+    index = wire.build_index(points[: draws.rng.randrange(4)])
+    lie = Piece(container.INDX, draws.rng.choice((index, index, index, b"\xff" * 4)))
+    *before, tail = (piece for piece in pieces if piece.kind != container.INDX)
+    return [*before, lie, tail]
+
+
+def _lie_in_tail(draws: Draws, pieces: Pieces) -> Pieces:
+    """Have TAIL say something else than what is due."""
+    tail = wire.build_tail(Tail(*draws.rng.choices((0, 1, 2, 8, _MOST), k=3)))
+    lie = draws.rng.choice((tail, tail, tail, tail[:-1], tail + b"\0"))
+    return [*pieces[:-1], replace(pieces[-1], payload=lie)]
+
+
+def _cut(draws: Draws, data: bytes) -> bytes:
+    return data[: draws.rng.randrange(len(data))]
+
+
+def _go_on(draws: Draws, data: bytes) -> bytes:
+    return data + draws.rng.choice((b"\0", MAGIC, draws.rng.randbytes(30)))
+
+
+def _spoil_magic(draws: Draws, data: bytes) -> bytes:
+    at = draws.rng.randrange(len(MAGIC))
+    return data[:at] + bytes([data[at] ^ 1 << draws.rng.randrange(8)]) + data[at + 1 :]
+
+
+def _damage(draws: Draws, data: bytes) -> bytes:
+    return damage_bytes(draws.rng, data, data)[0]
+
+
+_LENGTHS = (0, 1, (1 << 22) + 1, (1 << 26) + 1, _MOST)
+
+
+def list_hostile_streams(donors: Sequence[Pieces]) -> list[Hostility]:
+    """Return what may be wrong with a stream as a whole.
+
+    Args:
+        donors: Other streams.
+    """
+    pieces: dict[str, Callable[[Draws, Pieces], Pieces]] = {
+        "a field of HEAD": _lie_in_head,
+        "another version": _other_version,
+        "the size of HEAD": _resize_head,
+        "sync": _one(sync=lambda draws, piece: draws.rng.choice((bytes(4), piece.sync[::-1]))),
+        "the CRC of a header": _one(
+            spoiled=lambda draws, _piece: draws.rng.randrange(8, CHUNK_HEADER_BYTES)
+        ),
+        "the CRC of a payload": _one(spoiled=lambda draws, _piece: -1 - draws.rng.randrange(4)),
+        "sequence": _one(sequence=lambda draws, _piece: draws.rng.choice((0, 1, 2, 3, _MOST))),
+        "type": _one(kind=lambda draws, _piece: draws.rng.choice(_KINDS)),
+        "length": _one(length=lambda draws, _piece: draws.rng.choice(_LENGTHS)),
+        "chunks swapped": _swap,
+        "a chunk lost": _lose,
+        "a chunk repeated": _repeat,
+        "a chunk put in": _put_in(*_KINDS),
+        "an unknown chunk": _put_in(*_ANCILLARY),
+        "an unknown critical chunk": _put_in(*_CRITICAL),
+        "a chunk of a bad type": _put_in(*_BAD_TYPES),
+        "chunks of another stream": _splice(donors),
+        "cameras and metadata": _damage_ancillary,
+        "INDX": _lie_in_index,
+        "TAIL": _lie_in_tail,
+    }
+    data: dict[str, Callable[[Draws, bytes], bytes]] = {
+        "cut": _cut,
+        "gone on with": _go_on,
+        "magic": _spoil_magic,
+        "bytes": _damage,
+    }
+    return [
+        *(Hostility(name, Stage.STREAM, pieces[name]) for name in pieces),
+        *(Hostility(name, Stage.BYTES, data[name]) for name in data),
+    ]

@@ -1,0 +1,158 @@
+"""Hostile values: each can be coded, and no encoder would."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hostile.structured.draws import Draws, with_row
+from hostile.structured.hostility import Hostility, Stage
+from hostile.structured.stating_writer import StatingWriter
+from quarc_ref.decoder.state import State
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import (
+    CODE_LIMIT,
+    KEY_CLASS_BITS,
+    PROBABILITY_CODES,
+    SYMBOL_LIMIT,
+)
+from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.planes import PlaneWriter
+from quarc_ref.format.records import (
+    LOG_SCALES,
+    SH_DC,
+    Births,
+    CanonicalChunk,
+    Gaussians,
+    StreamHeader,
+)
+from quarc_ref.format.values import code_unsigned
+
+# Steps of numbers that ascend: beyond what may be, or so that their sum is beyond or wraps.
+_STEPS = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (1 << 63) - 1)
+
+
+def exceed_codes(draws: Draws, gaussians: Gaussians, _header: StreamHeader) -> Gaussians:
+    """Give a Gaussian a color that is out of range, though its differences are not."""
+    sign = draws.rng.choice((-1, 1))
+    most, more = sign * CODE_LIMIT, sign * draws.rng.choice((1, 2, CODE_LIMIT))
+    codes = gaussians.codes.copy()
+    which = draws.rng.randrange(gaussians.count)
+    codes[SH_DC, which] = draws.rng.choice(
+        ([most + more, most, most], [most, most, most + more], [most + more, most, most - most])
+    )
+    return replace(gaussians, codes=codes)
+
+
+def exceed_rotations(draws: Draws, gaussians: Gaussians, header: StreamHeader) -> Gaussians:
+    """Give a Gaussian three components that are longer than a unit quaternion."""
+    one = 1 << header.rotation_bits
+    index, which = draws.rng.randrange(4), draws.rng.randrange(gaussians.count)
+    components = draws.rng.choice(
+        ([one, 1, 0], [one + 1, 0, 0], [one, one, -one], [-CODE_LIMIT] * 3, [0, 0, CODE_LIMIT])
+    )
+    return with_row(gaussians, which, rotations=[index, *components])
+
+
+def degenerate(draws: Draws, symbols: list[Int64], begun: State) -> list[Int64]:
+    """Have residuals of w take back the identity: of all Gaussians, or of one anchor's."""
+    identity = begun.scene.header.rotation_unity * begun.scene.header.level_count
+    still = [np.zeros_like(level) for level in symbols]
+    if draws.rng.random() < 0.5:
+        still[-1][3] = -identity
+    else:
+        still[0][3, draws.rng.randrange(still[0].shape[1])] = -identity
+    return still
+
+
+def move_far(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
+    """Move everything along an axis as far as symbols can say, in every level."""
+    axis, sign = draws.rng.randrange(3), draws.rng.choice((-1, 1))
+    for level in symbols:
+        level[axis] = sign * SYMBOL_LIMIT
+    return symbols
+
+
+def turn_much(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
+    """Turn everything by residuals of any size."""
+    for level in symbols:
+        level[3:] = draws.numbers.integers(-SYMBOL_LIMIT, SYMBOL_LIMIT + 1, level[3:].shape)
+    return symbols
+
+
+def leave_parents(draws: Draws, births: Births, moved: State) -> Births:
+    """Have parents that are not in the scene: just beyond it, far beyond, or beyond 64 bits."""
+    count = moved.scene.count
+    steps = np.zeros_like(births.parents)
+    steps[draws.rng.randrange(steps.size)] = draws.rng.choice((count, count + 1, *_STEPS[1:]))
+    if draws.rng.random() < 0.2:
+        steps[:] = draws.rng.choice(_STEPS)
+    return replace(births, parents=np.cumsum(steps))
+
+
+def bear_far(draws: Draws, births: Births, _moved: State) -> Births:
+    """Put newborn as far from their parents as can be said."""
+    positions = draws.numbers.choice([-CODE_LIMIT, CODE_LIMIT], births.newborn.positions.shape)
+    return replace(births, newborn=replace(births.newborn, positions=positions))
+
+
+def bear_codes(draws: Draws, births: Births, moved: State) -> Births:
+    """Have newborn whose codes are out of range by differences alone."""
+    if draws.rng.random() < 0.5:
+        return replace(births, newborn=exceed_codes(draws, births.newborn, moved.scene.header))
+    codes = births.newborn.codes.copy()
+    which = draws.rng.randrange(births.newborn.count)
+    codes[LOG_SCALES, which] = [CODE_LIMIT, CODE_LIMIT + 1, 2 * CODE_LIMIT + 1]
+    return replace(births, newborn=replace(births.newborn, codes=codes))
+
+
+def bear_rotations(draws: Draws, births: Births, moved: State) -> Births:
+    """Have a newborn whose rotation is too long."""
+    newborn = exceed_rotations(draws, births.newborn, moved.scene.header)
+    return replace(births, newborn=newborn)
+
+
+def exceed_keys(draws: Draws, chunk: CanonicalChunk) -> CanonicalChunk:
+    """Code other keys than those of the box: too large, or summing up beyond 64 bits."""
+    steps = draws.numbers.choice([0, 0, 1], chunk.gaussian_count)
+    for _ in range(draws.rng.choice((1, 1, 4))):
+        steps[draws.rng.randrange(steps.size)] = draws.rng.choice(_STEPS)
+    writer = PlaneWriter(ContextCounts())
+    code_unsigned(writer, "keys", np.zeros_like(steps), KEY_CLASS_BITS, steps)
+    box = draws.rng.choice((chunk.axis_bits, 20))
+    return replace(chunk, axis_bits=box, sections=(writer.section(), *chunk.sections[1:]))
+
+
+def state_any(draws: Draws, counts: ContextCounts) -> StatingWriter:
+    """State probabilities at will."""
+    return _open_stating(draws, counts, range(PROBABILITY_CODES))
+
+
+def state_undefined(draws: Draws, counts: ContextCounts) -> StatingWriter:
+    """State probabilities at will, now and then one that is undefined."""
+    return _open_stating(draws, counts, range(draws.rng.choice((0, 200)), 256))
+
+
+def _open_stating(draws: Draws, counts: ContextCounts, codes: range) -> StatingWriter:
+    return StatingWriter(counts, type(draws.rng)(draws.rng.getrandbits(64)), codes)
+
+
+HOSTILE_VALUES: Sequence[Hostility] = (
+    Hostility("codes out of range", Stage.SCENE, exceed_codes),
+    Hostility("rotations too long", Stage.SCENE, exceed_rotations),
+    Hostility(
+        *("identity taken back", Stage.MOTION, degenerate),
+        {"rotation_components": 4, "rotation_unity": 3},
+    ),
+    Hostility("moved far", Stage.MOTION, move_far),
+    Hostility("moved out", Stage.MOTION, move_far, {"translation_step": (1 << 16) - 1}),
+    Hostility("turned much", Stage.MOTION, turn_much, {"rotation_unity": 1}),
+    Hostility("parents elsewhere", Stage.BIRTHS, leave_parents),
+    Hostility("newborn far away", Stage.BIRTHS, bear_far),
+    Hostility("newborn out", Stage.BIRTHS, bear_far, {"position_step": (1 << 16) - 1}),
+    Hostility("codes of newborn out of range", Stage.BIRTHS, bear_codes),
+    Hostility("rotations of newborn too long", Stage.BIRTHS, bear_rotations),
+    Hostility("keys out of their box", Stage.CANONICAL, exceed_keys),
+    Hostility("probabilities stated at will", Stage.WRITER, state_any),
+    Hostility("probabilities that are undefined", Stage.WRITER, state_undefined),
+)

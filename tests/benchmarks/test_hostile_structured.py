@@ -1,0 +1,121 @@
+import json
+import subprocess
+import sys
+from collections import Counter
+
+import pytest
+
+from hostile import blocks, judge
+from hostile.structured.maker import StructuredMaker
+from quarc_ref.decoder import decode, reconstruct
+from quarc_ref.format.errors import CountError
+from tests.benchmarks.test_hostile import SCRIPT
+from tests.streams import make_stream
+
+_COUNT = 3 * 67
+
+
+@pytest.fixture(scope="module")
+def maker():
+    return StructuredMaker(0)
+
+
+@pytest.fixture(scope="module")
+def streams(maker):
+    return [maker.make(number) for number in range(_COUNT)]
+
+
+@pytest.fixture(scope="module")
+def outcomes(streams):
+    return Counter(_judge(stream.data).outcome for stream in streams)
+
+
+def _judge(data):
+    return judge.judge(judge.BY_BOTH_KERNELS, data, heedless=False)
+
+
+def test_a_series_and_a_number_make_the_same_stream_again(streams):
+    again, other = StructuredMaker(0), StructuredMaker(1)
+
+    assert [again.make(number) for number in (200, 0, 7)] == [streams[i] for i in (200, 0, 7)]
+    assert [other.make(number).data for number in range(20)] != [s.data for s in streams[:20]]
+
+
+def test_every_hostility_has_its_turn(maker, streams):
+    done = {name for stream in streams for name in stream.recipe[:1]}
+
+    assert len(maker.hostilities) == 67
+    assert done == {hostility.name for hostility in maker.hostilities if hostility is not None}
+
+
+def test_plain_and_compiled_kernels_agree_and_nothing_escapes(outcomes):
+    assert outcomes.total() == _COUNT
+    assert outcomes["escape"] == outcomes["hang"] == 0
+    assert outcomes["decoded"] > _COUNT / 20
+
+
+def test_few_streams_reach_most_reject_ids_the_deep_ones_among_them(outcomes):
+    unreached = blocks.Tally(outcomes=outcomes).list_unreached()
+
+    assert len(unreached) <= 3
+    assert not {
+        *("degenerate-rotation", "unconsumed-words", "invalid-words", "bad-probability"),
+        *("symbol-range", "count-exceeds-level", "position-range", "code-range"),
+        *("rotation-range", "parent-range", "frame-order", "state-crc"),
+    } & set(unreached)
+
+
+def test_streams_without_hostility_are_valid_and_have_many_frames(maker):
+    calm = [maker.make(len(maker.hostilities) * number) for number in range(20)]
+    counts = [len(list(decode(stream.data))) for stream in calm if not stream.recipe]
+
+    assert len(counts) > 10
+    assert max(counts) >= 5
+
+
+def test_what_is_spliced_comes_from_another_stream(maker):
+    names = [hostility.name if hostility else "" for hostility in maker.hostilities]
+    number = names.index("chunks of another stream")
+    payloads = {piece.payload for donor in maker._donors for piece in donor.pieces[1:-2]}
+    made = [maker.make(number + len(names) * turn).data for turn in range(20)]
+
+    assert sum(any(payload in data for payload in payloads) for data in made) > 5
+
+
+def test_kernels_that_disagree_are_seen(streams, monkeypatch):
+    turn = reconstruct.turn
+
+    def turn_otherwise(rotations, residuals):
+        turned = turn(rotations, residuals)
+        turned[3, -1] ^= 1
+        return turned
+
+    monkeypatch.setattr(reconstruct, "turn", turn_otherwise)
+    verdicts = [_judge(stream.data) for stream in streams[::67]]
+
+    assert "escape" in {verdict.outcome for verdict in verdicts}
+    assert any("plain kernels give" in verdict.detail for verdict in verdicts)
+
+
+def test_kernels_that_refuse_otherwise_are_seen(monkeypatch):
+    whole, _ = make_stream()
+
+    def refuse(*_arguments):
+        message = "not by these kernels"
+        raise CountError(message)
+
+    assert _judge(whole).outcome == "decoded"
+    monkeypatch.setattr(reconstruct, "turn", refuse)  # of the plain kernels alone
+    assert _judge(whole).outcome == "escape"
+
+
+def test_the_command_tells_what_was_not_reached_and_fails_for_it(tmp_path):
+    command = [sys.executable, SCRIPT, "--structured", "--streams", "3", "--out", tmp_path]
+    done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
+    told = json.loads(done.stdout)
+
+    assert done.returncode == 1
+    assert told["streams"] == told["ways"][judge.BY_BOTH_KERNELS] == 3
+    assert told["escapes"] == told["hangs"] == 0
+    assert "degenerate-rotation" in told["unreached"]
+    assert (tmp_path / "structured_0" / "blocks.jsonl").exists()
