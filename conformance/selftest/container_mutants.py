@@ -71,14 +71,14 @@ MUTANTS = (
     mutant(
         "a TAIL with bytes behind it ends a gap",
         "format/resync.py",
-        "return not source.read(chunk.offset + chunk.byte_count(), 1)",
+        "return not source.read(header.end, 1)",
         "return True",
         alone="damaged",
     ),
     mutant(
         "recovery goes back in time",
         "format/resync.py",
-        "return canonical_frame(chunk.payload) >= self.frame",
+        "return canonical_frame(source.read(header.payload_offset, _FRAME_BYTES)) >= self.frame",
         "return True",
     ),
     mutant(

@@ -12,7 +12,8 @@ from quarc_ref.decoder.follow import Follow, ask
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
-from quarc_ref.format.container import Chunk
+from quarc_ref.format.constants import TAIL_BYTES
+from quarc_ref.format.container import Chunk, ChunkHeader
 from quarc_ref.format.errors import (
     BitstreamError,
     PayloadCrcError,
@@ -138,30 +139,31 @@ class _Recovery:
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:
-            chunk = ask(lambda: find_resumption(self._source, search), follow)
+            found = ask(lambda: find_resumption(self._source, search), follow)
         except TruncatedError as cut:
             self.is_over = True
             yield _gap(error, offset, cut.offset, None)
             if not isinstance(error, TruncatedError):
                 yield _gap(cut, cut.offset or 0, cut.offset, None)
             return
-        self._reader.seek(chunk.offset, chunk.sequence)
-        yield _gap(error, offset, chunk.offset, self._count_lost(chunk))
+        self._reader.seek(found.offset, found.sequence)
+        yield _gap(error, offset, found.offset, self._count_lost(found))
 
-    def _count_lost(self, chunk: Chunk) -> int | None:
+    def _count_lost(self, found: ChunkHeader) -> int | None:
         """Count the frames that are missing before the chunk that decoding resumes at."""
-        before, self._due = self._due, self._find_due(chunk)
+        before, self._due = self._due, self._find_due(found)
         if before is None or self._due is None or self._due < before:
             return None
         return self._due - before
 
-    def _find_due(self, chunk: Chunk) -> int | None:
+    def _find_due(self, found: ChunkHeader) -> int | None:
         """Return the ordinal due at a CANO or TAIL; None at a TAIL if the first frame was lost."""
-        if chunk.kind == container.CANO:
-            return canonical_frame(chunk.payload)
+        payload = self._source.read(found.payload_offset, TAIL_BYTES)
+        if found.kind == container.CANO:
+            return canonical_frame(payload)
         if self._first is None:
             return None
-        return self._first + wire.parse_tail(chunk.payload).frame_count
+        return self._first + wire.parse_tail(payload).frame_count
 
 
 def _gap(error: BitstreamError, offset: int, end: int | None, frames_lost: int | None) -> Gap:

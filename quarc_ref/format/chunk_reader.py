@@ -94,7 +94,7 @@ class ChunkReader:
         while (header := self.read_header()) is not None:
             if header.kind in container.KNOWN:
                 return self.take(header)
-            self._prove_unread(header)
+            check_payload(self.source, header)
             self.skip(header)
         return None
 
@@ -119,16 +119,6 @@ class ChunkReader:
         """Go on at a chunk that is known to begin somewhere, after HEAD has been read."""
         self.offset, self.sequence, self._before = offset, sequence, b""
 
-    def _prove_unread(self, header: ChunkHeader) -> None:
-        """Check the CRC of a payload that is not kept, in pieces."""
-        crc, offset, end = 0, header.payload_offset, header.end - CHUNK_CRC_BYTES
-        while offset < end:
-            piece = self.source.read(offset, min(_PIECE_BYTES, end - offset))
-            if not piece:
-                container.prove_payload(header, crc, b"")
-            crc, offset = zlib.crc32(piece, crc), offset + len(piece)
-        container.prove_payload(header, crc, self.source.read(end, CHUNK_CRC_BYTES))
-
     def _pass_magic(self) -> None:
         if self.offset:
             return
@@ -145,6 +135,22 @@ class ChunkReader:
         if self.source.read(self.offset, 1):
             message = "bytes follow TAIL"
             raise TrailingDataError(message, self.offset)
+
+
+def check_payload(source: Source, header: ChunkHeader) -> None:
+    """Check the CRC of a payload that is not kept, in pieces.
+
+    Raises:
+        TruncatedError: The stream ends inside the chunk.
+        PayloadCrcError: The payload does not match its CRC.
+    """
+    crc, offset, end = 0, header.payload_offset, header.end - CHUNK_CRC_BYTES
+    while offset < end:
+        piece = source.read(offset, min(_PIECE_BYTES, end - offset))
+        if not piece:
+            container.prove_payload(header, crc, b"")
+        crc, offset = zlib.crc32(piece, crc), offset + len(piece)
+    container.prove_payload(header, crc, source.read(end, CHUNK_CRC_BYTES))
 
 
 def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:

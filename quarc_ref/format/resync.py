@@ -10,8 +10,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from quarc_ref.format import container
+from quarc_ref.format.chunk_reader import check_payload
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, SYNC, TAIL_BYTES
-from quarc_ref.format.container import Chunk, ChunkHeader
+from quarc_ref.format.container import ChunkHeader
 from quarc_ref.format.errors import PayloadCrcError, TruncatedError
 from quarc_ref.format.source import Source
 
@@ -68,20 +69,20 @@ class Search:
             return header.length == TAIL_BYTES
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
-    def accepts(self, chunk: Chunk, source: Source) -> bool:
+    def accepts(self, header: ChunkHeader, source: Source) -> bool:
         """Tell whether an admitted chunk is to come: a later frame, or the very end."""
-        if chunk.kind == container.TAIL:
-            return not source.read(chunk.offset + chunk.byte_count(), 1)
-        return canonical_frame(chunk.payload) >= self.frame
+        if header.kind == container.TAIL:
+            return not source.read(header.end, 1)
+        return canonical_frame(source.read(header.payload_offset, _FRAME_BYTES)) >= self.frame
 
 
 def canonical_frame(payload: bytes) -> int:
-    """Return the ordinal of the frame in a CANO payload that is not parsed (SPEC 5.4)."""
+    """Return the ordinal of the frame in a CANO payload, or its beginning (SPEC 5.4)."""
     return int.from_bytes(payload[:_FRAME_BYTES], "little")
 
 
-def find_resumption(source: Source, search: Search) -> Chunk:
-    """Return the first CANO, or TAIL at the very end, whose CRCs hold.
+def find_resumption(source: Source, search: Search) -> ChunkHeader:
+    """Return the header of the first CANO, or TAIL at the very end, whose CRCs hold.
 
     Args:
         source: The stream.
@@ -97,10 +98,9 @@ def find_resumption(source: Source, search: Search) -> Chunk:
             if not search.admits(header) or not search.effort.suffices(header.offset):
                 continue
             with suppress(PayloadCrcError, TruncatedError):
-                data = _read_payload(source, header, start, window)
-                chunk = container.take_payload(header, data)
-                if search.accepts(chunk, source):
-                    return chunk
+                check_payload(source, header)
+                if search.accepts(header, source):
+                    return header
             search.effort.spend(header.length)
         if len(window) < size:
             message = "the stream ends with no chunk to go on at"
@@ -117,11 +117,3 @@ def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:
         if container.header_crc_holds(data):
             yield container.parse_header(data, start + place)
         place = window.find(SYNC, place + 1)
-
-
-def _read_payload(source: Source, header: ChunkHeader, start: int, window: bytes) -> bytes:
-    """Return payload and CRC, out of the window if they are in it."""
-    place = header.payload_offset - start
-    if header.end - start <= len(window):
-        return window[place : header.end - start]
-    return source.read(header.payload_offset, header.end - header.payload_offset)
