@@ -5,7 +5,7 @@ from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from statistics import mean
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -27,6 +27,14 @@ from quarc_ref.cli.targets import written_folder
 if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
     from quarc_ref.evaluation.protocol import Protocol
+
+VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
+_VARIANT_HELP = (
+    "playroom: a bright, detailed room; bright-stage: one small subject in an empty hall; "
+    "dark-stage: the same subject, light and hall, but black; "
+    "mixed-cameras: cameras of different exposures and colors; "
+    "fast: everything three times as fast; visitor: something that appears and leaves."
+)
 
 
 def evaluate(
@@ -95,19 +103,27 @@ def synth(
     width: Annotated[int, typer.Option("--width", min=16, help="Pixels.")] = 160,
     height: Annotated[int, typer.Option("--height", min=16, help="Pixels.")] = 120,
     frames: Annotated[int, typer.Option("--frames", min=1, help="Frames, 30 a second.")] = 24,
+    cameras: Annotated[
+        int, typer.Option("--cameras", min=3, max=100, help="Cameras, cam00 among them.")
+    ] = 13,
+    variant: Annotated[
+        VariantName, typer.Option("--variant", metavar="NAME", help=_VARIANT_HELP)
+    ] = "playroom",
     seed: Seed = 0,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ray-trace a synthetic capture in N3DV's layout: cam00 held out, 12 cameras to train."""
+    """Ray-trace a synthetic capture in N3DV's layout, of which cam00 is to be held out."""
     with reported_faults():
         from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.datasets.synth import SynthOptions, fill_synthetic_capture
 
         try:
             require_video_size(width, height)
-            options = SynthOptions(width, height, frames, seed=seed)
+            options = SynthOptions(
+                width, height, frames, seed=seed, cameras=cameras - 1, variant=variant
+            )
         except ValueError as error:
             raise UsageError(str(error)) from error
         with (
@@ -115,14 +131,13 @@ def synth(
             written_folder(folder, force=force) as made,
         ):
             fill_synthetic_capture(made, options, partial(progress.advance, "synth"))
-        cameras = options.cameras + 1
         if as_json:
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
-            print_json("synth/1", {"folder": str(folder), **sizes})
+            print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
         else:
             each = f"{frames} frame{'' if frames == 1 else 's'} each, {width} x {height}"
             videos = f"{cameras}, of {each}; cam00 is to be held out"
-            print_table(str(folder), {"videos": videos})
+            print_table(str(folder), {"scene": variant, "videos": videos})
 
 
 def demo(

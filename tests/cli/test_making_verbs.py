@@ -1,8 +1,14 @@
 """The verbs that make a capture of their own: synth and demo."""
 
-import pytest
+from typing import get_args
 
+import pytest
+import typer
+
+from quarc_ref.cli.app import app
+from quarc_ref.cli.capture_verbs import VariantName
 from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.datasets.synth.variants import VARIANTS
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
@@ -12,6 +18,7 @@ def test_synth_makes_a_capture_of_the_size_asked_for(tmp_path):
 
     assert printed == {
         "folder": str(tmp_path / "room"),
+        "variant": "playroom",
         "width": 32,
         "height": 24,
         "frames": 2,
@@ -29,6 +36,26 @@ def test_synth_says_what_it_has_made(tmp_path):
     assert "13, of 1 frame each, 16 x 16; cam00" in result.stdout
 
 
+def test_every_variant_can_be_asked_for_and_is_explained():
+    options = typer.main.get_command(app).commands["synth"].params
+    (explained,) = (option.help for option in options if option.name == "variant")
+
+    assert get_args(VariantName) == tuple(VARIANTS)
+    for name, variant in VARIANTS.items():
+        assert f"{name}: {variant.summary}" in explained
+
+
+def test_synth_traces_the_variant_and_the_cameras_asked_for(tmp_path):
+    size = ["--width", 16, "--height", 16, "--frames", 1, "--cameras", 3]
+    dark = run_json("synth", tmp_path / "dark", *size, "--variant", "dark-stage")
+    run_json("synth", tmp_path / "bright", *size, "--variant", "bright-stage")
+
+    assert (dark["variant"], dark["cameras"]) == ("dark-stage", 3)
+    pictures = [open_capture(tmp_path / name).image(0, 0) for name in ("dark", "bright")]
+    assert pictures[0].mean() < 0.5 * pictures[1].mean()
+    assert len(open_capture(tmp_path / "dark").cameras) == 3
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -38,10 +65,13 @@ def test_synth_says_what_it_has_made(tmp_path):
         (["--width", 16384, "--height", 16384], "134,217,728 in all"),
         (["--width", 8], "--width"),
         (["--frames", 0], "--frames"),
+        (["--cameras", 2], "--cameras"),
+        (["--cameras", 101], "--cameras"),
+        (["--variant", "night"], "'dark-stage'"),
         (["--seed", -1], "--seed"),
     ],
 )
-def test_a_size_that_no_video_has_is_a_usage_error(options, said, tmp_path):
+def test_what_cannot_be_traced_is_a_usage_error(options, said, tmp_path):
     result = run("synth", tmp_path / "room", *options)
 
     assert result.exit_code == 2
