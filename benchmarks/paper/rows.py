@@ -30,6 +30,7 @@ from quarc_ref.encoder.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.encoder.threads import fixed_threads
 from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -160,7 +161,7 @@ def _compose(
     protocol = describe_protocol(
         capture, capture.cameras, len(frames), seed, capture.fingerprint
     ).as_json()
-    metrics = {**protocol["metrics"], "psnr_moving": MOVING_VARIANT}
+    metrics = {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT, "psnr_moving": MOVING_VARIANT}
     if lpips is not None:
         metrics["lpips"] = lpips.variant
     trained_with = choose_rasterizer(choose_device(task.device)).name

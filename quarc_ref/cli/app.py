@@ -15,6 +15,7 @@ from quarc_ref.cli import (
     decode_verb,
     edit_verbs,
     encode_verb,
+    eval_verb,
     inspect_verb,
     render_verb,
     stream_verbs,
@@ -41,7 +42,7 @@ app.command("join", cls=Verb)(edit_verbs.join)
 app.command("view", cls=Verb)(view_verb.view)
 app.command("render", cls=Verb)(render_verb.render)
 app.command("bench", cls=Verb)(bench_verb.bench)
-app.command("eval", cls=Verb)(capture_verbs.evaluate)
+app.command("eval", cls=Verb)(eval_verb.evaluate)
 app.command("synth", cls=Verb)(capture_verbs.synth)
 app.command("demo", cls=Verb)(capture_verbs.demo)
 

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
+from quarc_ref.evaluation.camera_meter import VARIANTS
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 from quarc_ref.format.records import Camera
 
@@ -109,7 +109,7 @@ def describe_protocol(
         seed,
         RENDERER,
         list_versions(),
-        {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT},
+        VARIANTS,
     )
 
 

@@ -6,16 +6,19 @@ files of their own.
 
 import html
 import re
+from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.evaluation.evaluate import Evaluation, View
+from quarc_ref.evaluation.evaluate import Evaluation
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
 from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
 from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
+from quarc_ref.evaluation.quality import COLUMNS, Quality
 from quarc_ref.evaluation.stream_summary import KINDS, StreamSummary
+from quarc_ref.evaluation.views import View
 from quarc_ref.files import MadeFolder
 
 DIFFERENCE_GAIN = 4
@@ -63,6 +66,7 @@ def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
         ),
         "figures": _compose_figures(evaluation),
+        "cameras_table": _compose_cameras(evaluation.quality),
         "views": "".join(_compose_view(view, pictures) for view in evaluation.shown),
         "frames_plot": embed_png(pictures["frames.png"]),
         "kinds_plot": embed_png(pictures["bytes.png"]),
@@ -89,6 +93,10 @@ def _compose_figures(evaluation: Evaluation) -> str:
     return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
 
 
+def _compose_cameras(quality: Quality) -> str:
+    return _compose_table(["camera", *(heading for heading, *_ in COLUMNS)], quality.as_rows())
+
+
 def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
     images = "".join(
         f'<img alt="{name} of frame {view.frame}" '
@@ -109,9 +117,11 @@ def _compose_bytes(summary: StreamSummary) -> str:
         price = estimate.get(kind)
         beside = "" if price is None else f"{price:,}"
         ratio = f"{coded[kind] / price:.3f}" if price else ""
-        row = (kind, f"{coded[kind]:,}", beside, ratio)
-        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>")
-    head = (
-        "<tr><th>kind</th><th>bytes</th><th>zero-order estimate</th><th>bytes / estimate</th></tr>"
-    )
-    return f"<table>{head}{''.join(rows)}</table>"
+        rows.append((kind, f"{coded[kind]:,}", beside, ratio))
+    return _compose_table(("kind", "bytes", "zero-order estimate", "bytes / estimate"), rows)
+
+
+def _compose_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    head = "".join(f"<th>{heading}</th>" for heading in headings)
+    lines = ["".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows]
+    return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"

@@ -1,12 +1,15 @@
 import os
+import re
 import shutil
 from statistics import mean
 
 import pytest
 
+from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.format.chunk_reader import split_chunks
 from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 from tests.datasets import scenes
+from tests.evaluation.streams_of_captures import write_stream
 from tests.streams import rebuild_stream
 
 
@@ -26,8 +29,27 @@ def test_eval_adds_quality_to_what_info_prints(measured, encoded):
         assert printed[metric] == pytest.approx(mean(printed[f"{metric}_per_frame"]))
         assert printed["metrics"][metric].startswith(metric)
     assert "ssim_inria" in printed["metrics"]["ssim"]
+    assert printed["quality"]["mean"]["psnr"] == pytest.approx(printed["psnr"])
+    assert [it["camera"] for it in printed["quality"]["cameras"]] == printed["held_out"]
+    assert printed["quality"]["mean"]["moving_psnr"] > 0
+    assert printed["quality"]["mean"]["flicker"] is not None
     assert 0 < printed["psnr"] < 60
     assert 0 < printed["ssim"] < 1
+
+
+def test_without_three_frames_nothing_is_said_of_what_moves(tmp_path):
+    shots = scenes.make_shots()
+    folder = scenes.write_n3dv(tmp_path / "short", shots, 2, scenes.plane_points())
+    cameras = open_capture(folder).cameras
+    (tmp_path / "short.quarc").write_bytes(write_stream(cameras, 2))
+
+    figures = run_json("eval", tmp_path / "short.quarc", folder)["quality"]["mean"]
+    assert [name for name, value in figures.items() if value is None] == [
+        "moving_psnr", "moving_cc_psnr", "static_psnr", "static_cc_psnr",
+        "flicker", "truth_flicker",
+    ]  # fmt: skip
+    (last,) = re.findall("^mean .*", run("eval", tmp_path / "short.quarc", folder).stdout, re.M)
+    assert last.split()[-6:] == ["-"] * 6
 
 
 def test_the_report_lies_where_it_was_asked_for(measured):
@@ -45,6 +67,8 @@ def test_people_are_shown_the_means_and_the_report(encoded, capture, measured, t
     assert result.exit_code == 0
     assert f"{measured[0]['psnr']:.2f} dB" in result.stdout
     assert "ssim_inria" in result.stdout
+    assert re.search(r"^cam00 .*\d$", result.stdout, re.MULTILINE)
+    assert re.search(r"^mean .*\d$", result.stdout, re.MULTILINE)
     assert "index.html" in result.stdout
 
 

@@ -3,9 +3,10 @@ from importlib.metadata import version
 
 import pytest
 
-from quarc_ref.evaluation.evaluate import OtherCaptureError, evaluate_stream
+from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.report import write_report
+from quarc_ref.evaluation.same_capture import OtherCaptureError
 from quarc_ref.files import written_folder
 from tests.evaluation.conftest import ignore
 from tests.evaluation.streams_of_captures import write_stream

@@ -145,3 +145,10 @@ def test_a_report_takes_the_place_of_an_older_one(report, evaluation, tmp_path):
 
     assert (folder / "index.html").read_bytes() == (report / "index.html").read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+
+def test_the_page_has_a_line_to_each_held_out_camera_and_to_their_mean(page, evaluation):
+    text = page.text()
+
+    for cells in evaluation.quality.as_rows():
+        assert " ".join(cells) in text

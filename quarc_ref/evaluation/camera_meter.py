@@ -1,0 +1,120 @@
+"""All that is measured of one camera, frame after frame."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.evaluation.color_correction import CC_VARIANT, COLOR, Correction
+from quarc_ref.evaluation.metrics import (
+    PSNR_VARIANT,
+    SSIM_VARIANT,
+    Picture,
+    measure_psnr,
+    measure_ssim,
+)
+from quarc_ref.evaluation.regions import (
+    MOVING_VARIANT,
+    Mask,
+    choose_frames,
+    find_background,
+    find_moving,
+)
+from quarc_ref.evaluation.views import View
+
+Measures = dict[str, float | None]  # by name; None where there is nothing to measure
+
+FLICKER_VARIANT = (
+    "flicker, truth_flicker: mean absolute change of the rendering, and of the truth, from the "
+    "frame before, over pixels that are static in both, in levels of 255"
+)
+VARIANTS = {
+    "psnr": PSNR_VARIANT,
+    "ssim": SSIM_VARIANT,
+    "cc": CC_VARIANT,
+    "moving": MOVING_VARIANT,
+    "flicker": FLICKER_VARIANT,
+}
+
+
+class CameraMeter:
+    """Measures the views of one camera; they are given in the order of time.
+
+    Args:
+        background: `[H, W, 3]` of `find_background`; None where there are no regions.
+        correction: Of colors, for the figures that are named after it.
+    """
+
+    def __init__(self, background: Picture | None, correction: Correction = COLOR) -> None:
+        self._background = background
+        self._correction = correction
+        self._before: tuple[View, Mask] | None = None
+
+    def measure(self, view: View) -> Measures:
+        """Return the figures of a view.
+
+        Returns:
+            `psnr`, `ssim` and `moving_psnr`, `static_psnr` as it is; the same after
+            correction, under the same names after its prefix, such as
+            `moving_cc_psnr`; `flicker` and `truth_flicker`. None stands for a region
+            without a pixel, or where there are no regions, and for the flicker of the
+            first frame.
+        """
+        prefix = self._correction.prefix
+        corrected = self._correction.apply(view.decoded, view.truth)
+        figures: Measures = {
+            "psnr": view.psnr,
+            "ssim": view.ssim,
+            f"{prefix}_psnr": measure_psnr(corrected, view.truth),
+            f"{prefix}_ssim": measure_ssim(corrected, view.truth),
+        }
+        moving = None if self._background is None else find_moving(view.image, self._background)
+        for region, mask in (("moving", moving), ("static", None if moving is None else ~moving)):
+            figures[f"{region}_psnr"] = _measure_within(mask, view.decoded, view.truth)
+            figures[f"{region}_{prefix}_psnr"] = _measure_within(mask, corrected, view.truth)
+        return figures | self._measure_flicker(view, moving)
+
+    def _measure_flicker(self, view: View, moving: Mask | None) -> Measures:
+        before, self._before = self._before, None if moving is None else (view, moving)
+        if before is None or moving is None:
+            return {"flicker": None, "truth_flicker": None}
+        last, moved = before
+        static = ~(moving | moved)
+        return {
+            "flicker": _measure_change(static, view.decoded, last.decoded),
+            "truth_flicker": _measure_change(static, view.truth, last.truth),
+        }
+
+
+def make_meters(
+    capture: Capture, indices: Sequence[int], correction: Correction = COLOR
+) -> list[CameraMeter]:
+    """Return a meter to each of some cameras of a capture.
+
+    Args:
+        capture: Whose pictures tell what moves.
+        indices: Of the cameras.
+        correction: Of colors.
+
+    Raises:
+        CaptureError: A picture cannot be read.
+    """
+    frames = choose_frames(capture.frame_count)
+    return [
+        CameraMeter(find_background([capture.image(index, frame) for frame in frames]), correction)
+        for index in indices
+    ]
+
+
+def _measure_within(mask: Mask | None, picture: Picture, truth: Picture) -> float | None:
+    """Return dB over the pixels of a mask `[H, W]`; None of none."""
+    if mask is None or not mask.any():
+        return None
+    return measure_psnr(picture[mask], truth[mask])
+
+
+def _measure_change(mask: Mask, now: Picture, before: Picture) -> float | None:
+    """Return the mean absolute difference over the pixels of a mask, in levels of 255."""
+    if not mask.any():
+        return None
+    return 255 * float(np.abs(now[mask] - before[mask]).mean(dtype=np.float64))

@@ -1,0 +1,67 @@
+"""Colors of a rendering brought to those of the camera that took the truth.
+
+No encoder can know the exposure and white balance of a camera that it never
+saw; a figure with them corrected tells what else is wrong. It is reported
+beside the figure without, as nerfstudio, gsplat and Zip-NeRF do (cc_psnr).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.evaluation.metrics import Picture
+
+CC_VARIANT = (
+    "cc_*: after the affine transform of RGB, 3 x 4 and one to a picture, that brings the clamped "
+    "rendering nearest to the truth in least squares; clamped again"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """A way to correct colors.
+
+    Attributes:
+        prefix: Of the names of figures that are measured after it.
+        apply: From a rendering and the truth, `[H, W, 3]` from 0 to 1, to the corrected rendering.
+    """
+
+    prefix: str
+    apply: Callable[[Picture, Picture], Picture]
+
+
+def correct_color(picture: Picture, truth: Picture) -> Picture:
+    """Return a picture after the affine transform of RGB that brings it nearest to the truth.
+
+    Args:
+        picture: `[H, W, 3]` from 0 to 1.
+        truth: `[H, W, 3]` from 0 to 1.
+    """
+    colors, wanted = (each.reshape(-1, 3).astype(np.float64) for each in (picture, truth))
+    extended = np.column_stack((colors, np.ones(len(colors))))
+    affine, *_ = np.linalg.lstsq(extended.T @ extended, extended.T @ wanted)
+    return _clamp(extended @ affine, picture)
+
+
+def correct_gain(picture: Picture, truth: Picture) -> Picture:
+    """Return a picture after the gains of red, green and blue that bring it nearest to the truth.
+
+    Args:
+        picture: `[H, W, 3]` from 0 to 1.
+        truth: `[H, W, 3]` from 0 to 1.
+    """
+    colors, wanted = (each.reshape(-1, 3).astype(np.float64) for each in (picture, truth))
+    light = np.square(colors).sum(axis=0)
+    gains = np.divide((colors * wanted).sum(axis=0), light, out=np.ones(3), where=light > 0)
+    return _clamp(colors * gains, picture)
+
+
+def _clamp(colors: NDArray[np.float64], picture: Picture) -> Picture:
+    clamped: Picture = np.clip(colors, 0, 1).astype(np.float32).reshape(picture.shape)
+    return clamped
+
+
+COLOR = Correction("cc", correct_color)
+GAIN = Correction("gain", correct_gain)

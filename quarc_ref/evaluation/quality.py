@@ -1,0 +1,107 @@
+"""The quality of a stream: figures of every camera and frame, and their means."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean
+
+from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
+
+# Heading, name of the figure, format.
+COLUMNS = (
+    ("PSNR", "psnr", ".2f"),
+    ("cc", "cc_psnr", ".2f"),
+    ("SSIM", "ssim", ".4f"),
+    ("cc", "cc_ssim", ".4f"),
+    ("moving", "moving_psnr", ".2f"),
+    ("cc", "moving_cc_psnr", ".2f"),
+    ("static", "static_psnr", ".2f"),
+    ("cc", "static_cc_psnr", ".2f"),
+    ("flicker", "flicker", ".3f"),
+    ("of truth", "truth_flicker", ".3f"),
+)
+_NOTHING = "-"
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Figures of a stream.
+
+    Attributes:
+        per_camera: A `Measures` to each frame, by the camera's name.
+    """
+
+    per_camera: Mapping[str, Sequence[Measures]]
+
+    @property
+    def psnr(self) -> tuple[float, ...]:
+        """The mean over the cameras, dB, a number to each frame."""
+        return self._follow("psnr")
+
+    @property
+    def ssim(self) -> tuple[float, ...]:
+        """The mean over the cameras, as `ssim_inria`, a number to each frame."""
+        return self._follow("ssim")
+
+    def by_camera(self) -> dict[str, Measures]:
+        """Return the means over the frames, by the camera's name."""
+        return {camera: average(frames) for camera, frames in self.per_camera.items()}
+
+    def mean(self) -> Measures:
+        """Return the means over the cameras of their means over the frames."""
+        return average(self.by_camera().values())
+
+    def as_rows(self) -> list[list[str]]:
+        """Return a line of a table to each camera and one to their mean: name, then `COLUMNS`."""
+        named = [*self.by_camera().items(), ("mean", self.mean())]
+        return [
+            [name, *(_format(figures[figure], how) for _, figure, how in COLUMNS)]
+            for name, figures in named
+        ]
+
+    def as_json(self) -> dict[str, object]:
+        """Return what `eval --json` prints of the quality; JSON has no infinity, but null."""
+        return {
+            "psnr": _finite(fmean(self.psnr)),
+            "ssim": fmean(self.ssim),
+            "psnr_per_frame": [_finite(psnr) for psnr in self.psnr],
+            "ssim_per_frame": list(self.ssim),
+            "quality": {
+                "mean": finite(self.mean()),
+                "cameras": [
+                    {"camera": camera, **finite(figures)}
+                    for camera, figures in self.by_camera().items()
+                ],
+            },
+            "metrics": VARIANTS,
+        }
+
+    def _follow(self, figure: str) -> tuple[float, ...]:
+        frames = zip(*self.per_camera.values(), strict=True)
+        return tuple(
+            fmean(value for each in views if (value := each[figure]) is not None)
+            for views in frames
+        )
+
+
+def average(listed: Iterable[Measures]) -> Measures:
+    """Return the mean of each figure over those that have it; None where none has."""
+    rows = list(listed)
+    found = {
+        name: [value for row in rows if (value := row[name]) is not None]
+        for name in (rows[0] if rows else ())
+    }
+    return {name: fmean(values) if values else None for name, values in found.items()}
+
+
+def finite(figures: Measures) -> Measures:
+    """Return figures with None in the place of what is infinite."""
+    return {name: None if value is None else _finite(value) for name, value in figures.items()}
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None
+
+
+def _format(value: float | None, how: str) -> str:
+    return _NOTHING if value is None else format(value, how)

@@ -1,0 +1,89 @@
+"""The capture that a stream was made from, opened as the stream needs it."""
+
+from collections.abc import Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+from quarc_ref.datasets.calibration import DownscaleError
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.evaluation.stream_summary import StreamSummary
+from quarc_ref.format.records import Camera
+
+_FEW = 12  # digits that tell fingerprints apart
+
+
+class MismatchError(ValueError):
+    """A stream and a capture that do not belong together."""
+
+
+class OtherCaptureError(MismatchError):
+    """A stream that could be measured on a capture, but was made from another one.
+
+    Attributes:
+        fingerprint: Of the capture.
+        encoded_from: Fingerprint that the stream names.
+    """
+
+    def __init__(self, fingerprint: str, encoded_from: str) -> None:
+        self.fingerprint, self.encoded_from = fingerprint, encoded_from
+        theirs, ours = encoded_from[:_FEW], fingerprint[:_FEW]
+        super().__init__(
+            f"the stream was made from another capture, of fingerprint {theirs}...; "
+            f"that of this one is {ours}..."
+        )
+
+
+def open_same_capture(
+    summary: StreamSummary, folder: Path, *, other_capture: bool = False
+) -> Capture:
+    """Open the capture of a stream at the stream's size, with its cameras held out.
+
+    Args:
+        summary: Of the stream.
+        folder: Of the capture.
+        other_capture: Whether it may be another one of the same cameras and sizes.
+
+    Raises:
+        OtherCaptureError: It is another one.
+        MismatchError: The stream cannot be measured on the capture.
+        CaptureError: The capture cannot be read.
+    """
+    held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
+    if not held_out or not summary.frames:
+        missing = "frame" if held_out else "camera to keep out of training"
+        message = f"the stream has no {missing}: there is nothing to measure"
+        raise MismatchError(message)
+    full = open_capture(folder)
+    _require_equal("cameras", _names(full.cameras), _names(summary.cameras))
+    downscale = max(1, round(full.cameras[0].width / summary.cameras[0].width))
+    try:
+        capture = open_capture(folder, CaptureOptions(downscale=downscale, held_out=held_out))
+    except DownscaleError as error:
+        raise MismatchError(str(error)) from error
+    _require_equal("sizes of pictures", _sizes(capture.cameras), _sizes(summary.cameras))
+    if capture.frame_count <= summary.frames[-1].frame:
+        message = (
+            f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
+            f"which has {capture.frame_count} frames"
+        )
+        raise MismatchError(message)
+    made_from = summary.metadata.get("fingerprint", capture.fingerprint)
+    if made_from != capture.fingerprint and not other_capture:
+        raise OtherCaptureError(capture.fingerprint, made_from)
+    return capture
+
+
+def _require_equal(subject: str, of_capture: Sequence[str], of_stream: Sequence[str]) -> None:
+    for ours, theirs in zip_longest(of_capture, of_stream, fillvalue="none"):
+        if ours != theirs:
+            message = f"other {subject} in the capture than in the stream: {ours} against {theirs}"
+            raise MismatchError(message)
+
+
+def _names(cameras: Sequence[Camera]) -> list[str]:
+    return [camera.name for camera in cameras]
+
+
+def _sizes(cameras: Sequence[Camera]) -> list[str]:
+    return [f"{camera.width} x {camera.height}" for camera in cameras]

@@ -1,0 +1,74 @@
+"""What cameras see of a decoded frame, beside what they took."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.decoder import Splats
+from quarc_ref.evaluation.metrics import Picture, measure_psnr, measure_ssim
+from quarc_ref.format.records import Camera
+from quarc_ref.rendering.pictures import render_picture
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What one camera sees of a frame.
+
+    Attributes:
+        frame: Ordinal of the frame.
+        camera: Name.
+        image: `[H, W, 3]` the truth in levels of 255.
+        truth: `[H, W, 3]` the truth from 0 to 1.
+        decoded: `[H, W, 3]` from 0 to 1, drawn from the decoded scene.
+        psnr: dB.
+        ssim: As `ssim_inria`.
+    """
+
+    frame: int
+    camera: str
+    image: Image
+    truth: Picture
+    decoded: Picture
+    psnr: float
+    ssim: float
+
+
+def measure_views(
+    splats: Splats,
+    frame: int,
+    cameras: Sequence[Camera],
+    capture: Capture,
+    indices: Sequence[int] | None = None,
+) -> list[View]:
+    """Return what cameras see of a frame, and how near it is to the truth.
+
+    Args:
+        splats: The frame's scene in floats.
+        frame: Its ordinal.
+        cameras: To draw with, in the order of the capture: those of a stream
+            are not to the last bit those of its capture.
+        capture: Whose pictures are the truth.
+        indices: Of the cameras wanted; None for the held-out ones.
+    """
+    wanted = capture.held_out if indices is None else indices
+    return [
+        make_view(frame, cameras[index].name, capture.image(index, frame), picture)
+        for index, picture in ((index, render_picture(splats, cameras[index])) for index in wanted)
+    ]
+
+
+def make_view(frame: int, camera: str, image: Image, picture: Picture) -> View:
+    """Return a view with its metrics.
+
+    Args:
+        frame: Ordinal of the frame.
+        camera: Name.
+        image: `[H, W, 3]` the truth in levels of 255.
+        picture: `[H, W, 3]` as drawn, before it is clamped.
+    """
+    decoded = np.clip(picture, 0, 1)
+    truth = image.astype(np.float32) / np.float32(255)
+    psnr, ssim = measure_psnr(decoded, truth), measure_ssim(decoded, truth)
+    return View(frame, camera, image, truth, decoded, psnr, ssim)

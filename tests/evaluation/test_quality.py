@@ -1,0 +1,70 @@
+import json
+import math
+from statistics import fmean
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.evaluation.camera_meter import VARIANTS
+from quarc_ref.evaluation.quality import COLUMNS, Quality, average
+
+_NAMES = [name for _, name, _ in COLUMNS]
+_VALUES = st.none() | st.floats(-50, 50)
+
+
+def _figures(**changes):
+    return dict.fromkeys(_NAMES, 1.0) | changes
+
+
+@given(values=st.lists(_VALUES, min_size=1, max_size=9))
+def test_a_mean_is_over_those_that_have_the_figure(values):
+    (mean,) = average({"x": value} for value in values).values()
+    found = [value for value in values if value is not None]
+
+    assert mean == (pytest.approx(fmean(found)) if found else None)
+
+
+def test_each_camera_counts_alike_however_many_of_its_frames_have_the_figure():
+    moving = {"a": (20.0, 22.0), "b": (None, 30.0), "c": (None, None)}
+    quality = Quality({
+        camera: [_figures(moving_psnr=value) for value in values]
+        for camera, values in moving.items()
+    })  # fmt: skip
+
+    by_camera = {name: figures["moving_psnr"] for name, figures in quality.by_camera().items()}
+    assert by_camera == {"a": 21.0, "b": 30.0, "c": None}
+    assert quality.mean()["moving_psnr"] == pytest.approx(25.5)
+
+
+def test_per_frame_there_is_the_mean_over_the_cameras():
+    quality = Quality({
+        "a": [_figures(psnr=30.0), _figures(psnr=28.0)],
+        "b": [_figures(psnr=20.0), _figures(psnr=24.0)],
+    })  # fmt: skip
+
+    assert quality.psnr == (25.0, 26.0)
+    assert quality.ssim == (1.0, 1.0)
+    assert quality.mean()["psnr"] == 25.5
+
+
+def test_what_is_infinite_is_null_in_json():
+    quality = Quality({"a": [_figures(psnr=math.inf), _figures(psnr=30.0, cc_psnr=math.inf)]})
+    printed = json.loads(json.dumps(quality.as_json(), allow_nan=False))
+
+    assert printed["psnr_per_frame"] == [None, 30.0]
+    assert printed["psnr"] is None
+    assert printed["quality"]["mean"]["cc_psnr"] is None
+    assert printed["quality"]["cameras"][0] == {"camera": "a", **printed["quality"]["mean"]}
+    assert printed["metrics"] == VARIANTS
+
+
+def test_a_table_has_a_line_to_each_camera_and_one_to_the_mean():
+    lines = Quality({
+        "a": [_figures(psnr=30.0, moving_psnr=None)],
+        "b": [_figures(psnr=31.0, moving_psnr=None)],
+    }).as_rows()  # fmt: skip
+
+    assert [line[:2] for line in lines] == [["a", "30.00"], ["b", "31.00"], ["mean", "30.50"]]
+    assert {line[5] for line in lines} == {"-"}
+    assert {len(line) for line in lines} == {len(COLUMNS) + 1}

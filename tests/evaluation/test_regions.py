@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from quarc_ref.evaluation.regions import choose_frames, find_background, find_moving
+
+PICTURES = arrays(np.uint8, (6, 7, 3))
+
+
+def _film(frame_count, step=6, side=4):
+    """A gray wall before which a white square moves to the right, and where the square is."""
+    pictures = np.full((frame_count, 24, 40, 3), 90, dtype=np.uint8)
+    places = [(slice(8, 8 + side), slice(step * i, step * i + side)) for i in range(frame_count)]
+    for picture, place in zip(pictures, places, strict=True):
+        picture[place] = 250
+    return pictures, places
+
+
+@given(count=st.integers(1, 500))
+def test_the_frames_of_the_median_are_few_and_spread_from_end_to_end(count):
+    frames = choose_frames(count)
+    gaps = np.diff(frames)
+
+    assert len(frames) == min(count, 15)
+    assert frames[0] == 0
+    assert count == 1 or frames[-1] == count - 1
+    assert count == 1 or gaps.min() >= max(1, gaps.max() - 1)
+
+
+@given(picture=PICTURES, count=st.integers(3, 9))
+def test_a_still_capture_has_no_moving_region(picture, count):
+    background = find_background([picture] * count)
+
+    assert not find_moving(picture, background).any()
+
+
+@given(
+    picture=arrays(np.uint8, (6, 7, 3), elements=st.integers(8, 247)),
+    noise=arrays(np.int8, (6, 7, 3), elements=st.integers(-7, 7)),
+)
+def test_noise_does_not_move(picture, noise):
+    noisy = (picture + noise).astype(np.uint8)
+    background = find_background([picture, noisy, picture])
+
+    assert not find_moving(noisy, background).any()
+
+
+@pytest.mark.parametrize("frame", range(6))
+def test_a_square_that_moves_is_found_with_a_margin_of_two_pixels(frame):
+    pictures, places = _film(6)
+    moving = find_moving(pictures[frame], find_background(pictures))
+
+    rows, columns = places[frame]
+    expected = np.zeros((24, 40), dtype=bool)
+    expected[rows.start - 2 : rows.stop + 2, max(columns.start - 2, 0) : columns.stop + 2] = True
+    assert np.array_equal(moving, expected)
+
+
+@pytest.mark.parametrize(("levels", "moves"), [(15, False), (16, True)])
+def test_more_than_fifteen_levels_in_one_color_move(levels, moves):
+    wall = np.full((5, 5, 3), 100, dtype=np.uint8)
+    changed = wall.copy()
+    changed[2, 2, 1] += levels
+    background = find_background([wall, wall, changed])
+
+    assert find_moving(changed, background).any() == moves
+    assert not find_moving(wall, background).any()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_fewer_than_three_frames_do_not_tell_what_moves(count):
+    assert find_background(list(_film(count)[0])) is None
