@@ -2,16 +2,14 @@
 
 import argparse
 import json
-import sys
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
-from paper.perceptual import Lpips
 from paper.results import write_results
-from paper.rows import Row, Task, make_row, recall_row
+from paper.rows import Task, make_row
+from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -19,9 +17,8 @@ from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.encode_stream import suit_capture
 from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.jobs import Job, JobsError, Where, run_jobs
-
-_SECONDS_BETWEEN_PAGES = 30.0
+from quarc_ref.jobs import Job, JobsError, Where
+from studies import Row, note, run_waiting
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +46,7 @@ class Study:
         base = self.tasks[0].trial.config
         done = {}
         for task in self.tasks:
-            row = recall_row(task, self.fingerprint)
+            row = task.recall(self.fingerprint)
             if row is not None:
                 done[task.trial.name] = row | {"changes": task.trial.list_changes(base)}
         return done
@@ -71,17 +68,8 @@ def run_study(study: Study, where: Where) -> None:
     done = study.rows()
     waiting = [task for task in study.tasks if task.trial.name not in done]
     note(f"{len(done)} of {len(study.tasks)} rows are there already")
-
-    written = time.monotonic()
-
-    def tell(name: str, over: int, total: int) -> None:
-        nonlocal written
-        note(f"{name} is over, {over} of {total}")
-        if time.monotonic() > written + _SECONDS_BETWEEN_PAGES:
-            study.write()
-            written = time.monotonic()
-
-    run_jobs(make_row, [Job(task.trial.name, task) for task in waiting], where, tell)
+    jobs = [Job(task.trial.name, task) for task in waiting]
+    run_waiting(make_row, jobs, where, study.write)
 
 
 def plan_study(arguments: argparse.Namespace) -> Study:
@@ -140,11 +128,6 @@ def main(words: Sequence[str] | None = None) -> int:
         print((study.folder / "paper.md").read_text())
         print(page)
     return code
-
-
-def note(text: str) -> None:
-    """Tell whoever waits."""
-    sys.stderr.write(text + "\n")
 
 
 def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from paper.experiments import Experiment
-from paper.rows import Row
 from paper.tables import format_html, format_stages
 from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
 from rate.claims import Claim
+from studies import Row
 
 _TEMPLATE = Path(__file__).with_name("page.html")
 _HOLDS = {True: "yes", False: "<b>no</b>", None: "no number"}

@@ -7,7 +7,7 @@ from statistics import fmean
 
 import numpy as np
 
-from paper.perceptual import Lpips
+from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.metrics import measure_psnr

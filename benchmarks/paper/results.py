@@ -8,10 +8,10 @@ from kept_files import keep_file
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
 from paper.page import Section, compose_page
-from paper.rows import Row
 from paper.tables import format_markdown, write_csv
 from quarc_ref.evaluation.plots import Curve, plot_curves
 from rate.tables import format_claims
+from studies import Row
 
 Rows = Mapping[str, Row]
 

@@ -7,21 +7,18 @@ capture with the same settings.
 import hashlib
 import io
 import json
-import sys
-import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean
-from typing import Any
 
 from canonical_once import CanonicalOnce
 from kept_files import keep_file
 from paper.float_bytes import summarize_floats
-from paper.perceptual import Lpips
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
 from paper.unquantized import encode_unquantized, open_studio
+from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Splats, decode, dequantize
@@ -34,9 +31,7 @@ from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
-
-Row = dict[str, Any]
-_SECONDS_BETWEEN_LINES = 20.0
+from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,26 +87,21 @@ class Task:
         }
         return hashlib.sha256(json.dumps(said).encode()).hexdigest()
 
-
-def recall_row(task: Task, fingerprint: str) -> Row | None:
-    """Return the row that was kept; None if there is none, or one of something else."""
-    if not task.row_path.is_file():
-        return None
-    row: Row = json.loads(task.row_path.read_text())
-    return row if row["key"] == task.key(fingerprint) else None
+    def recall(self, fingerprint: str) -> Row | None:
+        """Return the row that was kept; None if there is none, or one of something else."""
+        return recall_row(self.row_path, self.key(fingerprint))
 
 
 def make_row(task: Task) -> None:
     """Run a trial and keep its row."""
     capture = open_capture(task.capture, task.options)
-    if recall_row(task, capture.fingerprint) is not None:
+    if task.recall(capture.fingerprint) is not None:
         return
     lpips = Lpips(task.lpips) if task.lpips else None
-    timer = StageTimer(_Lines(task.trial.name))
+    timer = StageTimer(ProgressLines(task.trial.name))
     run = _measure_floats if task.trial.floats else _measure_stream
     row = run(task, capture, lpips, timer)
-    row = {"key": task.key(capture.fingerprint), "name": task.trial.name, **row}
-    keep_file(task.row_path, json.dumps(row, indent=1).encode())
+    keep_row(task.row_path, task.key(capture.fingerprint), {"name": task.trial.name, **row})
 
 
 def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
@@ -154,7 +144,7 @@ def _compose(
     frames: tuple[FrameSummary, ...],
     total: int,
     quality: Quality,
-    seconds: Mapping[str, float],
+    seconds: dict[str, float],
 ) -> Row:
     """Return the row of a trial."""
     seed = task.trial.config.seed
@@ -176,7 +166,7 @@ def _compose(
         "gaussians": [frame.gaussians for frame in frames],
         "anchors": max(frame.anchors for frame in frames),
         "canonical_sha256": frames[0].sha256,
-        "seconds": _sum_seconds(seconds, len(frames)),
+        "seconds": sum_seconds(seconds, len(frames)),
         "seed": seed,
         "renderer": {"training": trained_with, "measuring": protocol["renderer"]},
         "protocol": {**protocol, "metrics": metrics},
@@ -215,27 +205,3 @@ def _sum_bytes(frames: tuple[FrameSummary, ...], total: int) -> Row:
         "motion_estimate_kb_per_frame": prices["motion"] / count / KILOBYTE,
         "births_estimate_kb_per_frame": prices["births"] / count / KILOBYTE,
     }
-
-
-def _sum_seconds(seconds: Mapping[str, float], frames: int) -> dict[str, float]:
-    """Return the seconds of the canonical frame, and of a later frame by stage."""
-    once = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
-    later = {
-        name: seconds.get(name, 0.0) / max(frames - 1, 1)
-        for name in ("anchors", "motion", "placement", "births", "commit")
-    }
-    return {**once, **later, "frame": sum(later.values())}
-
-
-class _Lines:
-    """Tells on stderr now and then how far a trial is."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
-
-    def advance(self, stage: str, done: int, total: int) -> None:
-        """See `Progress.advance`."""
-        if stage in {"canonical", "frames"} and time.monotonic() >= self._next:
-            self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
-            sys.stderr.write(f"{self._name}: {stage} {done}/{total}\n")

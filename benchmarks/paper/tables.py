@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
-from paper.rows import Row
+from studies import Row
 
 Column = tuple[str, Callable[[Row], Any], str]
 

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import re
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.presets import change_setting, choose_preset, list_settings
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
+from studies import note
 
 BUILT_IN = "synth"
 _LONGEST_NAME = 180
@@ -123,8 +123,3 @@ def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
     return sorted(
         name for name, value in asked.items() if said.get(name, str(defaults[name])) != value
     )
-
-
-def note(text: str) -> None:
-    """Tell whoever waits."""
-    sys.stderr.write(text + "\n")

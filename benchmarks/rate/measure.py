@@ -17,7 +17,8 @@ from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.same_capture import open_same_capture
 from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.rendering.pictures import render_picture
-from rate.jobs import Job, list_differences, note, provide_stream
+from rate.jobs import Job, list_differences, provide_stream
+from studies import note
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import studies
 from paper import command
 from quarc_ref.jobs import Job
 from tests.datasets import scenes
@@ -46,7 +47,7 @@ def _run_here():
             told(job.name, len(ran), len(jobs))
 
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(command, "run_jobs", run)
+        monkeypatch.setattr(studies, "run_jobs", run)
         yield ran
 
 

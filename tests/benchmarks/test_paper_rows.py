@@ -5,7 +5,7 @@ import pytest
 
 import canonical_once
 from paper import rows
-from paper.rows import Task, make_row, recall_row
+from paper.rows import Task, make_row
 from paper.trials import Trial
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.evaluate import evaluate_stream
@@ -82,9 +82,9 @@ def test_a_row_that_is_there_is_not_made_again(task, monkeypatch):
 def test_a_row_of_something_else_is_not_taken_for_it(task, folder, change):
     fingerprint = open_capture(folder).fingerprint
 
-    assert recall_row(task, fingerprint) is not None
-    assert recall_row(replace(task, **change), fingerprint) is None
-    assert recall_row(task, "f" * 64) is None
+    assert task.recall(fingerprint) is not None
+    assert replace(task, **change).recall(fingerprint) is None
+    assert task.recall("f" * 64) is None
 
 
 def test_frame_0_is_trained_once_for_trials_that_differ_in_motion_alone(task, monkeypatch):

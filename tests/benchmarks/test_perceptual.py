@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-from paper import perceptual
-from paper.perceptual import Lpips, WeightsError
+import perceptual
+from perceptual import Lpips, WeightsError
 
 _WIDTHS = (4, 5, 6, 7, 8)
 

@@ -1,0 +1,106 @@
+"""Studies of many jobs, each of which keeps a row: what is done is not run again.
+
+A row is a JSON file, kept under a key that tells what it was made of. A study
+that was interrupted goes on with the rows that are missing.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from kept_files import keep_file
+from quarc_ref.jobs import Job, Where, run_jobs
+
+Row = dict[str, Any]
+
+_SECONDS_BETWEEN_LINES = 20.0
+_SECONDS_BETWEEN_TABLES = 30.0
+
+
+def keep_row(path: Path, key: str, row: Row) -> None:
+    """Write a row.
+
+    Args:
+        path: Of its file.
+        key: Digest of all that it was made of.
+        row: What was measured.
+    """
+    keep_file(path, json.dumps({"key": key, **row}, indent=1).encode())
+
+
+def recall_row(path: Path, key: str) -> Row | None:
+    """Return a row; None if there is no such file, or it was made of something else."""
+    if not path.is_file():
+        return None
+    row: Row = json.loads(path.read_text())
+    return row if row["key"] == key else None
+
+
+def run_waiting(
+    make_row: Callable[[Any], None],
+    jobs: Sequence[Job[Any]],
+    where: Where,
+    write_tables: Callable[[], object],
+) -> None:
+    """Run the jobs whose rows are missing; tables are written anew now and then.
+
+    Args:
+        make_row: Makes a job's row and keeps it.
+        jobs: Whose rows are missing.
+        where: In processes, or on a Ray cluster.
+        write_tables: Writes them from the rows that are there.
+
+    Raises:
+        JobsError: Some jobs failed; all others are done.
+    """
+    written = time.monotonic()
+
+    def tell(name: str, over: int, total: int) -> None:
+        nonlocal written
+        note(f"{name} is over, {over} of {total}")
+        if time.monotonic() > written + _SECONDS_BETWEEN_TABLES:
+            write_tables()
+            written = time.monotonic()
+
+    run_jobs(make_row, jobs, where, tell)
+
+
+def sum_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
+    """Return the seconds of the canonical frame, and of a later frame by stage.
+
+    Args:
+        seconds: Of a `StageTimer`.
+        frames: How many there are, the canonical one among them.
+    """
+    once = {name: seconds.get(name, 0.0) for name in ("canonical", "canonical commit")}
+    later = {
+        name: seconds.get(name, 0.0) / max(frames - 1, 1)
+        for name in ("anchors", "motion", "placement", "births", "commit")
+    }
+    return {**once, **later, "frame": sum(later.values())}
+
+
+def note(text: str) -> None:
+    """Write a line to standard error."""
+    sys.stderr.write(text + "\n")
+
+
+class ProgressLines:
+    """Writes a line to standard error now and then, of how far a job is.
+
+    Args:
+        name: Of the job.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
+
+    def advance(self, stage: str, done: int, total: int) -> None:
+        """See `Progress.advance`."""
+        if stage in {"canonical", "frames"} and time.monotonic() >= self._next:
+            self._next = time.monotonic() + _SECONDS_BETWEEN_LINES
+            note(f"{self._name}: {stage} {done}/{total}")
