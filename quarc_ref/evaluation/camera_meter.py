@@ -1,10 +1,7 @@
 """All that is measured of one camera, frame after frame."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from quarc_ref.datasets.capture import Capture
 from quarc_ref.evaluation.color_correction import CC_VARIANT, COLOR, Correction
 from quarc_ref.evaluation.metrics import (
     PSNR_VARIANT,
@@ -16,8 +13,6 @@ from quarc_ref.evaluation.metrics import (
 from quarc_ref.evaluation.regions import (
     MOVING_VARIANT,
     Mask,
-    choose_frames,
-    find_background,
     find_moving,
 )
 from quarc_ref.evaluation.views import View
@@ -84,26 +79,6 @@ class CameraMeter:
             "flicker": _measure_change(static, view.decoded, last.decoded),
             "truth_flicker": _measure_change(static, view.truth, last.truth),
         }
-
-
-def make_meters(
-    capture: Capture, indices: Sequence[int], correction: Correction = COLOR
-) -> list[CameraMeter]:
-    """Return a meter to each of some cameras of a capture.
-
-    Args:
-        capture: Whose pictures tell what moves.
-        indices: Of the cameras.
-        correction: Of colors.
-
-    Raises:
-        CaptureError: A picture cannot be read.
-    """
-    frames = choose_frames(capture.frame_count)
-    return [
-        CameraMeter(find_background([capture.image(index, frame) for frame in frames]), correction)
-        for index in indices
-    ]
 
 
 def _measure_within(mask: Mask | None, picture: Picture, truth: Picture) -> float | None:

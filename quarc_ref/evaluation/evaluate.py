@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.decoder import decode, dequantize
-from quarc_ref.evaluation.camera_meter import Measures, make_meters
+from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.protocol import Protocol, describe_protocol
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.same_capture import open_same_capture
 from quarc_ref.evaluation.stream_summary import StreamSummary
-from quarc_ref.evaluation.views import View, measure_views
+from quarc_ref.evaluation.views import View
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,18 +56,13 @@ def evaluate_stream(
     summary = inspect_stream(data, note)
     capture = open_same_capture(summary, folder, other_capture=other_capture)
     count = len(summary.frames)
-    meters = make_meters(capture, capture.held_out)
-    measured: list[list[Measures]] = [[] for _ in meters]
+    group = CameraGroup(capture, summary.cameras, capture.held_out)
     shown = []
     for index, scene in enumerate(decode(data)):
-        views = measure_views(dequantize(scene), scene.frame, summary.cameras, capture)
-        for meter, figures, view in zip(meters, measured, views, strict=True):
-            figures.append(meter.measure(view))
+        views = group.measure(dequantize(scene), scene.frame)
         if index in {0, count // 2, count - 1}:
             shown.append(views[0])
         note("evaluate", index + 1, count)
     made_from = summary.metadata.get("fingerprint")
     protocol = describe_protocol(capture, summary.cameras, count, summary.header.seed, made_from)
-    names = [summary.cameras[index].name for index in capture.held_out]
-    quality = Quality(dict(zip(names, measured, strict=True)))
-    return Evaluation(summary, quality, tuple(shown), protocol)
+    return Evaluation(summary, group.quality, tuple(shown), protocol)

@@ -47,6 +47,10 @@ class Quality:
         """Return the means over the frames, by the camera's name."""
         return {camera: average(frames) for camera, frames in self.per_camera.items()}
 
+    def by_frame(self) -> list[Measures]:
+        """Return the means over the cameras, frame by frame."""
+        return [average(views) for views in zip(*self.per_camera.values(), strict=True)]
+
     def mean(self) -> Measures:
         """Return the means over the cameras of their means over the frames."""
         return average(self.by_camera().values())
@@ -77,11 +81,7 @@ class Quality:
         }
 
     def _follow(self, figure: str) -> tuple[float, ...]:
-        frames = zip(*self.per_camera.values(), strict=True)
-        return tuple(
-            fmean(value for each in views if (value := each[figure]) is not None)
-            for views in frames
-        )
+        return tuple(value for each in self.by_frame() if (value := each[figure]) is not None)
 
 
 def average(listed: Iterable[Measures]) -> Measures:

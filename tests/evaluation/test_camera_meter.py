@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from quarc_ref.evaluation.camera_meter import VARIANTS, CameraMeter, make_meters
+from quarc_ref.evaluation.camera_meter import VARIANTS, CameraMeter
 from quarc_ref.evaluation.color_correction import GAIN
 from quarc_ref.evaluation.regions import find_background
 from quarc_ref.evaluation.views import make_view
@@ -91,12 +91,6 @@ def test_flicker_is_how_much_the_static_region_changes_from_frame_to_frame():
 
 def test_the_first_frame_does_not_flicker():
     assert _measure({4: _film()[4]})["flicker"] is None
-
-
-def test_each_camera_has_a_background_of_its_own(capture):
-    for index, meter in zip((1, 3), make_meters(capture, (1, 3)), strict=True):
-        pictures = [capture.image(index, frame) for frame in range(4)]
-        assert np.array_equal(meter._background, find_background(pictures))
 
 
 def test_every_figure_says_how_it_is_measured():
