@@ -91,6 +91,25 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
     return _png(figure)
 
 
+def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
+    """Return a PNG of numbers that scatter: a dot to each, a bar to their mean.
+
+    Args:
+        panels: `{label of the axis: {name: numbers}}`, the same names in every panel.
+    """
+    figure, rows = _figure(len(panels))
+    for axes, (label, groups) in zip(rows, panels.items(), strict=True):
+        for place, numbers in enumerate(groups.values()):
+            axes.plot([place] * len(numbers), numbers, color=_BLUE, marker="o", linestyle="")
+            if numbers:
+                axes.hlines(np.mean(numbers), place - 0.25, place + 0.25, color=_ORANGE)
+        axes.set_ylabel(label)
+        axes.tick_params(labelbottom=axes is rows[-1])
+    names = list(next(iter(panels.values())))
+    rows[-1].set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
+    return _png(figure)
+
+
 def plot_rate_distortion(
     points: Sequence[tuple[float, float, str]], hull: Sequence[tuple[float, float]]
 ) -> bytes:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from quarc_ref.evaluation.inspect_stream import inspect_stream
-from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
+from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds, plot_spreads
 from tests.streams import make_stream
 
 
@@ -53,3 +53,11 @@ def test_a_frame_without_any_error_can_be_plotted():
     summary = inspect_stream(make_stream()[0])
 
     assert _read(plot_frames(summary, [30, math.inf, 32, 33])).size > 0
+
+
+def test_the_scatter_of_seeds_is_shown_also_where_a_group_has_no_number():
+    panels = {"dB": {"a": [30.0, 31.0], "b": [29.0]}, "moving": {"a": [20.0, 20.5], "b": []}}
+    wider = {"dB": {"a": [28.0, 33.0], "b": [29.0]}, "moving": panels["moving"]}
+
+    assert _read(plot_spreads(panels)).shape[1] == 880
+    assert plot_spreads(panels) != plot_spreads(wider)

@@ -1,0 +1,197 @@
+"""The command: which encodes are wanted, where they run, and what is written of them."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from perceptual import Lpips
+from quality.comparison import compare_studies
+from quality.groups import Group, group_rows
+from quality.results import format_groups, write_results
+from quality.rows import Task, make_row
+from quality.subjects import TRACED, Subject, parse_traced, provide_traced, rotate_held_out
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.jobs import Job, JobsError, Where
+from studies import Row, note, run_waiting
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """All encodes of a run.
+
+    Attributes:
+        settings: Preset and changes, for people.
+        tasks: In the order of captures, held-out sets and seeds.
+        fingerprints: Of the captures, by name.
+        folder: Where everything is kept.
+    """
+
+    settings: str
+    tasks: list[Task]
+    fingerprints: dict[str, str]
+    folder: Path
+
+    def run(self, where: Where) -> None:
+        """Run what is not done yet.
+
+        Raises:
+            JobsError: Some encodes failed; all others are done.
+        """
+        waiting = [task for task in self.tasks if self._recall(task) is None]
+        note(f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already")
+        run_waiting(make_row, [Job(task.name, task) for task in waiting], where, self.write)
+
+    def groups(self) -> list[Group]:
+        """Return the rows that are done, by capture and held-out set."""
+        rows = (self._recall(task) for task in self.tasks)
+        return group_rows(row for row in rows if row is not None)
+
+    def write(self) -> None:
+        """Write tables and plot of the rows that are done."""
+        groups = self.groups()
+        if groups:
+            write_results(groups, self.settings, self.folder)
+
+    def _recall(self, task: Task) -> Row | None:
+        return task.recall(self.fingerprints[task.capture])
+
+
+def plan_study(arguments: argparse.Namespace) -> Study:
+    """Return what is asked for; traced captures that are missing are traced.
+
+    Raises:
+        ValueError: A variant, a preset or a setting does not exist, or nothing is asked for.
+        CaptureError: A capture cannot be read.
+    """
+    config = _settle_config(arguments)
+    tasks, fingerprints = [], {}
+    for subject in _list_subjects(arguments):
+        capture = open_capture(subject.folder)
+        fingerprints[subject.name] = capture.fingerprint
+        tasks += _list_tasks(arguments, subject, capture, config)
+    settings = ", ".join([arguments.preset, *arguments.set])
+    return Study(settings, tasks, fingerprints, arguments.out)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Returns:
+        0; 2 if what is asked for cannot be, 3 if some encodes failed.
+    """
+    arguments = _parse_arguments(words)
+    try:
+        if arguments.against:
+            print(compare_studies(arguments.out, arguments.against))
+            return 0
+        if arguments.lpips:
+            Lpips(arguments.lpips)  # refused now, not after the first hour
+        where = Where(arguments.workers, arguments.threads, arguments.ray)
+        study = plan_study(arguments)
+    except (ValueError, CaptureError) as error:
+        note(f"quality.py: {error}")
+        return 2
+    code = 0
+    try:
+        study.run(where)
+    except JobsError as error:
+        note(str(error))
+        code = 3
+    study.write()
+    print(format_groups(study.groups()))
+    return code
+
+
+def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
+    subjects = []
+    if arguments.real:
+        names = [camera.name for camera in open_capture(arguments.real).cameras]
+        subjects.append(Subject("real", arguments.real.resolve(), rotate_held_out(names)))
+    if arguments.still:
+        first = open_capture(arguments.still).cameras[0].name
+        subjects.append(Subject("still", arguments.still.resolve(), ((first,),)))
+    for name in arguments.variants:
+        parse_traced(name)  # refused before any is traced
+    traced = (arguments.captures or arguments.out / "captures").resolve()
+    subjects += [provide_traced(name, traced) for name in arguments.variants]
+    if not subjects:
+        message = "nothing to encode: name captures by --real, --still or --variants"
+        raise ValueError(message)
+    return subjects
+
+
+def _list_tasks(
+    arguments: argparse.Namespace, subject: Subject, capture: Capture, config: EncoderConfig
+) -> list[Task]:
+    """Return the tasks of a capture; one that is shorter than asked for is encoded whole."""
+    return [
+        Task(
+            subject.name,
+            place,
+            subject.folder,
+            CaptureOptions(arguments.downscale, held_out),
+            replace(config, seed=seed),
+            min(arguments.frames, capture.frame_count),
+            arguments.out.resolve(),
+            arguments.lpips,
+            arguments.device,
+        )
+        for place, held_out in enumerate(subject.held_out_sets)
+        for seed in range(arguments.seeds)
+    ]
+
+
+def _settle_config(arguments: argparse.Namespace) -> EncoderConfig:
+    config = choose_preset(arguments.preset)
+    for setting in arguments.set:
+        name, _, value = setting.partition("=")
+        config = change_setting(config, name, value)
+    return config
+
+
+def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="quality.py",
+        description="Measure picture quality over captures, held-out sets and seeds.",
+    )
+    add = parser.add_argument
+    add("--out", type=Path, required=True, metavar="DIR", help="kept between runs")
+    add("--real", type=Path, metavar="DIR", help="a capture; four sets of cameras are held out")
+    add("--still", type=Path, metavar="DIR", help="a capture of frame 0; its first camera held out")
+    add(
+        "--variants",
+        type=_split,
+        default=list(TRACED),
+        metavar="NAMES",
+        help=f"traced captures, VARIANT[-CAMERAS][-WxH],...; all by default: {','.join(TRACED)}",
+    )
+    add("--captures", type=Path, metavar="DIR", help="of traced captures; DIR/captures of --out")
+    add("--frames", type=_positive, default=1, help="of every encode; 1 by default")
+    add("--seeds", type=_positive, default=5, help="how many, from 0 on; 5 by default")
+    add("--preset", choices=sorted(PRESETS), default="main")
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
+    add("--downscale", type=_positive, default=1, help="make the pictures smaller by this factor")
+    add("--lpips", type=Path, metavar="WEIGHTS", help="file of LPIPS's state_dict, VGG16")
+    add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
+    add("--workers", type=int, default=1, help="encodes at a time")
+    add("--threads", type=int, default=1, help="of every encode")
+    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
+    add("--against", type=Path, metavar="OTHER", help="compare with the study in OTHER instead")
+    return parser.parse_args(words)
+
+
+def _split(text: str) -> list[str]:
+    return list(dict.fromkeys(name for name in text.split(",") if name))
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        message = f"{number} is below 1"
+        raise argparse.ArgumentTypeError(message)
+    return number

@@ -1,0 +1,58 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quality.subjects import TRACED, parse_traced, rotate_held_out
+from quarc_ref.datasets.synth import SynthOptions
+from quarc_ref.datasets.synth.variants import VARIANTS
+
+
+def test_the_held_out_sets_rotate_through_the_rig():
+    names = [f"cam{index:02}" for index in range(30)]
+    sets = [tuple(int(name[3:]) for name in held_out) for held_out in rotate_held_out(names)]
+
+    assert sets == [(1, 11, 21), (3, 13, 23), (5, 15, 25), (7, 17, 27)]
+
+
+@given(count=st.integers(4, 60))
+def test_each_set_has_three_different_cameras(count):
+    names = [f"cam{index:02}" for index in range(count)]
+
+    for held_out in rotate_held_out(names):
+        assert len(set(held_out)) == 3
+        assert set(held_out) < set(names)
+
+
+def test_too_few_cameras_are_refused():
+    with pytest.raises(ValueError, match="3 cameras are too few"):
+        rotate_held_out(["a", "b", "c"])
+
+
+def test_all_variants_are_traced_and_the_playroom_by_more_cameras_and_pixels():
+    options = [parse_traced(name) for name in TRACED]
+
+    assert {it.variant for it in options} == set(VARIANTS)
+    playrooms = [it for it in options if it.variant == "playroom"]
+    assert {it.cameras + 1 for it in playrooms} == {4, 8, 13, 30}
+    assert {(it.width, it.height) for it in playrooms} == {(160, 120), (640, 480)}
+    assert len(set(TRACED)) == len(TRACED)
+
+
+def test_a_name_tells_variant_cameras_and_size():
+    assert parse_traced("dark-stage-5-32x24") == SynthOptions(
+        32, 24, frames=40, cameras=4, variant="dark-stage"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("night", "'night' is not a traced capture: .* one of playroom, bright-stage"),
+        ("playroom-x", "not a traced capture"),
+        ("playroom-2", "cameras is 1"),
+        ("playroom-33x24", "width is 33"),
+    ],
+)
+def test_a_name_that_cannot_be_traced_is_refused(name, told):
+    with pytest.raises(ValueError, match=told):
+        parse_traced(name)
