@@ -82,7 +82,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0; 2 if what is asked for cannot be, 3 if some encodes failed.
+        0; 2 if what is asked for cannot be, 3 if some encodes failed, 130 after Ctrl-C.
     """
     arguments = _parse_arguments(words)
     try:
@@ -102,6 +102,9 @@ def main(words: Sequence[str] | None = None) -> int:
     except JobsError as error:
         note(str(error))
         code = 3
+    except KeyboardInterrupt:
+        note("interrupted: the same command goes on with the encodes that are missing")
+        code = 130
     study.write()
     print(format_groups(study.groups()))
     return code

@@ -12,6 +12,7 @@ from studies import note
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
 _FILM_FRAMES = 40  # also where frame 0 alone is encoded: they tell what moves
 _HELD_OUT_SETS = 4
+_LEAST_CAMERAS = 4  # three to hold out and one to train with
 _TRACED_NAME = re.compile(
     rf"(?P<variant>{'|'.join(VARIANTS)})(-(?P<cameras>\d+))?(-(?P<width>\d+)x(?P<height>\d+))?"
 )
@@ -44,8 +45,10 @@ def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
         ValueError: There are too few cameras to train with.
     """
     names, count = sorted(cameras), len(cameras)
-    if count < _HELD_OUT_SETS:
-        message = f"{count} cameras are too few to hold three out; at least 4 are needed"
+    if count < _LEAST_CAMERAS:
+        message = (
+            f"{count} cameras are too few to hold three out; at least {_LEAST_CAMERAS} are needed"
+        )
         raise ValueError(message)
     return tuple(
         tuple(names[(2 * k + 1 + j * (count // 3)) % count] for j in range(3))

@@ -14,7 +14,7 @@ from quarc_ref.evaluation.metrics import Picture
 
 Mask = NDArray[np.bool_]
 
-LEAST_FRAMES = 3
+_LEAST_FRAMES = 3
 _MOST_FRAMES = 15
 _LEVELS = 15  # of 255: more than the noise of cameras and codecs
 _MARGIN = 2  # pixels
@@ -44,9 +44,9 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
         pictures: `[H, W, 3]` each, those of `choose_frames`.
 
     Returns:
-        None where there are fewer than `LEAST_FRAMES`: they do not tell what moves.
+        None where there are fewer than three: they do not tell what moves.
     """
-    if len(pictures) < LEAST_FRAMES:
+    if len(pictures) < _LEAST_FRAMES:
         return None
     median: Picture = np.median(np.stack(pictures), axis=0).astype(np.float32)
     return median

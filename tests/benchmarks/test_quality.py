@@ -123,6 +123,18 @@ def test_an_interrupted_study_goes_on(copy, here):
     assert here == [f"{NAME}.set0.seed1"]
 
 
+def test_ctrl_c_leaves_the_table_of_what_is_done(copy, monkeypatch, capsys):
+    def interrupt(*_arguments):
+        raise KeyboardInterrupt
+
+    (copy / "rows" / f"{NAME}.set0.seed1.json").unlink()
+    monkeypatch.setattr(studies, "run_jobs", interrupt)
+
+    assert command.main([*WORDS, "--out", str(copy)]) == 130
+    assert "interrupted: the same command goes on" in capsys.readouterr().err
+    assert f"| {NAME}/0 | 1 |" in (copy / "quality.md").read_text()
+
+
 def test_rows_of_other_settings_are_made_anew(copy, here):
     words = [*WORDS, "--set", "motion.iterations=4", "--out", str(copy)]
 
