@@ -12,10 +12,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.encoder.config import StepSettings
+from quarc_ref.encoder.sightings import find_center, sight_points
 from quarc_ref.encoder.straight_through import position_step, translation_step
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
@@ -78,7 +78,8 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     """
     widths = []
     for camera in cameras:
-        depths = _seen_depths(camera, points)
+        sighting = sight_points(camera, points.positions)
+        depths = sighting.depths[sighting.within]
         if depths.size:
             widths.append(np.median(depths) / math.sqrt(camera.fx * camera.fy))
     if not widths:
@@ -107,24 +108,11 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
     return total / (9 * _WHITE * max(count, 1))
 
 
-def _seen_depths(camera: Camera, points: Points) -> NDArray[np.float64]:
-    """Return the depths of the points within a camera's picture, world units."""
-    rotation = np.array(camera.rotation).reshape(3, 3)
-    seen = points.positions.astype(np.float64) @ rotation.T + np.array(camera.translation)
-    x, y, depth = seen[seen[:, 2] > 0].T
-    column = camera.fx * x / depth + camera.cx
-    row = camera.fy * y / depth + camera.cy
-    within = (column >= 0) & (column < camera.width) & (row >= 0) & (row < camera.height)
-    depths: NDArray[np.float64] = depth[within]
-    return depths
-
-
 def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
     """Return the largest coordinate of cameras and points, world units."""
     reach = float(np.abs(points.positions).max())
     for camera in cameras:
-        rotation = np.array(camera.rotation).reshape(3, 3)
-        reach = max(reach, float(np.abs(rotation.T @ np.array(camera.translation)).max()))
+        reach = max(reach, float(np.abs(find_center(camera)).max()))
     return reach
 
 

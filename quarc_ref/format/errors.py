@@ -246,6 +246,10 @@ class EncodeError(QuarcError):
     """The scene, or a setting, cannot be written into a stream."""
 
 
+class NoPictureError(EncodeError):
+    """No picture can come of a capture: its cameras see too little."""
+
+
 class ResumeError(QuarcError):
     """A stream was begun otherwise than it is to be gone on with."""
 

@@ -1,0 +1,35 @@
+"""What an encode finds wrong with a capture or with its own first frame."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+_MOST_NAMED = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A reason to expect a bad picture.
+
+    Attributes:
+        kind: Its name, which stays the same from version to version.
+        message: A sentence: what is wrong, and what to do.
+        cameras: Names of the cameras that it is about; empty if it is about all of them.
+    """
+
+    kind: str
+    message: str
+    cameras: tuple[str, ...] = ()
+
+
+Report = Callable[[Finding], object]
+
+
+def ignore(finding: Finding) -> None:
+    """Report a finding to nobody."""
+
+
+def list_names(names: Sequence[str]) -> str:
+    """Return names for a sentence: the first five, and how many more there are."""
+    named = ", ".join(names[:_MOST_NAMED])
+    more = len(names) - _MOST_NAMED
+    return f"{named} and {more} more" if more > 0 else named

@@ -1,0 +1,88 @@
+"""Captures with planted faults: another's points, cameras or pictures."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Capture, Points
+
+
+def plant(capture, *, cameras=None, points=None, order=None):
+    """A capture as it is, but for its cameras, its points, or whose pictures are whose."""
+    return Capture(
+        capture.name,
+        cameras or capture.cameras,
+        capture.frame_count,
+        capture.frames_per_second,
+        points or capture.points,
+        _Reordered(capture, order or range(len(capture.cameras))),
+        capture.fingerprint,
+    )
+
+
+class _Reordered:
+    def __init__(self, capture, order):
+        self._capture = capture
+        self._order = order
+
+    def read(self, camera, frame):
+        return self._capture.image(self._order[camera], frame).copy()
+
+
+def keep_cameras(capture, kept):
+    """The capture with some of its cameras."""
+    return plant(capture, cameras=[capture.cameras[index] for index in kept], order=list(kept))
+
+
+def swap_pictures(capture, first, second):
+    """The capture with the pictures of two cameras swapped."""
+    order = list(range(len(capture.cameras)))
+    order[first], order[second] = second, first
+    return plant(capture, order=order)
+
+
+def turn_camera(capture, index, axis, degrees):
+    """The capture with one camera turned about one of its own axes, where it is."""
+    angle = np.radians(degrees)
+    turn = np.eye(3)
+    turn[np.ix_(*[[other for other in range(3) if other != axis]] * 2)] = [
+        [np.cos(angle), -np.sin(angle)],
+        [np.sin(angle), np.cos(angle)],
+    ]
+    camera = capture.cameras[index]
+    return _pose_camera(
+        capture,
+        index,
+        turn @ np.array(camera.rotation).reshape(3, 3),
+        turn @ np.array(camera.translation),
+    )
+
+
+def move_camera(capture, index, step):
+    """The capture with one camera moved along its own axes, world units."""
+    camera = capture.cameras[index]
+    rotation = np.array(camera.rotation).reshape(3, 3)
+    return _pose_camera(capture, index, rotation, np.array(camera.translation) - step)
+
+
+def _pose_camera(capture, index, rotation, translation):
+    cameras = list(capture.cameras)
+    cameras[index] = replace(
+        cameras[index],
+        rotation=tuple(rotation.ravel().tolist()),
+        translation=tuple(translation.tolist()),
+    )
+    return plant(capture, cameras=cameras)
+
+
+def move_points(capture, share, step):
+    """The capture with a share of its points moved by as many world units."""
+    positions, colors = capture.points.positions.copy(), capture.points.colors
+    chosen = np.random.default_rng(1).permutation(len(positions))[: int(share * len(positions))]
+    positions[chosen] += np.array(step, dtype=np.float32)
+    return plant(capture, points=Points(positions, colors))
+
+
+def paint_points(capture, colors):
+    """The capture with other colors of its points."""
+    return plant(capture, points=Points(capture.points.positions, colors))
