@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from quarc_ref.cli.completion import complete_preset
+from quarc_ref.cli.encode_warnings import Warnings
 from quarc_ref.cli.encode_work import (
     EncodeWork,
     FileWanted,
@@ -143,6 +144,13 @@ def encode(
             "--ray", metavar="ADDRESS", help="Encode segments on a Ray cluster: host:port, or auto."
         ),
     ] = None,
+    no_checks: Annotated[
+        bool,
+        typer.Option(
+            "--no-checks",
+            help="Encode without checking whether cameras, poses and points allow a good picture.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -165,10 +173,12 @@ def encode(
             "target_kb_per_frame": target,
         }
         config = configure(preset, [*(settings or []), *name_settings(asked)], seed)
-        begun = time.monotonic()
+        begun, found = time.monotonic(), Warnings()
         with TerminalProgress(quiet=quiet) as progress:
             cameras = tuple(held_out or ())
-            work = EncodeWork(capture, downscale, cameras, config, frames, device, progress)
+            work = EncodeWork(
+                capture, downscale, cameras, config, frames, device, progress, found, not no_checks
+            )
             wanted = FileWanted(force, live, resume)
             if to_pipe:
                 encode_to_pipe(work, output)
@@ -178,7 +188,7 @@ def encode(
                 where = choose_where(segments, workers, ray, device)
                 encode_to_joined_file(work, output, wanted, segments, where)
         if not to_pipe:
-            _show(output, round(time.monotonic() - begun, 1), as_json=as_json)
+            _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)
 
 
 def _refuse_with(what: str, asked: dict[str, bool]) -> None:
@@ -197,12 +207,13 @@ def _require_segments(asked: dict[str, bool]) -> None:
             raise UsageError(message)
 
 
-def _show(output: Path, seconds: float, *, as_json: bool) -> None:
+def _show(output: Path, found: Warnings, seconds: float, *, as_json: bool) -> None:
     """Print what the file is made of."""
     from quarc_ref.evaluation.inspect_stream import inspect_stream
 
     summary = inspect_stream(output.read_bytes())
     if as_json:
-        print_json("encode/1", {"file": str(output), **summary.as_json(), "seconds": seconds})
+        added = {"findings": found.as_json(), "seconds": seconds}
+        print_json("encode/1", {"file": str(output), **summary.as_json(), **added})
     else:
         print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})

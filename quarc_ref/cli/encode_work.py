@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from quarc_ref.cli.encode_warnings import Warnings
 from quarc_ref.cli.encoder_options import open_asked, require_device
 from quarc_ref.cli.faults import UsageError
 from quarc_ref.cli.stream_targets import growing_stream, kept_segments
@@ -31,6 +32,8 @@ class EncodeWork:
         frames: How many, from the first; None for all.
         device: As `--device` has it.
         progress: Is told of every step.
+        warnings: Takes everything that speaks against a good picture.
+        checks: Whether to check the capture before it is encoded.
     """
 
     folder: Path
@@ -40,6 +43,8 @@ class EncodeWork:
     frames: int | None
     device: str
     progress: "Progress"
+    warnings: Warnings
+    checks: bool
 
     def open(self) -> "tuple[Capture, EncodeOptions]":
         """Return the capture, opened, and the options.
@@ -58,7 +63,14 @@ class EncodeWork:
         except TooFewFramesError as error:
             message = f"--frames {self.frames}: {error}"
             raise UsageError(message) from error
-        return capture, EncodeOptions(self.config, self.frames, self.device, self.progress)
+        return capture, EncodeOptions(
+            self.config,
+            self.frames,
+            self.device,
+            self.progress,
+            checks=self.checks,
+            report=self.warnings.add,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +120,7 @@ def encode_to_joined_file(
 
     Raises:
         UsageError: The file cannot be written so, or there are fewer frames than segments.
+        NoPictureError: No picture can come of the capture.
         ResumeError: The file that is there is not the one asked for.
         JobsError: Some segments could not be encoded; the others are kept.
     """
@@ -120,11 +133,12 @@ def encode_to_joined_file(
         if is_there:
             segments.require_joined(target, capture, options)
             return
+        options.check(capture)
         parts = _cut(work, capture, options, (folder.path.absolute(), segment_count))
         for part in parts:
             folder.add(part.file.name)
             folder.add(name_checkpoint(part.file).name)
-        segments.encode_segments(parts, where, work.progress)
+        segments.encode_segments(parts, where, work.progress, work.warnings.add)
         with written_file(target, force=wanted.force, durable=True) as sink:
             segments.join_segments(parts, sink)
 

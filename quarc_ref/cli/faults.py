@@ -24,6 +24,7 @@ from quarc_ref.files import PlaceError
 from quarc_ref.format.errors import (
     BitstreamError,
     EditError,
+    NoPictureError,
     QuarcError,
     ResumeError,
     VariableError,
@@ -99,6 +100,10 @@ def _ask_for_another_name(error: UnicodeEncodeError) -> str:
     return f"the name {error.object!r} is not {encoding}: rename the file or folder that has it"
 
 
+def _offer_no_checks(error: NoPictureError) -> str:
+    return f"{error}; --no-checks encodes it all the same"
+
+
 def _offer_force(error: PlaceError) -> str:
     return f"{error}; --force replaces it" if error.replaceable else str(error)
 
@@ -120,6 +125,7 @@ _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]]
     ((BitstreamError,), STREAM_IS_BAD, _refusal),
     ((UsageError, EditError, ResumeError, VariableError), USAGE, str),
     ((PlaceError,), USAGE, _offer_force),
+    ((NoPictureError,), TOOL_FAILED, _offer_no_checks),
     ((ImportError,), TOOL_FAILED, _name_extra),
     ((UnicodeEncodeError,), TOOL_FAILED, _ask_for_another_name),
     ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),

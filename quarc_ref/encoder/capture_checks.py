@@ -26,6 +26,7 @@ _MOST_SEEN_BY_FEW = 0.5
 _MOST_DEGREES = 25.0
 _MOST_OUTSIDE = 0.2
 _LEAST_OF_MEDIAN = 0.02
+_LEAST_RADIUS = 0.01  # of the cameras' distance to the points they see: half a degree
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +76,7 @@ def check_capture(capture: Capture) -> list[Finding]:
     return [
         *_find_lost_points(seen),
         *_find_blind_cameras(seen),
+        *_find_one_place(seen),
         *_find_too_few_cameras(seen),
         *_find_wrong_poses(capture, seen),
     ]
@@ -109,6 +111,18 @@ def _find_blind_cameras(seen: _Sightings) -> Iterator[Finding]:
             "see: check their poses"
         )
         yield Finding("camera-sees-no-points", message, blind)
+
+
+def _find_one_place(seen: _Sightings) -> Iterator[Finding]:
+    centers = np.stack([find_center(camera) for camera in seen.cameras])
+    radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    distances = np.concatenate([view.depths[view.within] for view in seen.views])
+    if radius < _LEAST_RADIUS * np.median(distances):
+        message = (
+            "the training cameras are all in one place, so that nothing tells how far away "
+            "anything is: move them apart, or check their poses"
+        )
+        yield Finding("cameras-in-one-place", message)
 
 
 def _find_too_few_cameras(seen: _Sightings) -> Iterator[Finding]:

@@ -13,18 +13,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import torch
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
+from quarc_ref.encoder.capture_checks import check_capture
 from quarc_ref.encoder.checkpoint import Checkpoint
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.config import BirthSettings, EncoderConfig, make_header
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.exposure import Exposures
+from quarc_ref.encoder.findings import Report, ignore
+from quarc_ref.encoder.first_frame_check import check_first_frame, draw_views
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.presets import choose_preset
 from quarc_ref.encoder.progress import Progress, Silence
@@ -34,7 +35,6 @@ from quarc_ref.encoder.resume import Begun, require_frames, require_same
 from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.threads import fixed_threads
-from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews, measure_extent
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY
@@ -53,6 +53,8 @@ class EncodeOptions:
         checkpoint: File that keeps the training of frame 0 from minute to minute,
             until the frame is written; what it holds of this encode is gone on
             with. None to keep nothing.
+        checks: Whether to check the capture before frame 0 is trained.
+        report: Is called with everything that speaks against a good picture.
     """
 
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
@@ -60,6 +62,19 @@ class EncodeOptions:
     device: str = "auto"
     progress: Progress = field(default_factory=Silence)
     checkpoint: Path | None = None
+    checks: bool = True
+    report: Report = ignore
+
+    def check(self, capture: Capture) -> None:
+        """Report what speaks against a good picture of a capture, if it is to be checked.
+
+        Raises:
+            NoPictureError: No picture can come of the capture.
+            CaptureError: A picture cannot be read.
+        """
+        if self.checks:
+            for finding in check_capture(capture):
+                self.report(finding)
 
 
 def encode(
@@ -81,11 +96,14 @@ def encode(
     Raises:
         CaptureError: A picture cannot be read, or the capture has not as many
             frames (`TooFewFramesError`).
+        NoPictureError: No picture can come of the capture, and it is checked.
         EncodeError: The scene cannot be written with these settings.
         ResumeError: What the sink holds was begun otherwise.
     """
     options = options or EncodeOptions()
     with fixed_threads():
+        if begun is None:
+            options.check(capture)
         encoding = _Encoding(capture, options)
         if begun is None:
             encoding.begin(sink)
@@ -117,6 +135,7 @@ class _Encoding:
         self.next_frame = 0
         self._capture = capture
         self._studio = _make_studio(capture, options)
+        self._report = options.report
         self._config = suit_capture(options.config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
         self._checkpoint = self._open_checkpoint(options.checkpoint)
@@ -130,7 +149,10 @@ class _Encoding:
         attributes = train_canonical(self._studio, capture.points, priced, header, self._checkpoint)
         gaussians = quantize_gaussians(keep_representable(attributes, header), header)
         self._open(sink, gaussians.count)
-        self._settle(self._loop.commit_canonical(gaussians, frame=0))
+        state = self._loop.commit_canonical(gaussians, frame=0)
+        self._settle(state)
+        for finding in check_first_frame(self._studio, state):
+            self._report(finding)
 
     def take_up(self, sink: BinaryIO, begun: Begun) -> None:
         """Take the frames that were written before."""
@@ -211,12 +233,7 @@ def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
 
 def settle_exposures(studio: Studio, state: State) -> None:
     """Find the exposures anew from decoded frame 0, so that no later frame hangs on more."""
-    drawn = from_splats(dequantize(state.scene), studio.device).activated()
-    with torch.no_grad():
-        studio.exposures.settle(
-            (studio.render(drawn, view).image, studio.views.picture(view, state.scene.frame))
-            for view in range(len(studio.views.cameras))
-        )
+    studio.exposures.settle(draw_views(studio, state))
 
 
 def count_deaths(state: State, target: int, settings: BirthSettings) -> int:

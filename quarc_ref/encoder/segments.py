@@ -17,6 +17,7 @@ from quarc_ref.decoder.sources import FileSource
 from quarc_ref.editing.join import join
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_stream import EncodeOptions
+from quarc_ref.encoder.findings import Finding, Report, ignore
 from quarc_ref.encoder.progress import Progress, Silence
 from quarc_ref.encoder.resume import read_begun, require_count, require_same
 from quarc_ref.encoder.stream_file import encode_file
@@ -63,30 +64,46 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
     return [(first, last - first) for first, last in pairwise(borders)]
 
 
-def encode_segments(segments: Sequence[Segment], where: Where, progress: Progress) -> None:
-    """Encode segments, several at a time.
+def encode_segments(
+    segments: Sequence[Segment], where: Where, progress: Progress, report: Report = ignore
+) -> None:
+    """Encode segments, several at a time. The capture is not checked: all of them have the same.
 
     Args:
         segments: Each with a file of its own, which every machine reaches.
         where: They are encoded.
         progress: Is told of every segment that is done.
+        report: Is called, when all are done, with what speaks against a good picture of any.
 
     Raises:
         JobsError: Some could not be encoded; all others are.
     """
     jobs = [
-        Job(segment.name, replace(segment, options=replace(segment.options, progress=Silence())))
+        Job(segment.name, replace(segment, options=_cut_off(segment.options)))
         for segment in segments
     ]
-    run_jobs(encode_segment, jobs, where, lambda _, *done: progress.advance("segments", *done))
+    found = run_jobs(
+        encode_segment, jobs, where, lambda _, *done: progress.advance("segments", *done)
+    )
+    for segment, findings in zip(segments, found, strict=True):
+        for finding in findings:
+            report(replace(finding, message=f"{segment.name}: {finding.message}"))
 
 
-def encode_segment(segment: Segment) -> None:
-    """Encode a segment into its file."""
+def _cut_off(options: EncodeOptions) -> EncodeOptions:
+    """Return options that can be sent elsewhere: nobody is told of anything there."""
+    return replace(options, progress=Silence(), checks=False, report=ignore)
+
+
+def encode_segment(segment: Segment) -> list[Finding]:
+    """Encode a segment into its file, and return what speaks against a good picture of it."""
+    findings: list[Finding] = []
     capture = take_frames(
         open_capture(segment.folder, segment.opening), segment.first, segment.count
     )
-    encode_file(capture, segment.file, replace(segment.options, frames=None))
+    options = replace(segment.options, frames=None, report=findings.append)
+    encode_file(capture, segment.file, options)
+    return findings
 
 
 def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:

@@ -60,10 +60,12 @@ def drop_hidden(camera: Camera, sighting: Sighting) -> NDArray[np.intp]:
     cells += (sighting.columns[seen] // side).astype(np.int64)
     nearest = np.full(int(cells.max()) + 1, np.inf)
     np.minimum.at(nearest, cells, sighting.depths[seen])
-    return seen[sighting.depths[seen] <= _AS_NEAR * nearest[cells]]
+    shown: NDArray[np.intp] = seen[sighting.depths[seen] <= _AS_NEAR * nearest[cells]]
+    return shown
 
 
 def find_center(camera: Camera) -> NDArray[np.float64]:
     """Return `[3]` where a camera is, world units."""
-    center: NDArray[np.float64] = -np.array(camera.rotation).reshape(3, 3).T @ camera.translation
+    rotation = np.array(camera.rotation).reshape(3, 3)
+    center: NDArray[np.float64] = -rotation.T @ np.array(camera.translation)
     return center

@@ -98,8 +98,11 @@ def _average(picture: Tensor, downscale: int) -> Tensor:
 
 
 def measure_extent(cameras: tuple[Camera, ...]) -> float:
-    """Return the extent of a capture as 3DGS has it: 1.1 times the cameras' radius, world units."""
+    """Return the extent of a capture as 3DGS has it: 1.1 times the cameras' radius, world units.
+
+    Cameras that are all in one place have no radius; their extent is 1.
+    """
     rotations = torch.tensor([camera.rotation for camera in cameras], dtype=torch.float64)
     translations = torch.tensor([camera.translation for camera in cameras], dtype=torch.float64)
     centers = -(rotations.reshape(-1, 3, 3).mT @ translations[..., None])[..., 0]
-    return 1.1 * float((centers - centers.mean(dim=0)).norm(dim=1).max())
+    return 1.1 * float((centers - centers.mean(dim=0)).norm(dim=1).max()) or 1.0

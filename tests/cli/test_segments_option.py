@@ -36,9 +36,11 @@ def parts(capture):
 def _run_here(function, jobs, where, told):
     """Do as `run_jobs`, without the processes."""
     assert where == Where(2, (os.cpu_count() or 1) // 2 or 1)
+    results = []
     for done, job in enumerate(jobs, 1):
-        function(job.argument)
+        results.append(function(job.argument))
         told(job.name, done, len(jobs))
+    return results
 
 
 def test_segments_are_encoded_apart_and_joined(capture, encoded, parts, tmp_path, monkeypatch):

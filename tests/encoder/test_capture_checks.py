@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from quarc_ref.datasets.synth.variants import VARIANTS
 from quarc_ref.encoder.capture_checks import check_capture
 from quarc_ref.encoder.findings import list_names
 from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.sightings import find_center
 from quarc_ref.format.errors import EncodeError, NoPictureError
 from tests.encoder.planted import (
     keep_cameras,
@@ -85,6 +88,17 @@ def test_two_cameras_side_by_side_are_too_few(trace):
 
     assert finding.kind == "too-few-cameras"
     assert "100% of the initial points are seen by fewer than 3" in finding.message
+
+
+def test_cameras_in_one_place_are_told(honest):
+    source = honest.cameras[3]
+    center = find_center(source)
+    cameras = [
+        replace(camera, translation=tuple(-np.array(camera.rotation).reshape(3, 3) @ center))
+        for camera in honest.cameras
+    ]
+
+    assert "cameras-in-one-place" in _list_kinds(plant(honest, cameras=cameras))
 
 
 def test_one_training_camera_is_refused(honest):

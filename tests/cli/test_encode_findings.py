@@ -1,0 +1,120 @@
+"""What `encode` says of captures that can give no good picture."""
+
+import json
+
+import numpy as np
+import pytest
+
+from quarc_ref.cli import encode_work
+from quarc_ref.encoder import encode_stream, segments
+from quarc_ref.encoder.findings import Finding
+from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
+from tests.datasets import scenes
+
+_FINDING = Finding("pose-disagrees", "the pictures of cam02 are elsewhere", ("cam02",))
+_LATER = Finding("first-frame-coarse", "the first frame is coarse")
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """Whatever is encoded has a finding before training, and another one after."""
+    monkeypatch.setattr(encode_stream, "check_capture", lambda _: [_FINDING])
+    monkeypatch.setattr(encode_stream, "check_first_frame", lambda *_: [_LATER])
+
+
+def _command(capture, file, *options):
+    return ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, *options]
+
+
+@pytest.mark.usefixtures("found")
+def test_findings_are_said_on_stderr_and_listed_in_json(capture, tmp_path):
+    result = run(*_command(capture, tmp_path / "a.quarc", "--json", "--quiet"))
+
+    assert result.exit_code == 0
+    assert result.stderr.splitlines() == [
+        "quarc-ref: warning: the pictures of cam02 are elsewhere",
+        "quarc-ref: warning: the first frame is coarse",
+    ]
+    assert json.loads(result.stdout)["findings"] == [
+        {"kind": it.kind, "message": it.message, "cameras": list(it.cameras)}
+        for it in (_FINDING, _LATER)
+    ]
+
+
+@pytest.mark.usefixtures("found")
+def test_without_checks_only_the_first_frame_is_judged(capture, tmp_path):
+    printed = run_json(*_command(capture, tmp_path / "a.quarc", "--no-checks"))
+
+    assert [finding["kind"] for finding in printed["findings"]] == ["first-frame-coarse"]
+
+
+@pytest.mark.usefixtures("found")
+def test_findings_of_a_pipe_are_said_on_stderr(capture):
+    result = run(*_command(capture, "-"))
+
+    assert result.stderr.count("warning: ") == 2
+
+
+def _run_here(function, jobs, *_):
+    """Do as `run_jobs`, without the processes."""
+    return [function(job.argument) for job in jobs]
+
+
+@pytest.mark.usefixtures("found")
+def test_a_capture_in_segments_is_checked_once_and_each_first_frame(capture, tmp_path, monkeypatch):
+    monkeypatch.setattr(segments, "run_jobs", _run_here)
+    printed = run_json(*_command(capture, tmp_path / "a.quarc", "--segments", 2))
+
+    assert [finding["message"] for finding in printed["findings"]] == [
+        "the pictures of cam02 are elsewhere",
+        "frames 0 to 0: the first frame is coarse",
+        "frames 1 to 1: the first frame is coarse",
+    ]
+
+
+@pytest.fixture
+def narrow_capture(tmp_path):
+    """A capture of two cameras, of which one is held out."""
+    shots = scenes.make_shots()[:2]
+    return scenes.write_n3dv(tmp_path / "narrow", shots, 2, scenes.plane_points())
+
+
+@pytest.fixture
+def lost_capture(tmp_path):
+    """A capture whose points are behind all cameras, or far off."""
+    points = scenes.plane_points()
+    far = type(points)(points.positions + np.float32(1e4), points.colors)
+    return scenes.write_n3dv(tmp_path / "lost", scenes.make_shots(), 2, far)
+
+
+@pytest.mark.parametrize("options", [[], ["--segments", 2]])
+def test_one_training_camera_is_refused_before_any_work(narrow_capture, tmp_path, options):
+    result = run(*_command(narrow_capture, tmp_path / "a.quarc", *options))
+
+    assert result.exit_code == 3
+    assert "narrow has 1 training camera, and depth needs at least 2" in result.stderr
+    assert "--no-checks encodes it all the same" in result.stderr
+    assert list_names(tmp_path) == ["narrow"]
+
+
+def test_one_training_camera_is_encoded_without_checks(narrow_capture, tmp_path):
+    printed = run_json(*_command(narrow_capture, tmp_path / "a.quarc", "--no-checks"))
+
+    assert printed["frames"] == 2
+
+
+def test_points_that_no_view_sees_are_refused(lost_capture, tmp_path):
+    result = run(*_command(lost_capture, tmp_path / "a.quarc"))
+
+    assert result.exit_code == 3
+    assert "initial points of capture lost is inside a training view" in result.stderr
+
+
+def test_a_refused_segment_is_never_begun(narrow_capture, tmp_path, monkeypatch):
+    def refuse(*_):
+        message = "a segment was begun"
+        raise AssertionError(message)
+
+    monkeypatch.setattr(encode_work, "_cut", refuse)
+
+    assert run(*_command(narrow_capture, tmp_path / "a.quarc", "--segments", 2)).exit_code == 3
