@@ -19,39 +19,16 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.presets import PRESETS
-from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.inspect_stream import inspect_stream
-
-_FIRST_FRAME = 2
-_STAGES = ("anchors", "motion", "placement", "births", "commit")
-
-
-class SteadyTimer:
-    """Tells the seconds of the canonical scene from those of steady frames.
-
-    Attributes:
-        canonical: Seconds of the canonical scene's training.
-        timer: Of the frames from the third, once it has begun.
-    """
-
-    def __init__(self) -> None:
-        self.canonical = 0.0
-        self.timer = StageTimer()
-
-    def advance(self, stage: str, done: int, total: int) -> None:
-        """See `Progress.advance`."""
-        self.timer.advance(stage, done, total)
-        if stage == "frames" and done == _FIRST_FRAME:
-            self.canonical = self.timer.seconds["canonical"]
-            self.timer.seconds.clear()
+from steady_timer import FIRST_FRAME, STAGES, SteadyTimer
 
 
 def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, object]:
     """Return the seconds of an encode, and how many Gaussians it was of."""
     steady, sink = SteadyTimer(), io.BytesIO()
     encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", steady))
-    counted = frames - _FIRST_FRAME
-    each = {stage: steady.timer.seconds.get(stage, 0.0) / counted for stage in _STAGES}
+    counted = frames - FIRST_FRAME
+    each = {stage: steady.timer.seconds.get(stage, 0.0) / counted for stage in STAGES}
     return {
         "capture": folder.resolve().name,
         "gaussians": inspect_stream(sink.getvalue()).frames[0].gaussians,
@@ -90,8 +67,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    if arguments.frames <= _FIRST_FRAME:
-        parser.error(f"--frames takes at least {_FIRST_FRAME + 1}")
+    if arguments.frames <= FIRST_FRAME:
+        parser.error(f"--frames takes at least {FIRST_FRAME + 1}")
     config = configure(arguments.preset, arguments.changes, arguments.seed)
     row = measure(arguments.capture, config, arguments.frames)
     print(json.dumps(row, indent=2) if arguments.json else format_table(row))

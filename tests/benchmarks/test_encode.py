@@ -1,4 +1,5 @@
-from encode import SteadyTimer, format_table
+from encode import format_table
+from steady_timer import SteadyTimer
 
 
 def test_a_frame_is_counted_from_the_third():

@@ -1,0 +1,44 @@
+"""Frame 0 at full length: its seconds, and the PSNR of its training views."""
+
+from pathlib import Path
+from statistics import mean
+
+import torch
+
+from gpu.plan import Sizes
+from gpu.rows import Notebook, Row
+from gpu.scene import load_capture
+from gpu.training import describe_memory, make_config, train
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder import Scene, decode, dequantize
+from quarc_ref.encoder.first_frame_check import measure_views
+from quarc_ref.encoder.trainable import from_splats
+from quarc_ref.rendering.backends import choose_rasterizer
+
+
+def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+    """Train frame 0, decode it, and compare it with its training views."""
+    config = make_config({"canonical.iterations": sizes.canonical})
+    done = train(sizes, folder, notebook, config, frames=1)
+    (scene,) = decode(done.stream)
+    seconds = done.timer.timer.seconds["canonical"]
+    figures = {"seconds": seconds, "gaussians": float(scene.count)}
+    what = f"frame 0: {sizes.canonical:,} iterations, {scene.count:,} Gaussians at its end"
+    notebook.add(Row("frame 0", what, f"{seconds:.1f} s", figures=figures))
+    psnr = _measure_psnr(sizes, load_capture(sizes, folder), scene)
+    shown = f"{psnr:.2f} dB, exposure corrected"
+    notebook.add(Row("frame 0", "PSNR of training views", shown, figures={"psnr": psnr}))
+    notebook.add(describe_memory("frame 0", sizes))
+
+
+def _measure_psnr(sizes: Sizes, capture: Capture, scene: Scene) -> float:
+    device = torch.device(sizes.device)
+    rasterizer, black = choose_rasterizer(device), torch.zeros(3, device=device)
+    gaussians = from_splats(dequantize(scene), device).activated()
+    views = []
+    for index, camera in enumerate(capture.cameras):
+        with torch.no_grad():
+            image = rasterizer.render(gaussians, camera, black).image
+        picture = torch.from_numpy(capture.image(index, 0).copy()).to(device) / 255
+        views += measure_views([camera.name], [(image, picture)])
+    return mean(view.psnr for view in views)

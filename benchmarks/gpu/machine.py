@@ -1,0 +1,32 @@
+"""What the run is made on."""
+
+import os
+import platform
+from pathlib import Path
+
+import torch
+
+from gpu.plan import Sizes
+from gpu.rows import Notebook, Row
+
+
+def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+    """Name the device, the processor and the versions.
+
+    Raises:
+        RuntimeError: The device does not exist.
+    """
+    del folder
+    processor = platform.processor() or platform.machine()
+    software = f"Python {platform.python_version()}, torch {torch.__version__}"
+    notebook.add(Row("machine", "software", software))
+    notebook.add(Row("machine", "processor", f"{processor}, {os.cpu_count()} cores"))
+    if sizes.device == "cpu":
+        notebook.add(Row("machine", "device", "cpu: a dry run, whose figures mean nothing"))
+        return
+    if not torch.cuda.is_available():
+        message = "torch finds no CUDA device; --dry-run does without"
+        raise RuntimeError(message)
+    memory = torch.cuda.get_device_properties(0).total_memory / 2**30
+    name = torch.cuda.get_device_name(0)
+    notebook.add(Row("machine", "device", f"{name}, {memory:.0f} GiB", figures={"gib": memory}))

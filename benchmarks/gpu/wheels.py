@@ -1,0 +1,67 @@
+"""The packages that a machine with a GPU may lack: fetched where there is a network, used there."""
+
+import subprocess
+import sys
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+LIST = Path(__file__).with_name("wheels.txt")
+
+
+def read_list() -> list[str]:
+    """Return the requirements of `wheels.txt`, `name==version` each."""
+    lines = (line.partition("#")[0].strip() for line in LIST.read_text().splitlines())
+    return [line for line in lines if line]
+
+
+def fetch(folder: Path, python: str) -> int:
+    """Download the wheels into a folder.
+
+    Args:
+        folder: Is made if it does not exist.
+        python: Version that the wheels are for, such as 3.12.
+
+    Returns:
+        pip's exit code.
+    """
+    # The manylinux tags of x86-64 that pip matches exactly, newest first.
+    platforms = [f"manylinux_2_{minor}_x86_64" for minor in (28, 27, 17)] + ["manylinux2014_x86_64"]
+    chosen = [f"--platform={name}" for name in platforms]
+    command = [sys.executable, "-m", "pip", "download", "--no-deps", "--only-binary=:all:"]
+    command += [*chosen, f"--python-version={python}", "--dest", str(folder), "-r", str(LIST)]
+    return subprocess.run(command, check=False).returncode
+
+
+def install_missing(wheels: Path, target: Path) -> str:
+    """Install the listed packages that cannot be found into a folder, from wheels alone.
+
+    What the machine has, of whatever version, stays as it is: its PyTorch was built with it.
+
+    Args:
+        wheels: What `fetch` filled.
+        target: Folder for `PYTHONPATH`.
+
+    Returns:
+        What was installed, as a sentence.
+
+    Raises:
+        RuntimeError: pip cannot install them.
+    """
+    missing = [line for line in read_list() if not _is_installed(line.partition("==")[0])]
+    if not missing:
+        return "nothing is missing"
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
+    command += ["--disable-pip-version-check", "--find-links", str(wheels), "--target", str(target)]
+    done = subprocess.run([*command, *missing], check=False, capture_output=True, text=True)
+    if done.returncode:
+        message = f"pip: {done.stderr.strip().splitlines()[-1]}"
+        raise RuntimeError(message)
+    return f"installed {', '.join(missing)}"
+
+
+def _is_installed(name: str) -> bool:
+    try:
+        distribution(name)
+    except PackageNotFoundError:
+        return False
+    return True

@@ -1,0 +1,245 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from gpu import run_steps
+from gpu.command import main
+from gpu.cuda_tests import count_tests, list_files
+from gpu.plan import STEPS, Step
+from gpu.rows import Notebook, Row, format_table, write_tables
+from gpu.run_steps import Place, run_step, spread_time
+from gpu.wheels import LIST, install_missing, read_list
+from tests.test_requirements import compare
+
+_ROOT = Path(__file__).resolve().parents[2]
+_PROGRAM = [sys.executable, str(_ROOT / "benchmarks" / "gpu.py")]
+# What a machine with a GPU has not, nor the list of wheels.
+_ABSENT = ("cv2", "pycolmap", "typer", "matplotlib", "viser", "isal")
+
+
+@pytest.fixture(scope="module")
+def dry(tmp_path_factory):
+    """The exit code of a dry run, and the folder that it has filled."""
+    folder = tmp_path_factory.mktemp("gpu")
+    return main(["--out", str(folder), "--dry-run"]), folder
+
+
+def test_a_dry_run_does_every_step(dry):
+    code, folder = dry
+    rows = json.loads((folder / "gpu.json").read_text())["rows"]
+
+    assert code == 0, (folder / "gpu.md").read_text()
+    ends = [row for row in rows if row["what"] == "the step"]
+    assert [row["step"] for row in ends] == [step.name for step in STEPS]
+    assert all(row["holds"] for row in ends)
+    assert sorted(path.name for path in folder.iterdir()) == ["gpu.json", "gpu.md"]
+
+
+def test_a_dry_run_measures_all_that_is_asked_for(dry):
+    _, folder = dry
+    rows = json.loads((folder / "gpu.json").read_text())["rows"]
+    by_step = {}
+    for row in rows:
+        by_step.setdefault(row["step"], []).append(row)
+
+    compared = by_step["backends"][:-1]
+    assert {row["what"].split(",")[0] for row in compared} == {
+        "numba against numba",
+        "numba against torch",
+    }
+    assert all(0 <= row["figures"]["sh_relative"] < 1e-4 for row in compared)
+    assert by_step["tests"][0]["figures"]["tests"] >= 4
+    stages = [row["what"] for row in by_step["frame"] if row["what"].startswith("of it")]
+    assert stages == [
+        f"of it {it}" for it in ("anchors", "motion", "placement", "births", "commit")
+    ]
+    assert "10 iterations" in by_step["frame 0"][0]["what"]
+    assert by_step["frame 0"][1]["figures"]["psnr"] > 0
+    assert by_step["frame 0"][2]["what"] == "peak GPU memory"
+
+
+def test_the_table_has_a_line_for_every_row(dry):
+    _, folder = dry
+    rows = json.loads((folder / "gpu.json").read_text())["rows"]
+    lines = (folder / "gpu.md").read_text().splitlines()
+
+    assert len(lines) == len(rows) + 2
+    assert {line.count(" | ") for line in lines} == {4}
+
+
+def _run_one(name, folder, limit=60.0, *, dry=True):
+    (step,) = (step for step in STEPS if step.name == name)
+    rows = []
+    run_step(step, limit, Place(folder, dry, None), rows)
+    return rows
+
+
+def test_a_step_that_fails_says_why(tmp_path):
+    (row,) = _run_one("frame 0", tmp_path)
+
+    assert row == Row(
+        "frame 0",
+        "the step",
+        "failed: RuntimeError: the scene was not traced",
+        "done",
+        holds=False,
+    )
+
+
+def test_a_step_at_its_limit_is_ended_and_keeps_what_it_has_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_steps, "_LEAST_SECONDS", 0)
+    found = Row("frame 0", "something", "1")
+    notebook = Notebook(tmp_path / "frame_0.jsonl")
+    notebook.add(found)
+    notebook.note("canonical 3 of 10")
+    begun = time.monotonic()
+    rows = _run_one("frame 0", tmp_path, 0.2)
+
+    assert rows[0] == found
+    assert rows[1].result == "failed: not done after 0 s (at canonical 3 of 10)"
+    assert time.monotonic() - begun < 30
+
+
+def test_a_step_without_time_is_not_begun(tmp_path):
+    (row,) = _run_one("machine", tmp_path, 1.0)
+
+    assert row.result == "failed: no time is left"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_step_takes_more_than_what_is_left():
+    steps = (Step("a", 50, ""), Step("b", 500, ""))
+
+    assert [limit for _, limit in spread_time(steps, 100)] == [50, pytest.approx(100, abs=5)]
+
+
+def test_without_a_gpu_nothing_else_is_tried(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "")
+    code = main(["--out", str(tmp_path)])
+
+    assert code == 1
+    assert "torch finds no CUDA device; --dry-run does without" in capsys.readouterr().out
+    rows = json.loads((tmp_path / "gpu.json").read_text())["rows"]
+    assert {row["step"] for row in rows} == {"machine"}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGTERM")
+def test_an_interrupted_run_leaves_the_table_of_what_was_done(tmp_path):
+    command = [*_PROGRAM, "--dry-run", "--out", str(tmp_path)]
+    environment = {**os.environ, "PYTHONPATH": str(_ROOT)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as running:
+        for _ in range(600):
+            if (tmp_path / "gpu.md").exists():
+                break
+            time.sleep(0.1)
+        time.sleep(0.5)  # within the next step
+        running.send_signal(signal.SIGTERM)
+        printed = running.communicate(timeout=60)[0].decode()
+
+    assert running.returncode == 130
+    assert printed == (tmp_path / "gpu.md").read_text()
+    assert "| machine | the step | done in" in printed
+    assert "failed: interrupted" in printed.splitlines()[-1]
+
+
+def test_the_steps_need_nothing_that_is_not_listed():
+    modules = [step.module for step in STEPS]
+    program = f"""
+import sys
+from importlib import import_module
+for name in {_ABSENT!r}:
+    sys.modules[name] = None
+for name in {modules!r}:
+    import_module(name)
+"""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(_ROOT / "benchmarks"), str(_ROOT)]),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 0, done.stderr
+
+
+def test_wheels_have_the_locked_versions():
+    locked = compare.read_locks(_ROOT / "requirements")
+    listed = dict(line.split("==") for line in read_list())
+    differ = {name for name, version in listed.items() if str(locked.get(name, version)) != version}
+
+    assert differ == set()
+    assert listed.keys() - locked.keys() == {"gsplat", "jaxtyping", "ninja", "wadler-lindig"}
+    assert LIST.name == "wheels.txt"
+
+
+def test_what_is_installed_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr("gpu.wheels.read_list", lambda: ["numpy==0.1", "pytest==0.1"])
+
+    assert install_missing(tmp_path, tmp_path / "packages") == "nothing is missing"
+
+
+def test_a_wheel_that_is_not_there_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("gpu.wheels.read_list", lambda: ["no-such-package==1.0"])
+
+    with pytest.raises(RuntimeError, match="no-such-package"):
+        install_missing(tmp_path, tmp_path / "packages")
+
+
+def test_tests_are_found_by_their_mark():
+    assert "test_rasterizers.py" in [path.name for path in list_files()]
+
+
+@pytest.mark.parametrize(
+    ("cases", "most_skipped", "holds", "said"),
+    [
+        ("<testcase name='a'/>", 0, True, "1 passed, 0 skipped, 0 failed"),
+        ("<testcase name='a'><skipped/></testcase>", 0, False, "0 passed, 1 skipped, 0 failed"),
+        ("<testcase name='a'><skipped/></testcase>", None, True, "0 passed, 1 skipped, 0 failed"),
+        ("<testcase name='a'><failure/></testcase>", 0, False, "0 failed, 1 failed; a"),
+        ("", None, False, "0 passed, 0 skipped, 0 failed"),
+    ],
+)
+def test_tests_are_counted(tmp_path, cases, most_skipped, holds, said):
+    counts = {name: cases.count(f"<{name}/>") for name in ("skipped", "failure")}
+    total = cases.count("<testcase")
+    report = tmp_path / "tests.xml"
+    report.write_text(
+        f"<testsuites><testsuite tests='{total}' skipped='{counts['skipped']}' "
+        f"failures='{counts['failure']}' errors='0'>{cases}</testsuite></testsuites>"
+    )
+    row = count_tests(report, most_skipped)
+
+    assert (row.holds, row.result) == (holds, said.replace("0 failed, 1", "0 passed, 0 skipped, 1"))
+
+
+def test_cells_keep_to_their_columns():
+    table = format_table([Row("a", "b|c", "line\nline", "", holds=False)])
+
+    assert table.splitlines()[-1] == "| a | b/c | line line |  | **no** |"
+
+
+def test_figures_that_are_no_numbers_do_not_spoil_the_json(tmp_path):
+    write_tables([Row("a", "b", "c", figures={"good": 1.0, "bad": float("nan")})], tmp_path)
+
+    (row,) = json.loads((tmp_path / "gpu.json").read_text())["rows"]
+    assert row["figures"] == {"good": 1.0}
+
+
+def test_half_a_line_is_not_read(tmp_path):
+    path = tmp_path / "notes.jsonl"
+    Notebook(path).note("1 of 2")
+    with path.open("a") as file:
+        file.write('{"row": {"st')
+
+    assert Notebook(path).read() == ([], "1 of 2")
