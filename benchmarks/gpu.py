@@ -9,7 +9,7 @@ row that says why. `--dry-run` goes through all of it on the CPU, in tiny sizes.
 
 Where the machine with the GPU lacks packages and has no network, fetch their wheels
 elsewhere with the second form, for the machine's version of Python, and carry the folder
-over. `--wheels` installs those that are missing into a folder of this run's own.
+over. `--wheels` installs those that are missing into a folder in it, for this command alone.
 """
 
 from gpu.command import main

@@ -9,7 +9,7 @@ from pathlib import Path
 from gpu.plan import DRY, REAL, STEPS
 from gpu.rows import Notebook, Row, format_table, write_tables
 from gpu.run_steps import Place, name_file, run_step, spread_time
-from gpu.wheels import fetch, install_missing
+from gpu.wheels import fetch, install_missing, name_packages
 
 _MINUTES = 9.5
 _INTERRUPTED = 130
@@ -57,7 +57,7 @@ def _run_all(asked: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         try:
-            packages = _provide_packages(asked.wheels, folder, rows)
+            packages = _provide_packages(asked.wheels, rows)
             place = Place(folder, asked.dry_run, packages)
             for step, limit in spread_time(STEPS, 60 * asked.minutes):
                 run_step(step, limit, place, rows)
@@ -71,12 +71,12 @@ def _run_all(asked: argparse.Namespace) -> int:
     return code or int(any(row.holds is False for row in rows))
 
 
-def _provide_packages(wheels: Path | None, folder: Path, rows: list[Row]) -> Path | None:
+def _provide_packages(wheels: Path | None, rows: list[Row]) -> Path | None:
     """Return the folder of packages installed from wheels; None if there is none."""
     if wheels is None:
         return None
     try:
-        rows.append(Row("wheels", "packages", install_missing(wheels, folder / "packages")))
+        rows.append(Row("wheels", "packages", install_missing(wheels)))
     except RuntimeError as error:
         rows.append(Row("wheels", "packages", f"failed: {error}", "done", holds=False))
-    return folder / "packages"
+    return name_packages(wheels)

@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import distributions
 from pathlib import Path
 
 LIST = Path(__file__).with_name("wheels.txt")
@@ -32,14 +32,21 @@ def fetch(folder: Path, python: str) -> int:
     return subprocess.run(command, check=False).returncode
 
 
-def install_missing(wheels: Path, target: Path) -> str:
-    """Install the listed packages that cannot be found into a folder, from wheels alone.
+def name_packages(wheels: Path) -> Path:
+    """Return the folder of installed packages for `PYTHONPATH`.
+
+    It stays from run to run: gsplat's kernels are compiled anew if its sources move.
+    """
+    return wheels.absolute() / "installed"
+
+
+def install_missing(wheels: Path) -> str:
+    """Install the listed packages that cannot be found, from wheels alone.
 
     What the machine has, of whatever version, stays as it is: its PyTorch was built with it.
 
     Args:
         wheels: What `fetch` filled.
-        target: Folder for `PYTHONPATH`.
 
     Returns:
         What was installed, as a sentence.
@@ -47,7 +54,8 @@ def install_missing(wheels: Path, target: Path) -> str:
     Raises:
         RuntimeError: pip cannot install them.
     """
-    missing = [line for line in read_list() if not _is_installed(line.partition("==")[0])]
+    target = name_packages(wheels)
+    missing = [line for line in read_list() if not _is_installed(line.partition("==")[0], target)]
     if not missing:
         return "nothing is missing"
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
@@ -59,9 +67,6 @@ def install_missing(wheels: Path, target: Path) -> str:
     return f"installed {', '.join(missing)}"
 
 
-def _is_installed(name: str) -> bool:
-    try:
-        distribution(name)
-    except PackageNotFoundError:
-        return False
-    return True
+def _is_installed(name: str, target: Path) -> bool:
+    places = [*sys.path, str(target)]
+    return any(True for _ in distributions(name=name, path=places))

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -186,14 +187,35 @@ def test_wheels_have_the_locked_versions():
 def test_what_is_installed_stays(tmp_path, monkeypatch):
     monkeypatch.setattr("gpu.wheels.read_list", lambda: ["numpy==0.1", "pytest==0.1"])
 
-    assert install_missing(tmp_path, tmp_path / "packages") == "nothing is missing"
+    assert install_missing(tmp_path) == "nothing is missing"
+
+
+def test_what_is_missing_is_installed_once_from_wheels_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr("gpu.wheels.read_list", lambda: ["tiny-thing==1.0", "numpy==0.1"])
+    _write_wheel(tmp_path)
+
+    assert install_missing(tmp_path) == "installed tiny-thing==1.0"
+    assert (tmp_path / "installed" / "tiny_thing.py").is_file()
+    assert install_missing(tmp_path) == "nothing is missing"
+
+
+def _write_wheel(folder):
+    info = "tiny_thing-1.0.dist-info"
+    with zipfile.ZipFile(folder / "tiny_thing-1.0-py3-none-any.whl", "w") as wheel:
+        wheel.writestr("tiny_thing.py", "")
+        wheel.writestr(
+            f"{info}/METADATA", "Metadata-Version: 2.1\nName: tiny-thing\nVersion: 1.0\n"
+        )
+        tags = "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+        wheel.writestr(f"{info}/WHEEL", tags)
+        wheel.writestr(f"{info}/RECORD", "")
 
 
 def test_a_wheel_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr("gpu.wheels.read_list", lambda: ["no-such-package==1.0"])
 
     with pytest.raises(RuntimeError, match="no-such-package"):
-        install_missing(tmp_path, tmp_path / "packages")
+        install_missing(tmp_path)
 
 
 def test_tests_are_found_by_their_mark():
