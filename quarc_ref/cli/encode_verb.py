@@ -214,6 +214,6 @@ def _show(output: Path, found: Warnings, seconds: float, *, as_json: bool) -> No
     summary = inspect_stream(output.read_bytes())
     if as_json:
         added = {"findings": found.as_json(), "seconds": seconds}
-        print_json("encode/1", {"file": str(output), **summary.as_json(), **added})
+        print_json("encode/2", {"file": str(output), **summary.as_json(), **added})
     else:
         print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})
