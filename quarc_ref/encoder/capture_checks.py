@@ -107,8 +107,8 @@ def _find_blind_cameras(seen: _Sightings) -> Iterator[Finding]:
     blind = _name(seen.cameras, np.flatnonzero(counts < _LEAST_OF_MEDIAN * np.median(counts)))
     if blind:
         message = (
-            f"{list_names(blind)} hardly see any of the initial points that the other cameras "
-            "see: check their poses"
+            f"hardly any initial points are inside the pictures of {list_names(blind)}: check the "
+            "poses of these cameras"
         )
         yield Finding("camera-sees-no-points", message, blind)
 

@@ -129,7 +129,7 @@ def test_a_camera_that_looks_away_is_named(honest):
     (finding,) = check_capture(turn_camera(honest, 4, 1, 180))
 
     assert (finding.kind, finding.cameras) == ("camera-sees-no-points", ("cam04",))
-    assert finding.message.startswith("cam04 hardly see any")
+    assert "inside the pictures of cam04" in finding.message
 
 
 @pytest.mark.parametrize("variant", list(VARIANTS))
