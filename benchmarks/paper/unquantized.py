@@ -26,7 +26,12 @@ from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.config import make_header
-from quarc_ref.encoder.encode_stream import count_deaths, settle_exposures, suit_capture
+from quarc_ref.encoder.encode_stream import (
+    count_deaths,
+    measure_loss,
+    settle_exposures,
+    suit_capture,
+)
 from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.progress import Progress
@@ -74,6 +79,7 @@ def encode_unquantized(
     config = suit_capture(trial.config, capture)
     state = _make_canonical(studio, capture, trial, train)
     count = state.scene.count
+    usual_loss = measure_loss(studio, state, config.motion.dssim)
     yield FloatFrame(state, 0)
     for frame in range(1, frames):
         studio.progress.advance("frames", frame, frames)
@@ -81,7 +87,7 @@ def encode_unquantized(
         begun = begin_frame(state, deaths)
         if trial.rebinds:
             begun = _rebind(begun)
-        priced = price_bytes(config, [])
+        priced = price_bytes(config, [], usual_loss)
         with without_rounding():
             motion = fit_motion(studio, state, begun, priced.motion)
         moved = move_freely(begun, motion.residuals)

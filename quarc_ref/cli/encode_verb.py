@@ -80,6 +80,17 @@ def encode(
             show_default="frame 0 alone",
         ),
     ] = None,
+    quality: Annotated[
+        float | None,
+        typer.Option(
+            "--quality",
+            metavar="Q",
+            min=0,
+            max=100,
+            help="Quality against bytes, 0 to 100: 10 more halve every price on bytes.",
+            show_default="50",
+        ),
+    ] = None,
     rate_weight: Annotated[
         float | None,
         typer.Option(
@@ -169,6 +180,7 @@ def encode(
         require_positive({"--lambda": rate_weight, "--target-kb-per-frame": target})
         asked = {
             "canonical.every": canonical_every,
+            "quality": quality,
             "rate_weight": rate_weight,
             "target_kb_per_frame": target,
         }

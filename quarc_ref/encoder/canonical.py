@@ -1,12 +1,15 @@
 """Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
 
-Noise on the positions while training (paper section 3) keeps the scene from
-fitting its views to the pixel. Halfway through densification, and when it is over,
-the Gaussians that the pictures would not miss go, haze before the cameras with them;
-what is left has time to take their place, and trains the faster. The first
-iterations may go over pictures of half the size (`halved_until`). The last part of
-the schedule is fine-tuning: all attributes pass through the quantizer, so that what
-is written is what was trained, but for Gaussians hardly there (`keep_opacity`).
+Noise on the positions (paper section 3) keeps the scene from fitting its views
+to the pixel; along each Gaussian's own axes it says that a place within the
+Gaussian is as good as another. Opacities fade all the while, so that only what
+the pictures ask for again and again stays: haze before a camera goes first.
+Halfway through densification, and when it is over, the Gaussians that the
+pictures would not miss go; what is left has time to take their place, and trains
+the faster. The first iterations may use pictures of half the size
+(`halved_until`). The last part of the schedule is fine-tuning: all attributes pass
+through the quantizer, so that what is written is what was trained, but for
+Gaussians hardly there (`keep_opacity`).
 """
 
 import math
@@ -22,7 +25,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.array_file import Arrays
 from quarc_ref.encoder.checkpoint import Checkpoint
 from quarc_ref.encoder.config import CanonicalSettings
-from quarc_ref.encoder.density import ScreenStatistics, densify
+from quarc_ref.encoder.density import ScreenStatistics, densify, draw_within
 from quarc_ref.encoder.interruption import uninterrupted
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.prices import price_codes, price_haze
@@ -152,8 +155,11 @@ class _Training:
         loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.dssim)
         loss = loss + price_haze(trainer.attributes, settings)
         if step % _CODES_EVERY == 0:
-            loss = loss + _CODES_EVERY * price_codes(trainer.attributes, settings, header)
+            dear = _CODES_EVERY * float(loss.detach())
+            loss = loss + dear * price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
+        if settings.opacity_decay and settings.densify_from <= step < _first_fine_step(settings):
+            trainer.fade(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, stage.camera(view))
 
 
@@ -253,11 +259,16 @@ def _as_drawn(
 ) -> Attributes:
     """Return what a step draws: noisy, without SH at first, and quantized at last."""
     noise = torch.randn(attributes.means.shape, generator=generator) * settings.noise
-    if step >= _first_fine_step(settings):
+    noise = noise.to(attributes.means.device)
+    fine = _first_fine_step(settings)
+    if step < fine and settings.axis_noise:
+        spread = settings.axis_noise * (1 - step / fine)
+        noise = noise + draw_within(attributes.detached(), spread, generator)
+    if step >= fine:
         attributes = attributes.quantized(header)
     with_sh = header.sh_degree > 0 and step >= settings.sh_from
     return Attributes(
-        attributes.means + noise.to(attributes.means.device),
+        attributes.means + noise,
         attributes.rotations,
         attributes.log_scales,
         attributes.opacities,

@@ -14,6 +14,7 @@ from quarc_ref.encoder.ranges import (
     Count,
     Logit,
     Positive,
+    Quality,
     Seed,
     Share,
     Some,
@@ -55,6 +56,8 @@ class CanonicalSettings(Checked):
         sh_from: Iteration at which SH degree 1 joins (1000).
         dssim: Weight of D-SSIM in the loss, the rest is L1 (0.2).
         noise: Deviation of the noise on positions, world units (0.01).
+        axis_noise: Deviation of more noise, along each Gaussian's own axes, in its
+            scales; it falls evenly to 0 where fine-tuning begins (ours).
         densify_from: First iteration of densification (500).
         densify_until: Last (5000).
         densify_every: Iterations between two (100).
@@ -68,16 +71,17 @@ class CanonicalSettings(Checked):
         exposure_rate: Share of the way that a camera's gains go in a step to what
             the step finds; 0 takes all cameras for alike (paper).
         exposure_from: Iteration at which that begins.
+        opacity_decay: Share of its opacity that a Gaussian loses in every step that
+            draws it, from the first densification to fine-tuning (ours; 4C4D: 0.001).
         opacity_price: Weight of the mean opacity in the loss (ours; 3DGS-MCMC: 0.01).
         scale_price: Weight of the mean scale, world units (ours; 3DGS-MCMC: 0.01).
         quantize_from: Share of the iterations after which all pass through
             the quantizer, which is fine-tuning (ours).
-        gaussian_price: Change of the pictures, mean square, that a Gaussian must
-            be good for to stay after densification, and half of it halfway, in
-            shares of the mean squared error over the number of Gaussians; 0 keeps
-            all (paper).
-        code_price: Weight in the loss of the nats that the codes of a Gaussian
-            take, its position and opacity left out (ours).
+        gaussian_price: Squared change of a picture that a Gaussian must be good for
+            to stay after densification, and half of it halfway, in medians over the
+            Gaussians of the squared error where one shows; 0 keeps all (paper).
+        code_price: Weight of the nats that the codes of a Gaussian take, its position
+            and opacity left out, in shares of the loss (ours).
         rate_end: Share of the learning rates at the last iteration, by cosine
             over fine-tuning (1).
         position_rate: First learning rate of positions, times the extent (1.6e-4).
@@ -96,6 +100,7 @@ class CanonicalSettings(Checked):
     sh_from: Count = 1000
     dssim: Share = 0.2
     noise: Amount = 0.01
+    axis_noise: Amount = 0.0
     densify_from: Count = 500
     densify_until: Count = 5000
     densify_every: Some = 100
@@ -106,6 +111,7 @@ class CanonicalSettings(Checked):
     halved_until: Count = 0
     exposure_rate: Share = 0.0
     exposure_from: Count = 200
+    opacity_decay: Share = 0.0
     opacity_price: Amount = 0.0
     scale_price: Amount = 0.0
     quantize_from: Share = 0.8
@@ -140,7 +146,8 @@ class MotionSettings(Checked):
         price: What residuals cost: `l1`, the mean of their magnitudes in units
             (paper), or `group_log`, the mean over anchors of
             ln(1 + norm of the anchor's symbols).
-        price_weight: Of the price in the loss (1 with `l1`).
+        price_weight: Of the price in the loss (1 with `l1`); that of `group_log` in
+            shares of the loss that frame 0 has when it is decoded.
         warm_start: Where residuals start: `anchors`, the last frame's residual
             of the anchor, or of its three nearest (paper), or `projection`,
             each Gaussian's last motion handed down from coarse to fine.
@@ -185,8 +192,8 @@ class BirthSettings(Checked):
         prune_scale: Scale above which it goes, share of the extent (0.1).
         must_pay: Keep the newborn only if the training views gain by them (ours).
         byte_price: What a byte of newborn must take off the mean loss of the
-            training views, times the number of Gaussians: as motion's price, it
-            falls as pictures get finer (ours).
+            training views, in shares of the loss that frame 0 has when it is
+            decoded, times the number of Gaussians (ours).
     """
 
     iterations: Count = 100
@@ -221,6 +228,9 @@ class EncoderConfig(Checked):
         canonical: Of frame 0.
         motion: Of stage 1 of every later frame.
         births: Of stage 2.
+        quality: The dial of quality against bytes, 0 to 100 (`--quality`): 10 more
+            halve every price on bytes. The same number asks for the same quality of
+            every capture.
         rate_weight: Bytes are so many times as dear as the other settings say:
             the factor of every price on them (`--lambda`).
         target_kb_per_frame: KB (1024 bytes) that a frame after the canonical one
@@ -233,6 +243,7 @@ class EncoderConfig(Checked):
     canonical: CanonicalSettings = field(default_factory=CanonicalSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     births: BirthSettings = field(default_factory=BirthSettings)
+    quality: Quality = 50.0
     rate_weight: Positive = 1.0
     target_kb_per_frame: Amount = 0.0
     seed: Seed = 0

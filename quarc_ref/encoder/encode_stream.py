@@ -26,6 +26,7 @@ from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.findings import Report, ignore
 from quarc_ref.encoder.first_frame_check import check_first_frame, draw_views
+from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.presets import choose_preset
 from quarc_ref.encoder.progress import Progress, Silence
@@ -171,7 +172,7 @@ class _Encoding:
         config, frame, state = self._config, self.next_frame, self._loop.state
         self._studio.progress.advance("frames", frame, self.frame_count)
         begun = self._loop.begin_frame(count_deaths(state, self._first_count, config.births))
-        priced = price_bytes(config, self._sizes)
+        priced = price_bytes(config, self._sizes, self._usual_loss)
         motion = fit_motion(self._studio, state, begun, priced.motion)
         moved = self._loop.commit_motion(motion.symbols)
         births = fit_births(self._studio, moved, motion.statistics, priced)
@@ -205,6 +206,7 @@ class _Encoding:
         """Go over to what every later frame starts from, of which frame 0 is the first."""
         if self._config.canonical.exposure_rate:
             settle_exposures(self._studio, state)
+        self._usual_loss = measure_loss(self._studio, state, self._config.motion.dssim)
         self.next_frame = 1
         if self._checkpoint is not None:
             self._checkpoint.remove()
@@ -234,6 +236,16 @@ def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
 def settle_exposures(studio: Studio, state: State) -> None:
     """Find the exposures anew from decoded frame 0, so that no later frame hangs on more."""
     studio.exposures.settle(draw_views(studio, state))
+
+
+def measure_loss(studio: Studio, state: State, dssim: float) -> float:
+    """Return the mean loss of the training views, as a decoder shows them."""
+    pairs = enumerate(draw_views(studio, state))
+    losses = [
+        float(photometric_loss(image, studio.truth(view, state.scene.frame), dssim))
+        for view, (image, _) in pairs
+    ]
+    return sum(losses) / len(losses)
 
 
 def count_deaths(state: State, target: int, settings: BirthSettings) -> int:

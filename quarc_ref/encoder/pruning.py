@@ -7,17 +7,22 @@ without a pass per Gaussian: the derivative of a sum of pixels with random
 signs, squared, is that sum on average (Hutchinson's estimate of a diagonal).
 
 The square alone decides and not the rise of the error: what the others do not
-take over in fine-tuning is the size of the hole.
+take over in fine-tuning is the size of the hole. Its measure is the squared error
+of the pixels that a Gaussian shows in, the median over all of them: neither lamps
+that no scene models nor a black hall around a small subject move it.
 """
+
+from dataclasses import replace
 
 import torch
 from torch import Tensor
 
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes, Trainer
+from quarc_ref.encoder.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.rendering.rasterizer import Gaussians
 
 _PROBES = 2
+_COLORS = 3
 
 
 def prune_unmissed(
@@ -28,12 +33,12 @@ def prune_unmissed(
     Args:
         trainer: Changed in place.
         studio: Its training views are the pictures.
-        price: Change of the pictures, mean square, below which a Gaussian goes;
-            1 is the mean squared error of the pictures over the number of Gaussians.
+        price: Presence below which a Gaussian goes, in medians of the error around one.
         generator: Of the probes.
     """
     presence, error = measure_presence(studio, trainer.attributes.detached(), generator)
-    kept = presence * trainer.count >= price * error
+    shown = presence > 0
+    kept = shown & (presence >= price * error[shown].median())
     kept[presence.argmax()] = True
     nothing = kept.new_zeros(0, dtype=torch.long)
     trainer.replace_rows(kept, trainer.attributes.detached().rows(nothing))
@@ -41,8 +46,8 @@ def prune_unmissed(
 
 def measure_presence(
     studio: Studio, attributes: Attributes, generator: torch.Generator
-) -> tuple[Tensor, float]:
-    """Return what each Gaussian of frame 0 does to its pictures, and what these miss.
+) -> tuple[Tensor, Tensor]:
+    """Return what each Gaussian of frame 0 does to its pictures, and what these miss around it.
 
     Args:
         studio: Its training views are the pictures.
@@ -50,26 +55,36 @@ def measure_presence(
         generator: Of the probes.
 
     Returns:
-        `[N]` mean squared change of the pictures if the Gaussian alone were
-        gone (an estimate without bias), and the pictures' mean squared error.
+        `[N]` squared change of a picture if the Gaussian alone were gone (an
+        estimate without bias), and `[N]` the squared error of a picture, of each
+        pixel by what share of it the Gaussian shows; both are summed over the
+        pixels, and the mean over the colors and over the views that see it.
     """
     drawn = attributes.activated()
-    presence, error = torch.zeros_like(drawn.opacities), 0.0
-    views = len(studio.views.cameras)
-    for view in range(views):
+    presence, error, seen = (torch.zeros_like(drawn.opacities) for _ in range(3))
+    for view in range(len(studio.views.cameras)):
         gates = torch.ones_like(presence).requires_grad_()
-        image = studio.render(_gated(drawn, gates), view).image
-        error += float((image.detach() - studio.truth(view, 0)).square().mean()) / views
+        tints = torch.zeros_like(presence).requires_grad_()
+        rendering = studio.render(_tinted(_gated(drawn, gates), tints), view)
+        image = rendering.image
+        seen += rendering.radii > 0
         for _ in range(_PROBES):
             signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
             total = (image * signs.to(image)).sum()
             (change,) = torch.autograd.grad(total, gates, retain_graph=True)
-            presence += change.square() / (_PROBES * views * image.numel())
-    return presence, error
+            presence += change.square() / (_PROBES * _COLORS)
+        missed = (image.detach() - studio.truth(view, 0)).square().mean(dim=2)
+        (shown,) = torch.autograd.grad((image.mean(dim=2) * missed).sum(), tints)
+        error += shown
+    return presence / seen.clamp(min=1), error / seen.clamp(min=1)
 
 
 def _gated(drawn: Gaussians, gates: Tensor) -> Gaussians:
     """Return Gaussians whose opacities are multiplied by `[N]` gates."""
-    return Gaussians(
-        drawn.means, drawn.quaternions, drawn.scales, drawn.opacities * gates, drawn.sh
-    )
+    return replace(drawn, opacities=drawn.opacities * gates)
+
+
+def _tinted(drawn: Gaussians, tints: Tensor) -> Gaussians:
+    """Return Gaussians to whose colors `[N]` tints are added, alike to red, green and blue."""
+    sh = torch.cat([drawn.sh[:, :1] + to_sh_dc(tints + 0.5)[:, None, None], drawn.sh[:, 1:]], dim=1)
+    return replace(drawn, sh=sh)

@@ -31,6 +31,7 @@ Amount = Annotated[float, Bounds(0, sys.float_info.max)]
 Positive = Annotated[float, Bounds(sys.float_info.min, sys.float_info.max)]
 Logit = Annotated[float, Bounds(-20, 20)]
 Share = Annotated[float, Bounds(0, 1)]
+Quality = Annotated[float, Bounds(0, 100)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,21 +17,31 @@ _LEARNING = 0.5
 # Share of the way from a frame's factor to the one that the model asks for: what a frame
 # was not told, the next has to tell, so that a factor that jumps makes sizes that swing.
 _STRIDE = 0.5
+# At the first of these every price is what the settings say; so much more quality halves it.
+_USUAL_QUALITY = 50.0
+_QUALITY_PER_DOUBLING = 10.0
 _MOST_AIM = 2.0
 _MOST_TURN = math.log(3)
 _MOST_WEIGHT = math.log(256)
 
 
-def price_bytes(config: EncoderConfig, sizes: Sequence[int]) -> EncoderConfig:
+def price_bytes(
+    config: EncoderConfig, sizes: Sequence[int], usual_loss: float = 1.0
+) -> EncoderConfig:
     """Return the settings of the next frame, with every price on bytes multiplied.
 
     Args:
         config: Of the stream.
         sizes: Bytes of the chunks of all frames since the first, canonical ones left out.
+        usual_loss: Mean loss of the training views when frame 0 is decoded: what prices
+            are shares of, so that the same ones suit captures that are easy and hard.
     """
     target = config.target_kb_per_frame * 1024
-    weight = config.rate_weight * (control_rate(sizes, target) if target else 1)
-    canonical = config.canonical
+    weight = config.rate_weight * weigh_quality(config.quality)
+    if target:
+        weight *= control_rate(sizes, target)
+    canonical, motion = config.canonical, config.motion
+    in_shares = 1.0 if motion.price == "l1" else usual_loss  # the paper's is of no capture
     return replace(
         config,
         canonical=replace(
@@ -39,9 +49,14 @@ def price_bytes(config: EncoderConfig, sizes: Sequence[int]) -> EncoderConfig:
             gaussian_price=canonical.gaussian_price * weight,
             code_price=canonical.code_price * weight,
         ),
-        motion=replace(config.motion, price_weight=config.motion.price_weight * weight),
-        births=replace(config.births, byte_price=config.births.byte_price * weight),
+        motion=replace(motion, price_weight=motion.price_weight * weight * in_shares),
+        births=replace(config.births, byte_price=config.births.byte_price * weight * usual_loss),
     )
+
+
+def weigh_quality(quality: float) -> float:
+    """Return the factor of every price on bytes at a point of the quality dial (`--quality`)."""
+    return math.exp2((_USUAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
 def control_rate(sizes: Sequence[int], target: float) -> float:

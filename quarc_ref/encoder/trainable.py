@@ -18,6 +18,7 @@ from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 ADAM_EPSILON = 1e-15
 _ADAM_KNOWS = ("step", "exp_avg", "exp_avg_sq")
+_LEAST_OPACITY = 1e-5
 _SH_C0 = 0.28209479177387814
 
 
@@ -141,6 +142,12 @@ class Trainer:
             leaf.grad = gradient
         self._adam.step()
         return by_extra
+
+    def fade(self, which: Tensor, share: float) -> None:
+        """Take a share of their opacity from the Gaussians of a mask `[N]`."""
+        logits = self._leaves[_NAMES.index("opacities")].detach()
+        faded = torch.sigmoid(logits) * (1 - share)
+        logits.copy_(torch.where(which, torch.logit(faded, eps=_LEAST_OPACITY), logits))
 
     def state(self) -> dict[str, Tensor]:
         """Return all that the next step needs: the attributes, and what Adam knows of each."""

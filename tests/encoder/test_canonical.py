@@ -9,6 +9,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.canonical import rates_at, start_from_points, train_canonical
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.quantize import quantize_gaussians
+from quarc_ref.encoder.straight_through import position_step
 from quarc_ref.format.records import LOG_SCALES, StreamHeader
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from tests.encoder.toys import SMALL, make_capture, make_studio
@@ -130,9 +131,45 @@ def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
     assert torch.exp(thin.log_scales).mean() < torch.exp(free.log_scales).mean()
 
 
+def test_what_the_pictures_do_not_ask_for_fades_away():
+    studio, points = make_studio(), make_capture().points
+    fading = replace(SMALL.canonical, opacity_decay=0.02)
+
+    lasting, faded = (
+        train_canonical(studio, points, settings, SMALL.stream)
+        for settings in (SMALL.canonical, fading)
+    )
+
+    assert torch.sigmoid(faded.opacities).mean() < torch.sigmoid(lasting.opacities).mean()
+    assert np.mean(_errors(studio, faded)) < 1.5 * np.mean(_errors(studio, lasting))
+
+
+def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkeypatch):
+    drawn = []
+    render = NumbaRasterizer.render
+    monkeypatch.setattr(
+        NumbaRasterizer,
+        "render",
+        lambda self, gaussians, camera, background: (
+            drawn.append(gaussians.means.detach().clone())
+            or render(self, gaussians, camera, background)
+        ),
+    )
+    settings = replace(SMALL.canonical, noise=0.0, axis_noise=0.5)
+
+    train_canonical(make_studio(), make_capture().points, settings, StreamHeader())
+
+    quantized = StreamHeader()
+    step = position_step(quantized)
+    on_grid = [bool(torch.allclose(m / step, (m / step).round(), atol=1e-2)) for m in drawn]
+    fine = math.ceil(settings.quantize_from * settings.iterations)
+    assert not any(on_grid[:fine])
+    assert all(on_grid[fine:])
+
+
 def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
     studio, points = make_studio(), make_capture().points
-    priced = replace(SMALL.canonical, gaussian_price=0.1)
+    priced = replace(SMALL.canonical, gaussian_price=0.02)
 
     free, few = (
         train_canonical(studio, points, settings, SMALL.stream)

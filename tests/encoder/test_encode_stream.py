@@ -98,7 +98,10 @@ def test_only_as_many_frames_are_encoded_as_asked_for():
 
 def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypatch):
     sink, seeds = io.BytesIO(), []
-    fit = encode_stream.fit_motion
+    fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
+    monkeypatch.setattr(
+        encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
+    )
 
     def spy(studio, before, begun, settings):
         seeds.append((before, sink.getvalue()))
@@ -118,7 +121,10 @@ def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypat
 def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
     config = replace(SMALL, target_kb_per_frame=0.2, rate_weight=3.0)
     sink, seen = io.BytesIO(), []
-    fit = encode_stream.fit_motion
+    fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
+    monkeypatch.setattr(
+        encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
+    )
 
     def spy(studio, before, begun, settings):
         seen.append((settings.price_weight, sink.getvalue()))
@@ -128,8 +134,11 @@ def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
     encode(make_capture(), sink, EncodeOptions(config, device="cpu"))
 
     for weight, written in seen:
-        assert weight == price_bytes(config, _frame_sizes(written)).motion.price_weight
+        priced = price_bytes(config, _frame_sizes(written), losses[0])
+        assert weight == priced.motion.price_weight
     assert len({weight for weight, _ in seen}) == len(seen)
+    assert len(losses) == 1
+    assert 0 < losses[0] < 0.2
 
 
 def test_the_mean_of_the_frames_meets_its_target(monkeypatch):

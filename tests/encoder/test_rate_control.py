@@ -67,6 +67,32 @@ def test_rate_weight_multiplies_every_price_of_a_frame():
     assert priced.births.byte_price == pytest.approx(3e-6)
 
 
+def test_prices_are_shares_of_the_loss_of_frame_0_but_the_papers():
+    main, paper = (
+        price_bytes(choose_preset(name), [], usual_loss=0.01) for name in ("main", "paper")
+    )
+
+    assert main.motion.price_weight == pytest.approx(
+        0.01 * choose_preset("main").motion.price_weight
+    )
+    assert main.births.byte_price == pytest.approx(0.01 * choose_preset("main").births.byte_price)
+    assert paper.motion.price_weight == choose_preset("paper").motion.price_weight
+
+
+@pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("40", 2), ("70", 0.25), ("0", 32)])
+def test_ten_more_of_quality_halve_every_price(quality, factor):
+    config = choose_preset("main")
+
+    priced = price_bytes(change_setting(config, "quality", quality), [])
+
+    assert priced.motion.price_weight == pytest.approx(factor * config.motion.price_weight)
+    assert priced.births.byte_price == pytest.approx(factor * config.births.byte_price)
+    assert priced.canonical.code_price == pytest.approx(factor * config.canonical.code_price)
+    assert priced.canonical.gaussian_price == pytest.approx(
+        factor * config.canonical.gaussian_price
+    )
+
+
 def test_too_large_frames_make_the_next_one_dearer():
     config = change_setting(choose_preset("main"), "target_kb_per_frame", "2")
 
