@@ -87,7 +87,7 @@ def encode(
             metavar="Q",
             min=0,
             max=100,
-            help="Quality against bytes, 0 to 100: 10 more halve every price on bytes.",
+            help="Quality against bytes, 0 to 100: 20 more halve every price on bytes.",
             show_default="50",
         ),
     ] = None,

@@ -228,7 +228,7 @@ class EncoderConfig(Checked):
         canonical: Of frame 0.
         motion: Of stage 1 of every later frame.
         births: Of stage 2.
-        quality: The dial of quality against bytes, 0 to 100 (`--quality`): 10 more
+        quality: The dial of quality against bytes, 0 to 100 (`--quality`): 20 more
             halve every price on bytes. The same number asks for the same quality of
             every capture.
         rate_weight: Bytes are so many times as dear as the other settings say:

@@ -28,7 +28,7 @@ _COLORS = 3
 def prune_unmissed(
     trainer: Trainer, studio: Studio, price: float, generator: torch.Generator
 ) -> None:
-    """Drop the Gaussians that frame 0 would not miss.
+    """Drop the Gaussians that frame 0 would not miss, at most half of those that show.
 
     Args:
         trainer: Changed in place.
@@ -38,8 +38,10 @@ def prune_unmissed(
     """
     presence, error = measure_presence(studio, trainer.attributes.detached(), generator)
     shown = presence > 0
-    kept = shown & (presence >= price * error[shown].median())
-    kept[presence.argmax()] = True
+    if not bool(shown.any()):
+        return
+    least = price * error[shown].median()
+    kept = shown & (presence >= torch.minimum(least, presence[shown].median()))
     nothing = kept.new_zeros(0, dtype=torch.long)
     trainer.replace_rows(kept, trainer.attributes.detached().rows(nothing))
 

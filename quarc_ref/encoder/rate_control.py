@@ -19,7 +19,7 @@ _LEARNING = 0.5
 _STRIDE = 0.5
 # At the first of these every price is what the settings say; so much more quality halves it.
 _USUAL_QUALITY = 50.0
-_QUALITY_PER_DOUBLING = 10.0
+_QUALITY_PER_DOUBLING = 20.0
 _MOST_AIM = 2.0
 _MOST_TURN = math.log(3)
 _MOST_WEIGHT = math.log(256)

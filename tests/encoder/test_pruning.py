@@ -99,14 +99,13 @@ def test_gaussians_that_no_view_sees_go_and_the_others_stay(studio, attributes):
     assert trainer.attributes.means[:, 2].min() > -1e3
 
 
-def test_a_higher_price_keeps_fewer_and_never_none(studio, attributes):
+def test_a_higher_price_keeps_fewer_and_never_less_than_half(studio, attributes):
     seen = int((measure_presence(studio, attributes, _generator())[0] > 0).sum())
     counts = []
-    for price in (0.0, 0.02, 0.1, 1e9):
+    for price in (0.0, 0.005, 0.02, 1e9):
         trainer = Trainer(attributes, (0.1,) * 6)
         prune_unmissed(trainer, studio, price, _generator())
         counts.append(trainer.count)
 
     assert counts[0] == seen
-    assert counts == sorted(counts, reverse=True)
-    assert counts[0] > counts[1] > counts[2] > counts[3] == 1
+    assert counts[0] > counts[1] > counts[2] > counts[3] == seen // 2 + 1

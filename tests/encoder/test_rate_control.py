@@ -79,8 +79,8 @@ def test_prices_are_shares_of_the_loss_of_frame_0_but_the_papers():
     assert paper.motion.price_weight == choose_preset("paper").motion.price_weight
 
 
-@pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("40", 2), ("70", 0.25), ("0", 32)])
-def test_ten_more_of_quality_halve_every_price(quality, factor):
+@pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("30", 2), ("90", 0.25), ("10", 4)])
+def test_twenty_more_of_quality_halve_every_price(quality, factor):
     config = choose_preset("main")
 
     priced = price_bytes(change_setting(config, "quality", quality), [])
