@@ -89,18 +89,22 @@ def test_what_is_closed_ends_its_iterator_and_gives_no_more():
 
 
 def test_whoever_waits_for_an_item_is_told_when_it_is_closed():
-    asked, let_go, items = threading.Event(), threading.Event(), []
+    taken, let_go, items = threading.Event(), threading.Event(), []
 
     def make():
         yield 0
-        asked.set()
         let_go.wait(60)
         yield 1
 
+    def take():
+        for item in ahead:
+            items.append(item)
+            taken.set()
+
     ahead = Ahead(make, 1)
-    taker = threading.Thread(target=lambda: items.extend(ahead))
+    taker = threading.Thread(target=take)
     taker.start()
-    assert asked.wait(10)
+    assert taken.wait(10)
     closer = threading.Thread(target=ahead.close)
     closer.start()
     let_go.set()
