@@ -6,7 +6,7 @@
 Structured streams have hostile values coded anew, with CRCs that hold; each is
 decoded by plain and by compiled kernels, which must agree.
 
-A run that is ended goes on where it was. A stream is told by series and number:
+A run that is ended goes on where it was. A stream is named by its series and number:
 `--only N` judges one again, and what failed is in OUT/failures. The exit code is
 1 if any decoded for more than 2 seconds of the processor, took more than 512 MiB,
 or ended in anything but frames and refusals, and if no structured stream came to

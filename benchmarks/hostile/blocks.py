@@ -135,7 +135,7 @@ def judge_block(
         first: Number of the first.
         count: How many.
         folder: For those that fail.
-        begin: Is told of every number before its stream is made.
+        begin: Called with every number before its stream is made.
     """
     tally = Tally()
     for number in range(first, first + count):

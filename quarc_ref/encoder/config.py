@@ -229,8 +229,7 @@ class EncoderConfig(Checked):
         motion: Of stage 1 of every later frame.
         births: Of stage 2.
         quality: The dial of quality against bytes, 0 to 100 (`--quality`): 20 more
-            halve every price on bytes. The same number asks for the same quality of
-            every capture.
+            halve every price on bytes.
         rate_weight: Bytes are so many times as dear as the other settings say:
             the factor of every price on them (`--lambda`).
         target_kb_per_frame: KB (1024 bytes) that a frame after the canonical one

@@ -1,8 +1,8 @@
-"""Whether a decoded first frame shows its training views as well as they let expect.
+"""Whether a decoded first frame shows its training views as well as can be expected.
 
 Training sees these views all along, so what it does not show even there, it shows
 nowhere. The measure is each picture's own: its PSNR if it is averaged over squares of a
-fortieth of its width. A scene that is no nearer to a picture than that has no detail.
+twentieth of its width. A scene that is no nearer to a picture than that has no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

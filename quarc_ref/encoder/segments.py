@@ -91,7 +91,7 @@ def encode_segments(
 
 
 def _cut_off(options: EncodeOptions) -> EncodeOptions:
-    """Return options that can be sent elsewhere: nobody is told of anything there."""
+    """Return options that can be sent to another process: without progress and report."""
     return replace(options, progress=Silence(), checks=False, report=ignore)
 
 
