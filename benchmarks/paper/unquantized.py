@@ -26,13 +26,9 @@ from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.config import make_header
-from quarc_ref.encoder.encode_stream import (
-    count_deaths,
-    measure_loss,
-    settle_exposures,
-    suit_capture,
-)
+from quarc_ref.encoder.encode_stream import count_deaths, suit_capture
 from quarc_ref.encoder.exposure import Exposures
+from quarc_ref.encoder.first_frame import measure_loss, settle_exposures
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians

@@ -155,7 +155,7 @@ class _Training:
         loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.dssim)
         loss = loss + price_haze(trainer.attributes, settings)
         if step % _CODES_EVERY == 0:
-            dear = _CODES_EVERY * float(loss.detach())
+            dear = _CODES_EVERY * loss.detach()
             loss = loss + dear * price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
         if settings.opacity_decay and settings.densify_from <= step < _first_fine_step(settings):

@@ -25,8 +25,8 @@ from quarc_ref.encoder.config import BirthSettings, EncoderConfig, make_header
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.findings import Report, ignore
-from quarc_ref.encoder.first_frame_check import check_first_frame, draw_views
-from quarc_ref.encoder.losses import photometric_loss
+from quarc_ref.encoder.first_frame import measure_loss, settle_exposures
+from quarc_ref.encoder.first_frame_check import check_first_frame
 from quarc_ref.encoder.motion import fit_motion
 from quarc_ref.encoder.presets import choose_preset
 from quarc_ref.encoder.progress import Progress, Silence
@@ -231,21 +231,6 @@ def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
     pictures = (whole.image(index, 0) for index in whole.training)
     stream = propose_steps(config.stream, config.steps, views, whole.points, pictures)
     return replace(config, stream=stream)
-
-
-def settle_exposures(studio: Studio, state: State) -> None:
-    """Find the exposures anew from decoded frame 0, so that no later frame hangs on more."""
-    studio.exposures.settle(draw_views(studio, state))
-
-
-def measure_loss(studio: Studio, state: State, dssim: float) -> float:
-    """Return the mean loss of the training views, as a decoder shows them."""
-    pairs = enumerate(draw_views(studio, state))
-    losses = [
-        float(photometric_loss(image, studio.truth(view, state.scene.frame), dssim))
-        for view, (image, _) in pairs
-    ]
-    return sum(losses) / len(losses)
 
 
 def count_deaths(state: State, target: int, settings: BirthSettings) -> int:

@@ -13,12 +13,11 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.exposure import find_gain
 from quarc_ref.encoder.findings import Finding, list_names
+from quarc_ref.encoder.first_frame import draw_views
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import from_splats
 
 _SQUARES_ACROSS = 20
 _LEAST_SIDE = 4
@@ -50,15 +49,6 @@ def check_first_frame(studio: Studio, state: State) -> Iterator[Finding]:
     """Yield what is wrong with a decoded first frame, if its training views show it."""
     names = [camera.name for camera in studio.views.cameras]
     return judge_views(measure_views(names, draw_views(studio, state)))
-
-
-def draw_views(studio: Studio, state: State) -> Iterator[tuple[Tensor, Tensor]]:
-    """Yield what a decoded scene shows in each training view, and the picture, `[H, W, 3]`."""
-    drawn = from_splats(dequantize(state.scene), studio.device).activated()
-    for view in range(len(studio.views.cameras)):
-        with torch.no_grad():
-            image = studio.render(drawn, view).image
-        yield image, studio.views.picture(view, state.scene.frame)
 
 
 def measure_views(
