@@ -4,8 +4,10 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from quarc_ref.format.constants import RESIDUAL_ROWS
 from quarc_ref.format.motion_planes import LevelContext
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
+from quarc_ref.format.updates import Updates
 
 _STEPS = st.sampled_from([1 / 64, 1 / 16, 1 / 8, 0.5, 3.0])
 
@@ -31,6 +33,7 @@ def headers(draw) -> StreamHeader:
         resample_interval=draw(st.integers(1, 3)),
         full_crc_interval=draw(st.integers(1, 4)),
         seed=draw(st.integers(0, (1 << 64) - 1)),
+        updates=draw(st.booleans()),
     )
 
 
@@ -61,6 +64,20 @@ def gaussians(draw, header: StreamHeader, count: int, reach: int = 1000) -> Gaus
 def births(draw, header: StreamHeader, count: int, scene_count: int) -> Births:
     parents = draw(st.lists(st.integers(0, scene_count - 1), min_size=count, max_size=count))
     return Births(np.array(sorted(parents), dtype=np.int64), draw(gaussians(header, count, 50)))
+
+
+@st.composite
+def updates(draw, scene_count: int) -> Updates:
+    """Changes of some Gaussians of a scene, not all of which leave."""
+    indices = st.integers(0, scene_count - 1)
+    chosen = np.array(sorted(draw(st.sets(indices))), dtype=np.int64)
+    dies = draw(arrays(np.bool_, chosen.size))
+    dies[chosen == draw(indices)] = False
+    if dies.sum() == scene_count:
+        dies[0] = False
+    fields = np.repeat(draw(arrays(np.bool_, (5, chosen.size))), (3, 3, 3, 1, 3), axis=0)
+    residuals = draw(integers(RESIDUAL_ROWS, chosen.size, -256, 256))
+    return Updates(chosen, dies, residuals * (fields & ~dies))
 
 
 @st.composite

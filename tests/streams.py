@@ -8,10 +8,11 @@ import numpy as np
 
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.constants import MAGIC, RESIDUAL_ROWS
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.records import Births, Camera, Gaussians, StreamHeader
 from quarc_ref.format.source import BytesSource
+from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 CAMERA = Camera(
     "cam00", 64, 48, 50.0, 50.0, 32.0, 24.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 2), 0.5, True
@@ -49,6 +50,18 @@ def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.nda
     return levels
 
 
+def make_updates(state: State, seed: int = 0, share: float = 0.3, dying: float = 0.1) -> Updates:
+    """Changes of drawn Gaussians, each of some fields; never are all Gaussians gone."""
+    rng = np.random.default_rng(seed)
+    chosen = np.flatnonzero(rng.random(state.scene.count) < share)
+    dies = rng.random(chosen.size) < dying
+    dies[:1] = False
+    residuals = rng.integers(-4, 5, (RESIDUAL_ROWS, chosen.size)) * ~dies
+    for rows in UPDATE_FIELDS.values():
+        residuals[rows] *= rng.random(chosen.size) < 0.5
+    return Updates(chosen, dies, residuals)
+
+
 def make_stream(
     header: StreamHeader | None = None,
     gaussian_count: int = 40,
@@ -56,14 +69,15 @@ def make_stream(
     canonical_every: int = 1 << 32,
     births: int = 3,
 ) -> tuple[bytes, list[State]]:
-    """A stream with motion, births and deaths, and the state of each of its frames."""
+    """A stream with motion, births, deaths and what else its header allows, and its states."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
     sink = io.BytesIO()
     loop = ClosedLoop(sink, header, (CAMERA,), {"capture": "made by hand"})
     states = [loop.commit_canonical(make_gaussians(header, gaussian_count), frame=0)]
     for frame in range(1, frame_count):
         begun = loop.begin_frame(max(0, loop.state.scene.count - gaussian_count))
-        moved = loop.commit_motion(make_symbols(begun, frame))
+        updates = make_updates(begun, frame) if header.updates else None
+        moved = loop.commit_motion(make_symbols(begun, frame), updates)
         newborn = make_births(moved, births, frame) if births and frame % 2 else None
         commit = loop.commit_births
         if frame % canonical_every == 0:

@@ -26,6 +26,7 @@ class Row:
         canonical: Bytes of canonical frames; of a file of the first frame alone
             where a format has no such thing.
         motion: Bytes of the anchors' residuals.
+        updates: Bytes of what changes single Gaussians.
         births: Bytes of the newborn.
         rest: Bytes of headers, index, cameras and metadata.
         total: Bytes of all.
@@ -39,6 +40,7 @@ class Row:
     coder: str
     canonical: float | None = None
     motion: float | None = None
+    updates: float | None = None
     births: float | None = None
     rest: float | None = None
     total: float | None = None

@@ -79,18 +79,24 @@ def _cuts(parent: Valid) -> list[Vector]:
 
 def _flips(parent: Valid) -> list[Vector]:
     """A bit of the header and a bit of the payload of every chunk."""
-    vectors = []
-    pieces = parent.stream.pieces
-    for place, piece in enumerate(pieces):
-        kind = piece.kind.decode()
-        length = parent.layout.offsets[place + 1] - parent.layout.offsets[place]
-        header, payload = pick(place, 1) % 20, 20 + pick(place, 2) % (length - 20)
-        for part, at in (("header", header), ("payload", payload)):
-            ids = ("payload-crc",) if at >= 20 else ("bad-sync",) if at < 4 else ("header-crc",)
-            spoiled = parent.stream.replaced(place, spoil=at)
-            name = f"damaged/flip-{place:02}-{kind}-{part}"
-            note = f"a bit of byte {at} of chunk {place}, {kind}"
-            vectors.append(_flipped(parent, place, spoiled, ids, name, note))
+    places = enumerate(parent.stream.pieces)
+    return [
+        vector
+        for place, piece in places
+        for vector in flip(parent, place, f"flip-{place:02}-{piece.kind.decode()}")
+    ]
+
+
+def flip(parent: Valid, place: int, name: str) -> list[Vector]:
+    """Return streams with a bit of the header, and of the payload, of a chunk turned."""
+    vectors, kind = [], parent.stream.pieces[place].kind.decode()
+    length = parent.layout.offsets[place + 1] - parent.layout.offsets[place]
+    header, payload = pick(place, 1) % 20, 20 + pick(place, 2) % (length - 20)
+    for part, at in (("header", header), ("payload", payload)):
+        ids = ("payload-crc",) if at >= 20 else ("bad-sync",) if at < 4 else ("header-crc",)
+        spoiled = parent.stream.replaced(place, spoil=at)
+        note = f"a bit of byte {at} of chunk {place}, {kind}"
+        vectors.append(_flipped(parent, place, spoiled, ids, f"damaged/{name}-{part}", note))
     return vectors
 
 

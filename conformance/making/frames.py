@@ -48,6 +48,22 @@ class Coded:
 
 
 @dataclass(frozen=True)
+class Update:
+    """What a frame does to one Gaussian (SPEC 7.8).
+
+    Attributes:
+        gaussian: Its index in the scene after the motion.
+        residuals: The 13; None of one that leaves.
+        fields: The fields that are answered yes, a bit to each; None for those with a residual
+            that is not 0.
+    """
+
+    gaussian: int
+    residuals: tuple[int, ...] | None = (0,) * 13
+    fields: int | None = None
+
+
+@dataclass(frozen=True)
 class Change:
     """What a FRAM chunk does.
 
@@ -59,6 +75,8 @@ class Change:
         stating: Which codes the planes state.
         motion: Words in place of those of the symbols.
         newborn: Words in place of those of the births.
+        updates: Of single Gaussians, in ascending order of their indices.
+        updated: Words in place of those of the updates.
     """
 
     symbols: Symbols = _stay
@@ -68,6 +86,8 @@ class Change:
     stating: State = say_nothing
     motion: tuple[int, ...] | None = None
     newborn: tuple[int, ...] | None = None
+    updates: tuple[Update, ...] = ()
+    updated: tuple[int, ...] | None = None
 
 
 class _Maker(FrameDecoder):
@@ -142,12 +162,17 @@ def make_frame(
     births: Any = {"words": change.newborn}
     if change.newborn is None:
         births = Planes(birth_planes(head, change.births), change.stating)
-    maker = _Maker(head, {**fields, "motion": motion, "births": births})
+    updates: Any = {"words": change.updated}
+    if change.updated is None:
+        count = len(before.gaussians) - change.deaths
+        updates = Planes(update_planes(count, change.updates), change.stating)
+    maker = _Maker(head, {**fields, "motion": motion, "updates": updates, "births": births})
     state = _try(maker, before)
     words = {section.title: section.written for section in maker.sections}
     moved = words.get("motion", change.motion or ())
     born = words.get("births", change.newborn or ())
-    frame = Frame(motion=moved, births=born, state_crc=_crc(head, state), **fields)
+    changed = words.get("updates", change.updated or ()) if head.has_updates else None
+    frame = Frame(motion=moved, updates=changed, births=born, state_crc=_crc(head, state), **fields)
     return frame, state
 
 
@@ -206,6 +231,33 @@ def motion_planes(head: Head, counts: list[int], change: Change) -> list[Bits]:
         sizes = [abs(symbol) for symbol in there]
         planes += [[int(v > i + 1) for v in sizes if v > i] for i in range(64)]
     return planes
+
+
+def update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
+    """Return the planes of updates of a scene of so many Gaussians (SPEC 8.8)."""
+    chosen = {update.gaussian for update in updates}
+    left = [update for update in updates if update.residuals is not None]
+    answers = [_fields_of(update) for update in left]
+    planes = [
+        [int(i in chosen) for i in range(count)],
+        [int(update.residuals is None) for update in updates],
+        *([answer >> number & 1 for answer in answers] for number in range(len(_FIELDS))),
+    ]
+    for number, rows in enumerate(_FIELDS):
+        there = [u for u, answer in zip(left, answers, strict=True) if answer >> number & 1]
+        for row in rows:
+            planes += writing.signed([u.residuals[row] for u in there if u.residuals is not None])
+    return planes
+
+
+_FIELDS = (range(3), range(3, 6), range(6, 9), range(9, 10), range(10, 13))
+
+
+def _fields_of(update: Update) -> int:
+    if update.fields is not None or update.residuals is None:
+        return update.fields or 0
+    there = (any(update.residuals[row] for row in rows) for rows in _FIELDS)
+    return sum(bit << number for number, bit in enumerate(there))
 
 
 def _code_rows(head: Head, gaussians: Sequence[Coded]) -> list[tuple[int, ...]]:

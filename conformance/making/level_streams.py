@@ -3,26 +3,37 @@
 import zlib
 from dataclasses import replace
 
-from making.frames import Change, Coded
+from making.frames import Change, Coded, Update, update_planes
 from making.payloads import Frame, Head
 from making.scenes import cloud, moving
 from making.streams import Piece, Stream
+from making.update_scenes import NEEDS, updating
 from making.vectors import Outcome, Splice, Valid, Vector, broken, valid
+from making.writing import Planes, WritingSection
+from tests.spec.plain_updates import read_updates
 
 LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24)}
 _POINT = Coded((0, 0, 0), codes=(0,) * 7)
+_FEW = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_anchor": 65535}
 
 
 def make_levels() -> list[Valid]:
     """Return the streams that keep to their level."""
     most, births, _ = LEVELS[10]
-    few = Head(level=10, sh_degree=0, level_count=1, gaussians_per_anchor=65535)
-    full = _replace_one(Stream(few).canonical(0, [_POINT] * most))
+    full = _replace_one(Stream(Head(**_FEW)).canonical(0, [_POINT] * most))
     grown = Stream(Head(level=10, sh_degree=0)).canonical(0, [_POINT] * 5)
     grown.frame(Change(births=(_POINT,) * births))
     wider = Stream(Head(level=20, sh_degree=0)).canonical(0, [_POINT] * 5)
     wider.frame(Change(births=(_POINT,) * (births + 1)))
+    full_updated = _replace_by_update(Stream(updating(**_FEW)).canonical(0, [_POINT] * most))
     made = [
+        valid(
+            "levels/10-updates",
+            "as many Gaussians as level 1.0 allows, one of which leaves by an update; one is born",
+            "3.2-1 3.2-2 7.8",
+            full_updated.end(),
+            **NEEDS,
+        ),
         valid(
             "levels/10-gaussians",
             "as many Gaussians as level 1.0 allows, in a few bytes; one dies, one is born",
@@ -58,6 +69,28 @@ def _replace_one(stream: Stream) -> Stream:
     crc = zlib.crc32(state.serialize(codes=False))
     stream.places.append(len(stream.pieces))
     stream.pieces.append(Piece(b"FRAM", Frame(1, 0, 1, 1, (), (), crc).pack()))
+    stream.states.append(state)
+    return stream
+
+
+def _replace_by_update(stream: Stream) -> Stream:
+    """Append a frame in which the first of equal Gaussians leaves by an update, as above.
+
+    The words are those of the planes of 65536 Gaussians, written without their state.
+    """
+    before = stream.states[0]
+    assert before is not None
+    count = len(before.gaussians)
+    section = WritingSection("updates", Planes(update_planes(count, (Update(0, None),))), {})
+    read_updates(section, before.gaussians)
+    section.close()
+    last = replace(before.gaussians[0], id=count, recency=0)
+    left = [*before.gaussians[1:], last]
+    state = replace(before, frame=1, phase=1, gaussians=left, next_id=count + 1)
+    crc = zlib.crc32(state.serialize(codes=False))
+    stream.places.append(len(stream.pieces))
+    frame = Frame(1, 0, 0, 1, (), (), crc, tuple(section.written))
+    stream.pieces.append(Piece(b"FRAM", frame.pack()))
     stream.states.append(state)
     return stream
 

@@ -25,11 +25,12 @@ def make_losses(parent: Valid) -> list[Vector]:
         "last-frame": ([12], 8, "the last FRAM"),
         "index": ([13], 9, "INDX"),
     }
-    losses = [_lost(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+    losses = [lose(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
     return [*losses, _lose_both_ends(parent), _reject_two_canonicals(parent)]
 
 
-def _lost(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
+def lose(parent: Valid, name: str, gone: list[int], before: int, what: str) -> Vector:
+    """Return a stream without some of its chunks, before which frames come out."""
     stream, pieces = parent.stream, parent.stream.without(*gone)
     layout = _assemble_lost(parent, gone)
     offsets = {piece.sequence: at for piece, at in zip(pieces, layout.offsets, strict=False)}

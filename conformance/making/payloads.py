@@ -43,6 +43,11 @@ class Head:
     meters_per_unit: float = 0.0
     color_space: int = 1
 
+    @property
+    def has_updates(self) -> bool:
+        """Whether frames may have updates."""
+        return bool(self.incompatible_features & 2)
+
     def pack(self) -> bytes:
         """Return the payload."""
         return struct.pack("<BBIIBIIBHHHBBffffBBHHHHQBBfB", *asdict(self).values())
@@ -73,7 +78,7 @@ class Canonical:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The fields of FRAM (SPEC 5.5); a section is its words."""
+    """The fields of FRAM (SPEC 5.5); a section is its words, `updates` None where there is none."""
 
     phase: int
     previous_contexts: int
@@ -82,11 +87,13 @@ class Frame:
     motion: Sequence[int]
     births: Sequence[int]
     state_crc: int
+    updates: Sequence[int] | None = None
 
     def pack(self) -> bytes:
         """Return the payload."""
         counts = (self.phase, self.previous_contexts, self.death_count, self.birth_count)
-        sections = pack_section(self.motion) + pack_section(self.births)
+        updates = b"" if self.updates is None else pack_section(self.updates)
+        sections = pack_section(self.motion) + updates + pack_section(self.births)
         return struct.pack("<IBII", *counts) + sections + struct.pack("<I", self.state_crc)
 
 

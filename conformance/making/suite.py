@@ -19,11 +19,12 @@ from making.seek_streams import make_seeks
 from making.state_faults import make_motion_faults, make_state_faults
 from making.trap_streams import make_traps
 from making.unit_answers import make_units
+from making.update_faults import make_update_faults
 from making.valid_streams import make_streams
 from making.vectors import Outcome, Valid, Vector, broken
 from tests.spec.plain_state import PlainState
 
-FORMAT = "1.0"
+FORMAT = "1.1"
 
 
 def make_suite() -> dict[str, bytes]:
@@ -60,6 +61,9 @@ def make_vectors() -> list[Vector]:
         *_cuts(brief),
         *make_seeks(journey),
         *make_resources(journey, known["levels/10-gaussians"], known["levels/31"]),
+        *make_update_faults(
+            known["streams/updates-journey"], known["streams/updates-far"], journey
+        ),
     ]
 
 

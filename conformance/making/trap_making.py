@@ -1,6 +1,7 @@
 """What traps are made of."""
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 from making.frames import Change
 from making.scenes import between
@@ -11,15 +12,17 @@ Trap = tuple[Callable[[], Stream], str]
 """What makes the stream but for TAIL, and the clauses; its name and docstring are the trap's."""
 
 
-def set_traps(traps: Iterable[Trap]) -> list[Valid]:
-    """Return the streams of traps."""
-    return [_set(make, clauses) for make, clauses in traps]
+def set_traps(traps: Iterable[Trap], **more: Any) -> list[Valid]:
+    """Return the streams of traps, vectors of which say more."""
+    return [_set(make, clauses, more) for make, clauses in traps]
 
 
-def _set(make: Callable[[], Stream], clauses: str) -> Valid:
+def _set(make: Callable[[], Stream], clauses: str, more: dict[str, Any]) -> Valid:
     note = (make.__doc__ or "").removesuffix(".")
     name = make.__name__.replace("_", "-")
-    return valid(f"traps/{name}", note[:1].lower() + note[1:], f"1-2 {clauses}", make().end())
+    return valid(
+        f"traps/{name}", note[:1].lower() + note[1:], f"1-2 {clauses}", make().end(), **more
+    )
 
 
 def tell(channels: int = 6) -> Change:

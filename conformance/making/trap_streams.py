@@ -5,6 +5,7 @@ from making.trap_contexts import make_context_traps
 from making.trap_distances import make_distance_traps
 from making.trap_lives import make_life_traps
 from making.trap_rotations import make_rotation_traps
+from making.trap_updates import make_update_traps
 from making.vectors import Valid
 
 
@@ -16,4 +17,5 @@ def make_traps() -> list[Valid]:
         *make_life_traps(),
         *make_rotation_traps(),
         *make_context_traps(),
+        *make_update_traps(),
     ]

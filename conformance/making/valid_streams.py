@@ -5,6 +5,7 @@ from making.motion_streams import make_lives, make_motions
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
 from making.scenes import between, cloud, moving, newborn, only
 from making.streams import Stream
+from making.update_streams import make_updates
 from making.vectors import Outcome, Valid, valid
 
 _CAMERA = pack_camera()
@@ -39,7 +40,10 @@ def brief() -> Valid:
 
 def make_streams() -> list[Valid]:
     """Return all of them."""
-    return [journey(), brief(), *_containers(), *_scenes(), *make_motions(), *make_lives()]
+    return [
+        *(journey(), brief(), *_containers(), *_scenes()),
+        *(*make_motions(), *make_lives(), *make_updates()),
+    ]
 
 
 def _still(**fields: object) -> Stream:

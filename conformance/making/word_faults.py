@@ -26,7 +26,7 @@ def words_at_fault(parent: Valid) -> Iterable[Row]:
     frame = parent.stream.payloads[MOVED]
     assert isinstance(frame, Frame)
     for code, note in ((240, "the first code that is none"), (255, "a code of all ones")):
-        pieces = with_fields(parent, MOVED, motion=_state(code))
+        pieces = with_fields(parent, MOVED, motion=state_code(code))
         yield f"probability-{code}", "8.2-1", "bad-probability", pieces, note
     words, left = tuple(frame.motion), "unconsumed-words"
     changed = {
@@ -68,8 +68,8 @@ def _still(parent: Valid) -> list[Piece]:
     return parent.stream.replaced(FRAM, payload=replace(frame, motion=(1,)).pack())
 
 
-def _state(code: int) -> list[int]:
-    """The words of a first plane of one context whose probability is stated."""
+def state_code(code: int) -> list[int]:
+    """Return the words of a first plane of one context whose probability is stated."""
     bits = [1, *(code >> place & 1 for place in reversed(range(8)))]
     return encode(zip(bits, [_STATED] + [_HALF] * 8, strict=True))
 

@@ -4,6 +4,7 @@ import anchor_mutants
 import coding_mutants
 import container_mutants
 import state_mutants
+import update_mutants
 from mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
@@ -11,4 +12,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *coding_mutants.MUTANTS,
     *state_mutants.MUTANTS,
     *anchor_mutants.MUTANTS,
+    *update_mutants.MUTANTS,
 )

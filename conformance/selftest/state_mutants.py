@@ -73,7 +73,7 @@ MUTANTS = (
             ),
             (
                 _FRAMES,
-                "    grown = bear_decoded(moved)\n",
+                "    grown = bear_decoded(updated)\n",
                 "    gone = np.sort(choose_deaths(state.scene, chunk.death_count))\n"
                 "    binding = np.delete(moved.anchors.binding, gone, axis=1)\n"
                 "    motion = np.delete(moved.motion, gone, axis=1)\n"

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from quarc_ref.evaluation.stream_summary import StreamSummary
 
 _FRAME_HEADINGS = (
-    *("frame", "<kind", "Gaussians", "born", "died"),
-    *("chunk", "motion", "(est.)", "births", "(est.)"),
+    *("frame", "<kind", "Gaussians", "born", "died", "updated"),
+    *("chunk", "motion", "(est.)", "updates", "(est.)", "births", "(est.)"),
 )
 
 
@@ -30,7 +30,7 @@ def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> 
             summary = inspect_stream(source, progress.advance)
         if as_json:
             print_json(
-                "inspect/1",
+                "inspect/2",
                 {
                     **summary.as_json(),
                     "chunks": [chunk.as_json() for chunk in summary.chunks],
@@ -59,11 +59,17 @@ def _print_frames(summary: "StreamSummary") -> None:
         coded, estimate = frame.coded_bytes, frame.estimate_bytes
         prices = [
             text
-            for kind in ("motion", "births")
+            for kind in ("motion", "updates", "births")
             for text in _price(coded[kind], estimate[kind])
             if not frame.canonical
         ]
-        counts = (frame.gaussians, frame.births, frame.deaths, frame.chunk_bytes)
+        counts = (
+            frame.gaussians,
+            frame.births,
+            frame.deaths,
+            frame.updates,
+            frame.chunk_bytes,
+        )
         kind = "canonical" if frame.canonical else "moved"
         rows.append([f"{frame.frame}", kind, *(f"{count:,}" for count in counts), *prices])
     print_columns("frames", _FRAME_HEADINGS, rows)

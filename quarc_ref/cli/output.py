@@ -43,7 +43,7 @@ def print_json(schema: str, values: dict[str, object]) -> None:
     """Print values as JSON on standard output.
 
     Args:
-        schema: What they are, and in which version: `info/1` is what docs/schemas/info.json
+        schema: What they are, and in which version: `info/2` is what docs/schemas/info.json
             describes.
         values: With names that the schema knows.
     """

@@ -27,7 +27,7 @@ def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> Non
         with TerminalProgress(quiet=quiet) as progress, open_source(file) as source:
             summary = inspect_stream(source, progress.advance)
         if as_json:
-            print_json("info/1", summary.as_json())
+            print_json("info/2", summary.as_json())
         else:
             print_table(name_stream(file), describe(summary))
 

@@ -22,7 +22,7 @@ from quarc_ref.format.source import Source, as_source
 Line = dict[str, Any]
 
 CAPABILITIES: Line = {
-    "capabilities": ["jobs", "seek", "recover", "grow", "numbers", "metadata"],
+    "capabilities": ["jobs", "seek", "recover", "grow", "numbers", "metadata", "updates"],
     "levels": sorted(LEVELS),
     "units": sorted(UNITS),
 }

@@ -207,7 +207,7 @@ class StreamDecoder:
         if self._state is None:
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
-        frame = wire.parse_frame(chunk.payload)
+        frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
         self._state = decode_frame(self._state, frame, self._prove)
         self._frame_count += 1
         return self._state

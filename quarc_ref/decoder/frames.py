@@ -12,6 +12,7 @@ from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, mo
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.stopwatch import stage
+from quarc_ref.decoder.updates import update, update_context
 from quarc_ref.format.acceleration import start_parts, threading_for
 from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
 from quarc_ref.format.contexts import ContextCounts
@@ -25,6 +26,7 @@ from quarc_ref.format.errors import (
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.motion_planes import read_motion
 from quarc_ref.format.records import Births, CanonicalChunk, FrameChunk, Section, StreamHeader
+from quarc_ref.format.update_planes import read_updates
 
 # Holds a scene against the CRC that its chunk states, now or later.
 Prove = Callable[[Scene, int], None]
@@ -96,7 +98,8 @@ def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) ->
         bear_decoded = _start_births(state, chunk.births, chunk.birth_count)
         begun = begin_frame(state, chunk.death_count, room, meanwhile=True)
         moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
-        grown = bear_decoded(moved)
+        updated = moved if chunk.updates is None else decode_updates(moved, chunk.updates)
+        grown = bear_decoded(updated)
     (prove or prove_state)(grown.scene, chunk.state_crc)
     return grown
 
@@ -121,11 +124,27 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
         return move(replace(state, motion_counts=counts), symbols)
 
 
+def decode_updates(state: State, section: Section) -> State:
+    """Return the state with the updates of a section (SPEC 7.8).
+
+    Args:
+        state: After `decode_motion`, of a stream with updates.
+        section: The frame's updates.
+
+    Raises:
+        BitstreamError: What is wrong with the section.
+    """
+    with stage("entropy"):
+        updates, counts = read_updates(section, update_context(state), state.update_counts)
+    with stage("updates"):
+        return update(replace(state, update_counts=counts), updates)
+
+
 def decode_births(state: State, section: Section, count: int) -> State:
     """Return the state with the newborn of a section (SPEC 7.6).
 
     Args:
-        state: After `decode_motion`.
+        state: After `decode_motion` and, in a stream with updates, `decode_updates`.
         section: The frame's births.
         count: How many.
 

@@ -1,8 +1,8 @@
 """What a frame does to the state: SPEC 7, the one normative copy.
 
     canonical ──> begin_canonical ─────────────────────────────┐
-    deaths ─────> begin_frame ──> move ──> bear ──> state of the frame
-                  (SPEC 7.4)      (7.5)    (7.6)
+    deaths ─────> begin_frame ──> move ──> update ──> bear ──> state of the frame
+                  (SPEC 7.4)      (7.5)    (7.8)      (7.6)
 
 The encoder's closed loop calls these very functions; there is no second
 reconstruction.
@@ -20,7 +20,7 @@ from quarc_ref.decoder.state import State
 from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.format.acceleration import load_kernels, map_parts, settled, start_parts
 from quarc_ref.format.arrays import Int16, Int32, Int64
-from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT
+from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT, POSITION_LIMIT, RECENCY_LIMIT
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
     CodeRangeError,
@@ -50,7 +50,9 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
         _narrow_codes(gaussians.codes),
     )
     motion = np.zeros((header.symbol_planes, count), dtype=np.int16)
-    return State(scene, motion, (), None, None, count, ContextCounts(), ContextCounts())
+    recency = np.full(count, RECENCY_LIMIT, dtype=np.int16) if header.updates else None
+    nothing = ContextCounts()
+    return State(scene, motion, (), None, None, count, nothing, nothing, nothing, recency)
 
 
 def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: bool = False) -> State:
@@ -72,6 +74,7 @@ def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: boo
     with stage("deaths"):
         before, gone = state.scene, np.sort(choose_deaths(state.scene, death_count))
         motion, wait_for_motion = start_removing(state.motion, gone)
+        recency = None if state.recency is None else remove(state.recency[None], gone)[0]
         kept, wait_for_planes = before.without(gone, room)
         scene = replace(kept, frame=before.frame + 1, phase=before.phase + 1)
         wait_for_motion()
@@ -93,9 +96,11 @@ def begin_frame(state: State, death_count: int, room: int = 0, *, meanwhile: boo
         state,
         scene=scene,
         motion=motion,
+        recency=recency,
         symbols=(),
         anchors=anchors,
         births=None,
+        updates=None,
         room=room,
         wait=wait,
     )
@@ -160,7 +165,7 @@ def bear(state: State, births: Births) -> State:
     """Return the state with the newborn of a frame appended (SPEC 7.6).
 
     Args:
-        state: After `move`.
+        state: After `move` and, in a stream with updates, `updates.update`.
         births: The newborn, in steps.
 
     Raises:
@@ -193,8 +198,18 @@ def bear(state: State, births: Births) -> State:
     )
     still = np.zeros((state.motion.shape[0], newborn.count), dtype=np.int16)
     motion = append(state.motion, still, room)
-    next_id = state.next_id + newborn.count
-    return replace(state, scene=grown, motion=motion, births=births, next_id=next_id, room=0)
+    recency = state.recency
+    if recency is not None:
+        recency = np.append(recency, np.zeros(newborn.count, dtype=np.int16))
+    return replace(
+        state,
+        scene=grown,
+        motion=motion,
+        recency=recency,
+        births=births,
+        next_id=state.next_id + newborn.count,
+        room=0,
+    )
 
 
 def _recall(state: State, owners: Int64) -> Int16:

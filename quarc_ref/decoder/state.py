@@ -8,6 +8,7 @@ from quarc_ref.format.acceleration import Wait, settled
 from quarc_ref.format.arrays import Int16, Int64
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.records import Births
+from quarc_ref.format.updates import Updates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,9 +23,14 @@ class State:
             nothing in a canonical frame.
         anchors: From the last sampling, None before the first.
         births: The newborn of the frame, as coded; none in a canonical frame.
+        updates: What changed single Gaussians in the frame, as coded; None in a canonical
+            frame and in a stream without updates.
         next_id: The id that the next newborn gets.
         motion_counts: What the contexts of motion have seen since the last canonical frame.
         birth_counts: The same of births.
+        update_counts: The same of updates.
+        recency: `[N]` frames since each Gaussian was updated or born, at most
+            RECENCY_LIMIT; None in a stream without updates.
         room: For how many newborn there is room behind the planes; `bear`,
             which fills it, is then called once.
         wait: Is called before the binding, the rotations and the codes are read,
@@ -39,6 +45,9 @@ class State:
     next_id: int
     motion_counts: ContextCounts
     birth_counts: ContextCounts
+    update_counts: ContextCounts
+    recency: Int16 | None
+    updates: Updates | None = None
     room: int = 0
     wait: Wait = settled
 
@@ -53,3 +62,15 @@ class State:
             message = "the state has not been through begin_frame"
             raise ValueError(message)
         return self.anchors
+
+    @property
+    def known_recency(self) -> Int16:
+        """The recency of a state of a stream with updates.
+
+        Raises:
+            ValueError: It is of a stream without.
+        """
+        if self.recency is None:
+            message = "the stream has no updates"
+            raise ValueError(message)
+        return self.recency

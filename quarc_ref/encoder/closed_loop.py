@@ -13,9 +13,15 @@ import numpy as np
 
 from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest, compute_state_crc
-from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
+from quarc_ref.decoder.frames import (
+    covers_all_fields,
+    decode_births,
+    decode_motion,
+    decode_updates,
+)
 from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update_context
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
@@ -24,6 +30,7 @@ from quarc_ref.format.errors import (
     BitstreamError,
     ClosedLoopError,
     EncodeError,
+    EntropyError,
     ResumeError,
     StateError,
 )
@@ -39,6 +46,8 @@ from quarc_ref.format.records import (
     StreamHeader,
 )
 from quarc_ref.format.stream_writer import StreamWriter
+from quarc_ref.format.update_planes import write_updates
+from quarc_ref.format.updates import Updates
 
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
 
@@ -116,13 +125,18 @@ class ClosedLoop:
         self._death_count = death_count
         return self._begun
 
-    def commit_motion(self, symbols: list[Int64]) -> State:
-        """Code the motion of a frame; return the decoder's state after it.
+    def commit_motion(self, symbols: list[Int64], updates: Updates | None = None) -> State:
+        """Code the motion of a frame and its updates; return the decoder's state after them.
 
         The contexts of the last frame are used where they save bytes.
 
+        Args:
+            symbols: `[c, a]` of each level, level 1 first.
+            updates: Of single Gaussians; None, and always so in a stream without updates,
+                for none.
+
         Raises:
-            EncodeError: A symbol or a position is beyond what the format carries.
+            EncodeError: A symbol, a residual or a Gaussian is beyond what the format carries.
         """
         begun = self._begun
         sections = {
@@ -140,7 +154,20 @@ class ClosedLoop:
             self._moved = decode_motion(begun, self._chunk.motion, previous=previous)
         except StateError as error:
             raise EncodeError(str(error)) from error
+        if self._header.updates:
+            self._commit_updates(updates)
         return self._moved
+
+    def _commit_updates(self, updates: Updates | None) -> None:
+        """Code the updates of a frame, after its motion."""
+        moved, section = self._moved, EMPTY
+        if updates is not None:
+            section = write_updates(update_context(moved), updates, moved.update_counts)
+        try:
+            self._moved = decode_updates(moved, section)
+        except (StateError, EntropyError) as error:
+            raise EncodeError(str(error)) from error
+        self._chunk = replace(self._chunk, updates=section)
 
     def commit_births(self, births: Births | None) -> State:
         """Code the newborn of a frame and write it; return the state that seeds the next.

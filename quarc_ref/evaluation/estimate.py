@@ -9,6 +9,7 @@ import numpy as np
 
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, Gaussians
+from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 
 def estimate_bits(channels: Int64) -> float:
@@ -23,6 +24,27 @@ def estimate_bits(channels: Int64) -> float:
 def estimate_motion(symbols: tuple[Int64, ...]) -> float:
     """Return the price of a frame's motion, bytes: 6 or 7 channels over all anchors."""
     return estimate_bits(np.concatenate(symbols, axis=1)) / 8
+
+
+def estimate_updates(updates: Updates, count: int) -> float:
+    """Return the price of a frame's updates, bytes.
+
+    Args:
+        updates: Of the frame.
+        count: Gaussians that might have been updated, which are a channel too; the others are
+            who dies and, of each field, which Gaussians it changes and its numbers of these.
+    """
+    chosen = np.zeros(count, dtype=np.int64)
+    chosen[updates.gaussians] = 1
+    bits = estimate_bits(chosen[None])
+    if updates.count:
+        bits += estimate_bits(updates.dies[None].astype(np.int64))
+    for rows in UPDATE_FIELDS.values():
+        values = updates.residuals[rows][:, ~updates.dies]
+        there = np.any(values, axis=0)
+        if there.any():
+            bits += estimate_bits(there[None].astype(np.int64)) + estimate_bits(values[:, there])
+    return bits / 8
 
 
 def estimate_gaussians(gaussians: Gaussians) -> float:

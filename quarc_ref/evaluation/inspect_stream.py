@@ -10,7 +10,12 @@ from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.seek import read_tail_chunk
 from quarc_ref.decoder.state import State
-from quarc_ref.evaluation.estimate import estimate_births, estimate_gaussians, estimate_motion
+from quarc_ref.evaluation.estimate import (
+    estimate_births,
+    estimate_gaussians,
+    estimate_motion,
+    estimate_updates,
+)
 from quarc_ref.evaluation.stream_summary import (
     KINDS,
     ChunkSummary,
@@ -85,8 +90,12 @@ def inspect_stream(
     )
 
 
-def count_coded_bytes(chunk: Chunk) -> dict[str, int]:
+def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     """Return the bytes of the coded planes of a frame's chunk, by kind.
+
+    Args:
+        chunk: A CANO or a FRAM.
+        updates: Whether its stream has updates.
 
     Raises:
         BitstreamError: What is wrong with the chunk.
@@ -96,21 +105,27 @@ def count_coded_bytes(chunk: Chunk) -> dict[str, int]:
         sections = wire.parse_canonical(chunk.payload).sections
         coded["canonical"] = sum(section.byte_count() for section in sections)
     else:
-        frame = wire.parse_frame(chunk.payload)
+        frame = wire.parse_frame(chunk.payload, updates=updates)
         coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
+        coded["updates"] = frame.updates.byte_count() if frame.updates else 0
     return coded
 
 
 def _summarize(chunk: Chunk, state: State) -> FrameSummary:
     scene, header = state.scene, state.scene.header
     estimate: dict[str, float] = dict.fromkeys(KINDS, 0.0)
-    births = deaths = 0
+    births = deaths = updates = 0
     if chunk.kind == container.CANO:
         canonical = wire.parse_canonical(chunk.payload)
         estimate["canonical"] = estimate_gaussians(read_canonical(canonical, header.code_planes))
     else:
-        frame = wire.parse_frame(chunk.payload)
+        frame = wire.parse_frame(chunk.payload, updates=header.updates)
         births, deaths = frame.birth_count, frame.death_count
+        if state.updates is not None:
+            chosen = int(state.updates.dies.sum())
+            deaths, updates = deaths + chosen, state.updates.count - chosen
+            before = scene.count - births + chosen
+            estimate["updates"] = estimate_updates(state.updates, before)
         estimate["motion"] = estimate_motion(state.symbols)
         estimate["births"] = estimate_births(state.births) if state.births else 0.0
     return FrameSummary(
@@ -120,8 +135,9 @@ def _summarize(chunk: Chunk, state: State) -> FrameSummary:
         sum(level.shape[1] for level in state.symbols),
         births,
         deaths,
+        updates,
         chunk.byte_count(),
-        count_coded_bytes(chunk),
+        count_coded_bytes(chunk, updates=header.updates),
         estimate,
         count_magnitudes(state.symbols),
         compute_digest(scene),

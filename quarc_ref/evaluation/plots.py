@@ -15,7 +15,14 @@ from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
 
 _BLUE, _ORANGE, _GREEN, _GRAY = "#3b6ea8", "#d9822b", "#4f9d69", "#9aa3ad"
-_KIND_COLORS = {"canonical": _GREEN, "motion": _BLUE, "births": _ORANGE, "overhead": _GRAY}
+_PURPLE = "#8361a8"
+_KIND_COLORS = {
+    "canonical": _GREEN,
+    "motion": _BLUE,
+    "updates": _PURPLE,
+    "births": _ORANGE,
+    "overhead": _GRAY,
+}
 _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY)
 _DOTS_PER_INCH = 110
 
@@ -27,7 +34,7 @@ def plot_frames(summary: StreamSummary, psnr: Sequence[float]) -> bytes:
     above.plot(frames, psnr, color=_BLUE, marker="o", markersize=3)
     above.set_ylabel("PSNR, held out (dB)")
     floor = np.zeros(len(frames))
-    for kind in ("motion", "births"):
+    for kind in ("motion", "updates", "births"):
         sizes = np.array([frame.coded_bytes[kind] / KILOBYTE for frame in summary.frames])
         below.bar(frames, sizes, bottom=floor, color=_KIND_COLORS[kind], label=kind)
         floor = floor + sizes

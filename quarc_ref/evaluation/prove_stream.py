@@ -122,7 +122,8 @@ class _Run:
         if chunk.kind == container.CANO:
             self.canonical.append(scene.frame)
         else:
-            self._note_most("births", wire.parse_frame(chunk.payload).birth_count)
+            frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)
+            self._note_most("births", frame.birth_count)
         self._note("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:

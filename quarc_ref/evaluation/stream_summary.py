@@ -7,7 +7,7 @@ from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 from quarc_ref.format.records import Camera, StreamHeader
 
 KILOBYTE = 1024
-KINDS = ("canonical", "motion", "births")
+KINDS = ("canonical", "motion", "updates", "births")
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +21,7 @@ class FrameSummary:
         anchors: How many moved it, of all levels.
         births: How many joined.
         deaths: How many left.
+        updates: How many single Gaussians were changed, those among the deaths left out.
         chunk_bytes: Its chunk, framing included.
         coded_bytes: Of these, coded planes by kind.
         estimate_bytes: The zero-order estimate of the same symbols, by kind.
@@ -34,6 +35,7 @@ class FrameSummary:
     anchors: int
     births: int
     deaths: int
+    updates: int
     chunk_bytes: int
     coded_bytes: dict[str, int]
     estimate_bytes: dict[str, float]
@@ -49,6 +51,7 @@ class FrameSummary:
             "anchors": self.anchors,
             "births": self.births,
             "deaths": self.deaths,
+            "updates": self.updates,
             "bytes": {"chunk": self.chunk_bytes, **self.coded_bytes},
             "estimate_bytes": {kind: round(size, 1) for kind, size in self.estimate_bytes.items()},
             "symbols": self.magnitudes.as_json(),

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 # SPEC 3.1: version
 VERSION_MAJOR: Final = 1
-VERSION_MINOR: Final = 0
+VERSION_MINOR: Final = 1
 
 # SPEC 5.1, 5.2: container
 MAGIC: Final = b"\x89QRC\r\n\x1a\n"
@@ -17,7 +17,8 @@ CHUNK_HEADER_BYTES: Final = 20
 CHUNK_CRC_BYTES: Final = 4
 HEAD_BYTES_LIMIT: Final = 1024
 TAIL_BYTES: Final = 16
-KNOWN_INCOMPATIBLE_FEATURES: Final = 0
+FEATURE_UPDATES: Final = 1 << 1
+KNOWN_INCOMPATIBLE_FEATURES: Final = FEATURE_UPDATES
 SECTION_HEADER_BYTES: Final = 4
 CANONICAL_SECTIONS: Final = 6
 LATTICE_EXPONENT_LIMIT: Final = 24
@@ -40,6 +41,7 @@ SUM_GUARD_BITS: Final = 20
 PRODUCT_GUARD_BITS: Final = 8
 COUNTER_LIMIT: Final = (1 << 32) - 1
 CODE_LIMIT: Final = (1 << 15) - 1
+RECENCY_LIMIT: Final = 3
 
 # SPEC 8: entropy coding
 WEIGHT_BITS: Final = 24
@@ -57,6 +59,7 @@ KEY_CLASS_BITS: Final = 6
 MODELLED_BITS: Final = 2
 REST_CLASSES: Final = 8
 ROTATION_INDEX_BITS: Final = 2
+RESIDUAL_ROWS: Final = 13
 
 # SPEC 10.3: a Gaussian nearer than this share of a camera's near bound is not drawn
 NEAR_FRACTION: Final = 0.8

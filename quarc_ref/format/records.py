@@ -59,6 +59,7 @@ class StreamHeader:
         up_axis: 0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.
         meters_per_unit: Size of a world unit, 0 where unknown.
         color_space: 1: sRGB-encoded, blended as encoded.
+        updates: Whether frames may update single Gaussians: a feature of version 1.1 (SPEC 12).
     """
 
     level: int = 10
@@ -85,6 +86,7 @@ class StreamHeader:
     up_axis: int = 0
     meters_per_unit: float = 0.0
     color_space: int = 1
+    updates: bool = False
 
     def __post_init__(self) -> None:
         if self.level not in LEVELS:
@@ -229,6 +231,7 @@ class FrameChunk:
         motion: The anchors' symbols.
         births: The newborn; empty where there are none.
         state_crc: CRC-32 of the decoded state.
+        updates: What changes single Gaussians; None in a stream without updates.
     """
 
     phase: int
@@ -238,6 +241,7 @@ class FrameChunk:
     motion: Section
     births: Section
     state_crc: int
+    updates: Section | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -117,6 +117,8 @@ FRAME = Struct(
     "births" / SECTION,
     "state_crc" / Int32ul,
 )
+FRAME_WITH_UPDATES = Struct(*FRAME.subcons[:5], "updates" / SECTION, *FRAME.subcons[5:])
+_FRAME_SECTIONS = ("motion", "updates", "births")
 
 # SPEC 5.6
 CAMERA = Struct(
@@ -180,17 +182,16 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
     if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:
         message = f"incompatible features {version.incompatible_features:#x}"
         raise UnsupportedFeatureError(message)
-    return _record(StreamHeader, _parse(STREAM_HEADER, payload))
+    parsed = _parse(STREAM_HEADER, payload)
+    parsed.updates = bool(version.incompatible_features & constants.FEATURE_UPDATES)
+    return _record(StreamHeader, parsed)
 
 
 def build_stream_header(header: StreamHeader) -> bytes:
     """Return the payload of HEAD."""
-    version = {
-        "version_major": constants.VERSION_MAJOR,
-        "version_minor": constants.VERSION_MINOR,
-        "incompatible_features": constants.KNOWN_INCOMPATIBLE_FEATURES,
-        "compatible_features": 0,
-    }
+    minor, features = (1, constants.FEATURE_UPDATES) if header.updates else (0, 0)
+    numbers = (constants.VERSION_MAJOR, minor, features, 0)
+    version = {field.name: number for field, number in zip(VERSION.subcons, numbers, strict=True)}
     return _build(STREAM_HEADER, {"version": version, **asdict(header)})
 
 
@@ -209,21 +210,20 @@ def build_canonical(chunk: CanonicalChunk) -> bytes:
     return _build(CANONICAL, values)
 
 
-def parse_frame(payload: bytes) -> FrameChunk:
-    """Parse FRAM (SPEC 5.5)."""
-    parsed = _parse(FRAME, payload)
+def parse_frame(payload: bytes, *, updates: bool = False) -> FrameChunk:
+    """Parse FRAM (SPEC 5.5) of a stream that has updates, or of one that has none."""
+    parsed = _parse(FRAME_WITH_UPDATES if updates else FRAME, payload)
     parsed.previous_contexts = bool(parsed.previous_contexts)
-    parsed.motion = _section(parsed.motion)
-    parsed.births = _section(parsed.births)
+    for name in _FRAME_SECTIONS:
+        parsed[name] = _section(parsed[name]) if name in parsed else None
     return _record(FrameChunk, parsed)
 
 
 def build_frame(chunk: FrameChunk) -> bytes:
     """Return the payload of FRAM."""
     values = {field.name: getattr(chunk, field.name) for field in fields(chunk)}
-    values["motion"] = _section_values(chunk.motion)
-    values["births"] = _section_values(chunk.births)
-    return _build(FRAME, values)
+    values |= {name: values[name] and _section_values(values[name]) for name in _FRAME_SECTIONS}
+    return _build(FRAME if chunk.updates is None else FRAME_WITH_UPDATES, values)
 
 
 def parse_cameras(payload: bytes) -> tuple[Camera, ...]:

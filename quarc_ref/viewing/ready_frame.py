@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from quarc_ref.decoder import Frame
 from quarc_ref.evaluation.inspect_stream import count_coded_bytes
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
-from quarc_ref.format import container
+from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import ChunkHeader
 from quarc_ref.format.source import Source
@@ -92,8 +92,9 @@ def describe_frame(ready: ReadyFrame, rate: float | None, pace: float) -> str:
 
 def _measure_chunk(source: Source, header: ChunkHeader) -> dict[str, int]:
     reader = ChunkReader(source)
-    reader.read_chunk()
+    head = reader.read_chunk()
+    updates = head is not None and wire.parse_stream_header(head.payload).updates
     reader.seek(header.offset, header.sequence)
     chunk = reader.take(header)
-    coded, total = count_coded_bytes(chunk), chunk.byte_count()
+    coded, total = count_coded_bytes(chunk, updates=updates), chunk.byte_count()
     return {**coded, "overhead": total - sum(coded.values()), "total": total}

@@ -79,8 +79,8 @@ def test_motion_and_births_are_weighed_over_all_frames(stream):
 
 def test_one_bad_frame_is_the_worst(stream):
     _, summary = stream
-    sizes = {"canonical": 0, "motion": 9000, "births": 0}
-    price = {"canonical": 0.0, "motion": 300.0, "births": 0.0}
+    sizes = {"canonical": 0, "motion": 9000, "updates": 0, "births": 0}
+    price = {"canonical": 0.0, "motion": 300.0, "updates": 0.0, "births": 0.0}
 
     bad = _change(summary, 2, coded_bytes=sizes, estimate_bytes=price)
     assert claim_motion(bad)[1].value == 30

@@ -84,11 +84,12 @@ def test_people_are_shown_the_same_figures(file):
         chunk["type"] for chunk in printed["chunks"]
     ]
     for row, frame in zip(tables["frames"], printed["per_frame"], strict=True):
-        counts = [frame["gaussians"], frame["births"], frame["deaths"], frame["bytes"]["chunk"]]
-        assert row[:6] == [f"{frame['frame']}", frame["kind"], *(f"{count:,}" for count in counts)]
+        counts = [frame[each] for each in ("gaussians", "births", "deaths", "updates")]
+        counts.append(frame["bytes"]["chunk"])
+        assert row[:7] == [f"{frame['frame']}", frame["kind"], *(f"{count:,}" for count in counts)]
         if frame["kind"] == "moved":
-            assert row[6] == f"{frame['bytes']['motion']:,}"
-            assert row[8] == f"{frame['bytes']['births']:,}"
+            for place, kind in ((7, "motion"), (9, "updates"), (11, "births")):
+                assert row[place] == f"{frame['bytes'][kind]:,}"
     for size, row in enumerate(tables["symbols"]):
         assert row[1] == f"{printed['symbols']['translation'][size]:,}"
         assert row[3] == f"{printed['symbols']['rotation'][size]:,}"

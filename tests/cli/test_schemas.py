@@ -122,7 +122,7 @@ def test_the_page_lists_every_schema():
 def test_the_example_of_the_page_runs(stream_file):
     page = (FOLDER / "README.md").read_text("utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    printed = {"schema": "quarc-ref/info/1", **run_json("info", stream_file)}
+    printed = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}
 
     exec(program, {"printed": printed})
     with pytest.raises(ValidationError):

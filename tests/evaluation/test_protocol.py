@@ -31,7 +31,7 @@ def test_it_tells_all_that_a_figure_hangs_on(protocol, capture):
 def test_versions_are_those_that_are_installed(protocol):
     for package in ("numpy", "numba", "torch"):
         assert protocol["versions"][package] == version(package)
-    assert protocol["versions"]["format"] == "1.0"
+    assert protocol["versions"]["format"] == "1.1"
 
 
 def test_it_is_json(protocol):

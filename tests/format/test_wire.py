@@ -163,6 +163,23 @@ def test_a_frame_chunk_comes_back():
     assert _comparable(parsed) == _comparable(chunk)
 
 
+def test_a_frame_chunk_with_updates_comes_back():
+    chunk = FrameChunk(3, True, 4, 5, _section([1]), _section([]), 12, _section([7, 8]))
+
+    parsed = wire.parse_frame(wire.build_frame(chunk), updates=True)
+
+    assert _comparable(parsed) == _comparable(chunk)
+
+
+def test_a_stream_without_updates_is_of_version_1_0():
+    plain, updating = (wire.build_stream_header(StreamHeader(updates=u)) for u in (False, True))
+
+    assert (plain[:6], updating[:6]) == (bytes([1, 0, 0, 0, 0, 0]), bytes([1, 1, 2, 0, 0, 0]))
+    assert plain[6:] == updating[6:]
+    assert not wire.parse_stream_header(plain).updates
+    assert wire.parse_stream_header(updating).updates
+
+
 def test_axis_bits_beyond_a_key_are_refused():
     section = _section([])
     chunk = CanonicalChunk(0, 1, (0, 0, 0), 20, (section,) * constants.CANONICAL_SECTIONS, 0)

@@ -42,7 +42,7 @@ def _of_fields() -> Iterator[Bound]:
     yield "id of a Gaussian", 0, U32, "7.1"
     yield "id that the next newborn gets", 1, 1 << 32, "7.1"
     yield "that id + `birth_count`", 1, (1 << 32) + U32, "7.6"
-    yield "N - deaths + births", 1, 2 * U32, "7.6"
+    yield "N - deaths + births, less what leaves by updates", 1, 2 * U32, "7.6"
     yield "ordinal + 1, phase + 1, sequence + 1", 1, 1 << 32, "7.4"
     yield "`seed`", 0, U64, "5.3"
     yield "24 + `length`: bytes of a chunk", 24, 24 + U32, "5.2"
@@ -67,7 +67,7 @@ def _of_frames() -> Iterator[Bound]:
     born = c.POSITION_LIMIT + SIGNED_LIMIT * U16
     yield "canonical position before its check", -canonical, coded, "7.2"
     yield "moved position before its check", -moved, moved, "7.5"
-    yield "newborn position before its check", -born, born, "7.6"
+    yield "newborn or updated position before its check", -born, born, "7.6"
     yield "position of the state", -c.POSITION_LIMIT, c.POSITION_LIMIT, "7.1"
     yield "symbol", -c.SYMBOL_LIMIT, c.SYMBOL_LIMIT, "8.7"
     yield "motion, each channel", -MOTION, MOTION, "7.1"
@@ -78,6 +78,14 @@ def _of_frames() -> Iterator[Bound]:
     yield "f - i", -EXPECTED - c.MAGNITUDE_PLANES + 1, EXPECTED, "8.7"
     yield "sum of 2 numbers: SH DC, log-scale y, before its check", -two, two, "8.5"
     yield "sum of 3 numbers: log-scale z of a newborn, before its check", -three, three, "8.6"
+    yield "updated code before its check", -two, two, "7.8"
+    yield (
+        "residual of rotation of an update",
+        -c.ROTATION_UNITY_LIMIT,
+        c.ROTATION_UNITY_LIMIT,
+        "7.8",
+    )
+    yield "s: sum of residuals of an update", -two, two, "8.8"
     yield "code of the state", -c.CODE_LIMIT, c.CODE_LIMIT, "7.1"
 
 

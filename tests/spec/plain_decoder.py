@@ -18,6 +18,7 @@ from tests.spec.plain_fields import FieldReader, PlainChunk, Row
 from tests.spec.plain_motion import read_motion
 from tests.spec.plain_planes import PlainSection, Run, open_section, rows_alike, rows_apart
 from tests.spec.plain_state import PlainGaussian, PlainLevel, PlainState, Vector
+from tests.spec.plain_updates import apply_updates, read_updates
 
 _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations", "SH rest")
 
@@ -131,6 +132,8 @@ class FrameDecoder:
         self._note("anchors are sampled", "yes" if sampled else "no")
         self._note_anchors(state)
         self._move(state)
+        if self.header["incompatible_features"] & 2:
+            self._update(state)
         self._bear(state)
         return state
 
@@ -193,6 +196,16 @@ class FrameDecoder:
                 rotation = oracle.turn(g.rotation, turn)
             g.position, g.rotation = [p + step * t for p, t in moved], rotation
 
+    def _update(self, state: PlainState) -> None:
+        """SPEC 8.8 and 7.8."""
+        section = self._open("updates", self.fields["updates"], state.counts)
+        changes = read_updates(section, state.gaussians)
+        self._close(section)
+        for number, residuals in changes.items():
+            self._note(f"update of {number}", "leaves" if residuals is None else residuals)
+        step, unity = self.header["translation_step"], self.header["rotation_unity"]
+        state.gaussians = apply_updates(state.gaussians, changes, step, unity)
+
     def _bear(self, state: PlainState) -> None:
         """SPEC 8.6 and 7.6."""
         count, step = self.fields["birth_count"], self.header["position_step"]
@@ -218,5 +231,7 @@ class FrameDecoder:
             self._note(f"newborn {state.next_id}: position residual", residual)
             place = [p + step * r for p, r in zip(origin, residual, strict=True)]
             motion = [0] * len(state.gaussians[0].motion)
-            state.gaussians.append(PlainGaussian(state.next_id, place, rotations[i], codes, motion))
+            state.gaussians.append(
+                PlainGaussian(state.next_id, place, rotations[i], codes, motion, 0)
+            )
             state.next_id += 1

@@ -54,6 +54,7 @@ class FieldReader:
         self._data = data
         self.offset = 0
         self.rows: list[Row] = []
+        self._has_updates = False
 
     def chunks(self) -> list[PlainChunk]:
         """The chunks of the whole stream; every CRC is held against its bytes."""
@@ -70,11 +71,16 @@ class FieldReader:
         assert header["header_crc"] == zlib.crc32(self._data[start : self.offset - 4])
         first = self.offset
         kind = header["type"].decode()
-        fields = self._table(_PAYLOADS[kind], "")
+        fields = self._table(self._layout(kind), "")
+        if kind == "HEAD":
+            self._has_updates = bool(fields["incompatible_features"] & 2)
         assert self.offset - first == header["length"], kind
         stored = self._number("payload_crc", "u32")
         assert stored == zlib.crc32(self._data[first : self.offset - 4])
         return PlainChunk(kind, start, header["sequence"], fields)
+
+    def _layout(self, kind: str) -> str:
+        return "FRAME_WITH_UPDATES" if kind == "FRAM" and self._has_updates else _PAYLOADS[kind]
 
     def _table(self, marker: str, prefix: str) -> dict[str, Any]:
         values: dict[str, Any] = {}

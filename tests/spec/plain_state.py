@@ -26,6 +26,7 @@ class PlainGaussian:
     rotation: Vector
     codes: Vector
     motion: Vector
+    recency: int = 3
 
 
 @dataclass

@@ -17,6 +17,9 @@ import type { Section } from "./planes.js";
 import { newScene } from "./scene.js";
 import type { Scene } from "./scene.js";
 
+/** The recency of a newborn (7.8). */
+const NEWBORN_RECENCY = 0;
+
 /** The models of births, which go on from frame to frame. */
 export class BirthModels extends AttributeModels {
   readonly parents = sequenceModels(constants.KEY_CLASS_BITS);
@@ -27,7 +30,7 @@ export class BirthModels extends AttributeModels {
 /**
  * The newborn of a frame.
  *
- * @param scene the scene after the deaths and the motion of the frame, among which parents are
+ * @param scene the scene after the deaths, the motion and the updates of the frame, among which parents are
  * @param firstId the id of the first newborn
  */
 export function decodeNewborn(
@@ -52,7 +55,7 @@ export function decodeNewborn(
   );
   const codes = [...[...logScales, ...opacity].map(checkCodes), ...dc, ...rest.map(checkCodes)];
   const ids = new Uint32Array(count).map((_, i) => firstId + i);
-  return newScene({ ids, positions, rotations, codes }, header);
+  return newScene({ ids, positions, rotations, codes }, header, NEWBORN_RECENCY);
 }
 
 /** Log-scales x, y, z, from x, y less x, and z less y. */

@@ -62,7 +62,8 @@ export function decodeCanonicalScene(chunk: CanonicalChunk, header: StreamHeader
     rest: readSection(shRest, (section) => (header.shDegree === 1 ? decodeShRest(section, count) : [])),
   };
   const codes = [...[...coded.logScales, ...coded.opacity].map(checkCodes), ...coded.dc, ...coded.rest.map(checkCodes)];
-  return newScene({ ids: coded.ids, positions: coded.positions, rotations: coded.rotations, codes }, header);
+  const { ids, positions, rotations: turned } = coded;
+  return newScene({ ids, positions, rotations: turned, codes }, header, constants.RECENCY_LIMIT);
 }
 
 /** Each section has its own words, and ends by itself. */

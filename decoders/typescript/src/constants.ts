@@ -1,7 +1,8 @@
 /** The numbers that SPEC 3.1 and 3.2 fix. Where the SPEC writes a number out, so does the code. */
 
 export const VERSION_MAJOR = 1;
-export const KNOWN_INCOMPATIBLE_FEATURES = 0;
+export const FEATURE_UPDATES = 2;
+export const KNOWN_INCOMPATIBLE_FEATURES = FEATURE_UPDATES;
 
 export const CHUNK_HEADER_BYTES = 20;
 export const CHUNK_CRC_BYTES = 4;
@@ -22,6 +23,9 @@ export const LATTICE_OFFSET = 8388608;
 export const POSITION_LIMIT = 8388607;
 export const COUNTER_LIMIT = 4294967295;
 export const CODE_LIMIT = 32767;
+export const RECENCY_LIMIT = 3;
+/** The largest magnitude of a residual of rotation (SPEC 7.8). */
+export const TURN_LIMIT = 256;
 
 export const PHILOX_ROUNDS = 10;
 export const PHILOX_DOMAIN_SAMPLER = 1;
@@ -43,6 +47,7 @@ export const KEY_CLASS_BITS = 6;
 export const MODELLED_BITS = 2;
 export const REST_CLASSES = 8;
 export const ROTATION_INDEX_BITS = 2;
+export const RESIDUAL_ROWS = 13;
 export const MAGNITUDE_PLANES = 64;
 export const SYMBOL_LIMIT = 65;
 export const DIFFERENCE_LIMIT = 1n << 60n;

@@ -1,4 +1,4 @@
-/** FRAM: the state of a frame from that of the frame before (SPEC 5.5, 7.4 to 7.6). */
+/** FRAM: the state of a frame from that of the frame before (SPEC 5.5, 7.4 to 7.6, 7.8). */
 
 import { bindNewborn, sampleAndBind } from "./anchors.js";
 import type { AnchorLevel } from "./anchors.js";
@@ -18,6 +18,7 @@ import { append, select } from "./scene.js";
 import type { Scene } from "./scene.js";
 import { checkCounts } from "./state.js";
 import type { State } from "./state.js";
+import { applyUpdates, decodeUpdates } from "./updates.js";
 
 /** The row of the opacity codes (7.1). */
 const OPACITY_ROW = LOG_SCALE_PLANES;
@@ -28,11 +29,13 @@ export interface FrameChunk {
   readonly deathCount: number;
   readonly birthCount: number;
   readonly motion: Words;
+  /** Null in streams without updates, whose frames have no such section. */
+  readonly updates: Words | null;
   readonly births: Words;
   readonly stateCrc: number;
 }
 
-export function parseFrame(payload: Uint8Array): FrameChunk {
+export function parseFrame(payload: Uint8Array, header: StreamHeader): FrameChunk {
   const fields = new Fields(payload);
   const chunk = {
     phase: fields.u32("phase"),
@@ -40,6 +43,7 @@ export function parseFrame(payload: Uint8Array): FrameChunk {
     deathCount: fields.u32("death_count"),
     birthCount: fields.u32("birth_count"),
     motion: fields.section("motion"),
+    updates: header.updates ? fields.section("updates") : null,
     births: fields.section("births"),
     stateCrc: fields.u32("state_crc"),
   };
@@ -56,25 +60,29 @@ export function decodeFrame(chunk: FrameChunk, before: State, header: StreamHead
     ? sampleAndBind(survivors, chunk.phase, header)
     : [before.levels, bindNewborn(survivors, before.levels)];
   const moved = moveScene(bound, decodeSymbols(chunk, before, levels, bound), header);
+  const updated = chunk.updates === null ? moved : updateScene(chunk.updates, before, moved, header);
+  checkCounts(updated.ids.length + chunk.birthCount, chunk.birthCount, header);
   const births = new Section(chunk.births);
-  const newborn = decodeNewborn(births, before.birthModels, moved, header, chunk.birthCount, before.nextId);
+  const newborn = decodeNewborn(births, before.birthModels, updated, header, chunk.birthCount, before.nextId);
   births.finish();
   return {
     ...before,
     ordinal: before.ordinal + 1,
     phase: chunk.phase,
-    scene: append(moved, newborn),
+    scene: append(updated, newborn),
     levels,
     nextId: before.nextId + chunk.birthCount,
   };
 }
 
+/** Hold the chunk against the state before. With updates it is not known yet how many Gaussians stay: at least one. */
 function checkFrame(chunk: FrameChunk, before: State, header: StreamHeader): void {
   const count = before.scene.ids.length;
   demand(chunk.phase === before.phase + 1, "frame-order", `phase ${chunk.phase} follows ${before.phase}`);
   demand(before.ordinal < COUNTER_LIMIT, "frame-order", "the ordinal of a frame is above 2^32 - 1");
   demand(chunk.deathCount < count, "count", `${chunk.deathCount} deaths of ${count} Gaussians`);
-  checkCounts(count - chunk.deathCount + chunk.birthCount, chunk.birthCount, header);
+  const staying = chunk.updates === null ? count - chunk.deathCount : 1;
+  checkCounts(staying + chunk.birthCount, chunk.birthCount, header);
   demand(before.nextId + chunk.birthCount - 1 <= COUNTER_LIMIT, "count-exceeds-level", "there are no more ids");
 }
 
@@ -100,6 +108,14 @@ function moveScene(scene: Scene, symbols: readonly Rows[], header: StreamHeader)
     column.map((coordinate, i) => checkPosition(coordinate + header.translationStep * motion[axis][i])),
   );
   return { ...scene, motion, positions, rotations: turnAll(scene, motion, header) };
+}
+
+/** The scene, with the updates of single Gaussians made (7.8). */
+function updateScene(words: Words, before: State, moved: Scene, header: StreamHeader): Scene {
+  const section = new Section(words);
+  const updates = decodeUpdates(section, before.updateModels, moved);
+  section.finish();
+  return applyUpdates(updates, moved, header);
 }
 
 function turnAll(scene: Scene, motion: readonly Int32Array[], header: StreamHeader): Int32Array[] {

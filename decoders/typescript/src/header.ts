@@ -6,6 +6,8 @@ import { demand } from "./reject.js";
 
 export interface StreamHeader {
   readonly versionMinor: number;
+  /** FEATURE_UPDATES: frames may have updates (7.8). */
+  readonly updates: boolean;
   readonly compatibleFeatures: number;
   readonly level: number;
   readonly limits: constants.LevelLimits;
@@ -57,9 +59,11 @@ function parseVersion(fields: Fields) {
   const major = fields.u8("version_major");
   demand(major === constants.VERSION_MAJOR, "unsupported-version", `version ${major}`);
   const versionMinor = fields.u8("version_minor");
-  const unknown = fields.u32("incompatible_features") & ~constants.KNOWN_INCOMPATIBLE_FEATURES;
+  const features = fields.u32("incompatible_features");
+  const unknown = features & ~constants.KNOWN_INCOMPATIBLE_FEATURES;
   demand(unknown === 0, "unsupported-feature", `unknown bits of incompatible_features: ${unknown >>> 0}`);
-  return { versionMinor, compatibleFeatures: fields.u32("compatible_features") };
+  const updates = (features & constants.FEATURE_UPDATES) !== 0;
+  return { versionMinor, updates, compatibleFeatures: fields.u32("compatible_features") };
 }
 
 function parseLevel(fields: Fields) {

@@ -6,7 +6,7 @@ import { FileSource, MemorySource, readSome } from "./source.js";
 import { answerUnit, UNITS } from "./units.js";
 
 export const CAPABILITIES = {
-  capabilities: ["jobs", "recover", "grow", "numbers", "metadata"],
+  capabilities: ["jobs", "recover", "grow", "numbers", "metadata", "updates"],
   units: Object.keys(UNITS),
 };
 

@@ -1,5 +1,8 @@
 /** The contexts of motion (SPEC 8.7): classes of what is expected of an anchor, and of what its parent did. */
 
+/** The classes of row P, which also updates ask by (8.8). */
+export const PARENT_CLASSES = 4;
+
 export const MOVES_CONTEXTS = 20;
 export const NOT_ZERO_CONTEXTS = 16;
 export const SIGN_CONTEXTS = 9;
@@ -7,7 +10,12 @@ export const MAGNITUDE_CONTEXTS = 33;
 
 /** 5 P + E, of the sums of the magnitudes of the parent's symbols and of what is expected. */
 export function movesContext(parentSum: number, expectedSum: number): number {
-  return 5 * Math.min(doublingClass(parentSum), 3) + doublingClass(expectedSum);
+  return 5 * parentClass(parentSum) + doublingClass(expectedSum);
+}
+
+/** Row P of the table: 0 for 0, 1 for 1, 2 for 2 to 3, 3 for 4 and above. */
+export function parentClass(sum: number): number {
+  return Math.min(doublingClass(sum), PARENT_CLASSES - 1);
 }
 
 /** 4 min(|e|, 3) + min(n, 3), of what is expected and the channels before that are not 0. */

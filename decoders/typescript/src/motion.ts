@@ -117,7 +117,8 @@ function addRows(first: Rows, second: Rows): Rows {
   return first.map((row, channel) => row.map((number, anchor) => number + second[channel][anchor]));
 }
 
-function sumOfMagnitudes(rows: Rows): Int32Array {
+/** Of every element, the sum of its magnitudes over all channels. */
+export function sumOfMagnitudes(rows: Rows): Int32Array {
   return rows[0].map((_, anchor) => rows.reduce((sum, row) => sum + Math.abs(row[anchor]), 0));
 }
 

@@ -19,18 +19,21 @@ export interface Scene {
   readonly motion: readonly Int32Array[];
   /** Of each level, from 1 on, the number of the anchor that the Gaussian follows, or UNBOUND. */
   readonly binding: readonly Int32Array[];
+  /** Frames since the Gaussian was born or changed, up to RECENCY_LIMIT (7.8); kept in streams with updates alone. */
+  readonly recency: Int32Array;
 }
 
 /** The columns that a Gaussian is coded with, and that are serialized. */
 export type CodedScene = Pick<Scene, "ids" | "positions" | "rotations" | "codes">;
 
-/** A scene of Gaussians that have not moved and follow no anchor. */
-export function newScene(coded: CodedScene, header: StreamHeader): Scene {
+/** A scene of Gaussians that have not moved and follow no anchor, all of the same recency. */
+export function newScene(coded: CodedScene, header: StreamHeader, recency: number): Scene {
   const count = coded.ids.length;
   return {
     ...coded,
     motion: Array.from({ length: channelCount(header) }, () => new Int32Array(count)),
     binding: Array.from({ length: header.levelCount }, () => new Int32Array(count).fill(UNBOUND)),
+    recency: new Int32Array(count).fill(recency),
   };
 }
 
@@ -43,6 +46,7 @@ export function select(scene: Scene, kept: Uint32Array): Scene {
     codes: scene.codes.map((column) => pick(column, kept)),
     motion: scene.motion.map((column) => pick(column, kept)),
     binding: scene.binding.map((column) => pick(column, kept)),
+    recency: pick(scene.recency, kept),
   };
 }
 
@@ -55,6 +59,7 @@ export function append(first: Scene, second: Scene): Scene {
     codes: joinColumns(Int32Array, first.codes, second.codes),
     motion: joinColumns(Int32Array, first.motion, second.motion),
     binding: joinColumns(Int32Array, first.binding, second.binding),
+    recency: join(Int32Array, first.recency, second.recency),
   };
 }
 

@@ -9,6 +9,7 @@ import type { StreamHeader } from "./header.js";
 import { MotionModels } from "./motion.js";
 import { Declined, demand } from "./reject.js";
 import type { Scene } from "./scene.js";
+import { UpdateModels } from "./updates.js";
 
 export interface State {
   readonly ordinal: number;
@@ -18,8 +19,9 @@ export interface State {
   readonly levels: readonly AnchorLevel[];
   /** The id that the next newborn gets. */
   readonly nextId: number;
-  /** The counts of the contexts of motion, level by level from 1 on, and of births. */
+  /** The counts of the contexts of motion, level by level from 1 on, of updates and of births. */
   readonly motionModels: readonly MotionModels[];
+  readonly updateModels: UpdateModels;
   readonly birthModels: BirthModels;
 }
 
@@ -35,6 +37,7 @@ export function decodeCanonical(chunk: CanonicalChunk, due: number | null, heade
     levels: [],
     nextId: chunk.gaussianCount,
     motionModels: Array.from({ length: header.levelCount }, () => new MotionModels()),
+    updateModels: new UpdateModels(),
     birthModels: new BirthModels(),
   };
 }

@@ -67,7 +67,7 @@ export class StateDecoder {
 
   #proveFrame(chunk: Chunk): State {
     demand(this.#state !== null, "chunk-order", "FRAM comes before the first CANO");
-    const frame = parseFrame(chunk.payload);
+    const frame = parseFrame(chunk.payload, this.#header);
     const state = this.#prove(decodeFrame(frame, this.#state, this.#header), frame.stateCrc);
     this.#record.addFrame();
     return state;

@@ -30,6 +30,7 @@ test("the anchors are those of F.7, and so are their followers", () => {
       codes: [],
     },
     HEADER,
+    0,
   );
   const [[level], bound] = sampleAndBind(scene, 3, HEADER);
 

@@ -1,0 +1,57 @@
+"""Updates made by hand, and patterns that fill frames with them (SPEC 7.8)."""
+
+from collections.abc import Iterable
+
+from making.frames import Update
+from making.payloads import Head
+from making.scenes import between, pick
+
+FIELDS = {
+    "translation": range(3),
+    "rotation": range(3, 6),
+    "log-scales": range(6, 9),
+    "opacity": range(9, 10),
+    "sh-dc": range(10, 13),
+}
+NEEDS = {"needs": "updates"}
+"""Decoders of 1.0 are not asked for these streams: they refuse them."""
+
+
+def updating(**fields: object) -> Head:
+    """Return the HEAD of a stream with updates."""
+    return Head(**{"version_minor": 1, "incompatible_features": 2} | fields)  # type: ignore[arg-type]
+
+
+def residuals(**said: tuple[int, ...] | int) -> tuple[int, ...]:
+    """Return the 13 residuals of fields, `sh_dc` for SH DC; what is not named is 0."""
+    rows = [0] * 13
+    for name, values in said.items():
+        field = FIELDS[name.replace("_", "-")]
+        rows[field.start : field.stop] = [values] if isinstance(values, int) else values
+    return tuple(rows)
+
+
+def drawn(count: int, seed: int, *, one_in: int = 3, leaving: int = 7) -> tuple[Update, ...]:
+    """Return updates of some Gaussians of a scene, of some fields each; the first one stays."""
+    chosen = [i for i in range(count) if pick(seed, i) % one_in == 0]
+    return tuple(_draw(i, seed, leaving) for i in chosen)
+
+
+def _draw(i: int, seed: int, leaving: int) -> Update:
+    if i and pick(seed, i, 1) % leaving == 0:
+        return Update(i, None)
+    rows = [between(-5, 5, seed, i, 2, row) for row in range(13)]
+    for number, field in enumerate(FIELDS.values()):
+        if pick(seed, i, 3, number) % 2:
+            rows[field.start : field.stop] = [0] * len(field)
+    return Update(i, tuple(rows))
+
+
+def of_all(count: int, said: tuple[int, ...]) -> tuple[Update, ...]:
+    """Return the same update of all Gaussians."""
+    return tuple(Update(i, said) for i in range(count))
+
+
+def leaving(which: Iterable[int]) -> tuple[Update, ...]:
+    """Return updates by which Gaussians leave."""
+    return tuple(Update(i, None) for i in which)

@@ -1,0 +1,165 @@
+"""Mistakes in updates (SPEC 7.8, 8.8)."""
+
+from mutant import Mutant, mutant
+
+_UPDATES = "decoder/updates.py"
+_PLANES = "format/update_planes.py"
+_RECONSTRUCT = "decoder/reconstruct.py"
+_FRAMES = "decoder/frames.py"
+_WIRE = "format/wire.py"
+
+MUTANTS: tuple[Mutant, ...] = (
+    mutant(
+        "updates left out",
+        _FRAMES,
+        "updated = moved if chunk.updates is None else decode_updates(moved, chunk.updates)",
+        "updated = moved",
+    ),
+    mutant(
+        "updates read by minor version",
+        _WIRE,
+        "parsed.updates = bool(version.incompatible_features & constants.FEATURE_UPDATES)",
+        "parsed.updates = version.version_minor == 1",
+    ),
+    mutant("all Gaussians may leave", _UPDATES, "if gone.size == state.scene.count:", "if False:"),
+    mutant(
+        "updated positions wrap",
+        _UPDATES,
+        "if np.abs(moved).max(initial=0) > POSITION_LIMIT:",
+        "if False:",
+    ),
+    mutant(
+        "updated codes wrap",
+        _UPDATES,
+        "if np.abs(changed).max(initial=0) > CODE_LIMIT:",
+        "if False:",
+    ),
+    mutant(
+        "turns of any size",
+        _UPDATES,
+        "if np.abs(residuals).max(initial=0) > ROTATION_UNITY_LIMIT:",
+        "if False:",
+    ),
+    mutant(
+        "turns of 256 refused",
+        _UPDATES,
+        "max(initial=0) > ROTATION_UNITY_LIMIT:",
+        "max(initial=0) >= ROTATION_UNITY_LIMIT:",
+    ),
+    mutant(
+        "turns counted from L times unity",
+        _UPDATES,
+        "np.full_like(residuals[:1], scene.header.rotation_unity)",
+        "np.full_like(residuals[:1], scene.header.rotation_unity * scene.header.level_count)",
+    ),
+    mutant(
+        "rotations that are not turned normalized again",
+        _UPDATES,
+        "turning = np.flatnonzero(np.any(residuals[TURN], axis=0))",
+        "turning = np.arange(left.size)",
+    ),
+    mutant(
+        "translation in position steps",
+        _UPDATES,
+        "moved = positions + residuals * scene.header.translation_step",
+        "moved = positions + residuals * scene.header.position_step",
+    ),
+    mutant(
+        "recency without an end",
+        _UPDATES,
+        "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
+        "np.minimum(state.known_recency + 1, 9)",
+    ),
+    mutant(
+        "recency of one frame",
+        _UPDATES,
+        "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
+        "np.full(state.scene.count, RECENCY_LIMIT)",
+    ),
+    mutant(
+        "recency of those with a residual alone",
+        _UPDATES,
+        "    recency[updates.gaussians] = 0\n",
+        "    there = updates.dies | np.any(updates.residuals, axis=0)\n"
+        "    recency[updates.gaussians[there]] = 0\n",
+    ),
+    mutant(
+        "frames without updates do not age",
+        _UPDATES,
+        "        return replace(state, recency=recency, updates=updates)\n",
+        "        return replace(state, updates=updates)\n",
+    ),
+    mutant(
+        "newborn as if never changed",
+        _RECONSTRUCT,
+        "recency = np.append(recency, np.zeros(newborn.count, dtype=np.int16))",
+        "recency = np.append(recency, np.full(newborn.count, RECENCY_LIMIT, dtype=np.int16))",
+    ),
+    mutant(
+        "all of a canonical frame new",
+        _RECONSTRUCT,
+        "recency = np.full(count, RECENCY_LIMIT, dtype=np.int16)",
+        "recency = np.zeros(count, dtype=np.int16)",
+    ),
+    mutant(
+        "bindings kept by index where Gaussians leave",
+        _UPDATES,
+        "    binding = remove(anchors.binding, gone)\n",
+        "    binding = anchors.binding[:, : anchors.binding.shape[1] - gone.size]\n",
+    ),
+    mutant(
+        "motion kept by index where Gaussians leave",
+        _UPDATES,
+        "        motion=_without(state.motion, gone, state.room),\n",
+        "        motion=state.motion[:, : scene.count].copy(),\n",
+    ),
+    mutant(
+        "updates of newborn positions by indices before Gaussians leave",
+        _UPDATES,
+        "    left -= np.searchsorted(gone, left)\n",
+        "    left = np.minimum(left, state.scene.count - gone.size - 1)\n",
+    ),
+    mutant(
+        "counts of updates begun anew in every frame",
+        _FRAMES,
+        "return update(replace(state, update_counts=counts), updates)",
+        "return update(state, updates)",
+    ),
+    mutant(
+        "changes without the motion",
+        _PLANES,
+        "contexts[moved] += (RECENCY_LIMIT + 1) * (1 + (far > 1) + (far > _FAR))",
+        "contexts[moved] += 0",
+    ),
+    mutant("motion of 3 far", _PLANES, "_FAR = 3\n", "_FAR = 2\n"),
+    mutant(
+        "who leaves without recency",
+        _PLANES,
+        "context.recency[chosen].astype(np.int64), dies[chosen]",
+        "np.zeros_like(chosen), dies[chosen]",
+    ),
+    mutant(
+        "fields by themselves",
+        _PLANES,
+        'planes.code(f"updates, {name}", before, differs)',
+        'planes.code(f"updates, {name}", np.zeros_like(before), differs)',
+    ),
+    mutant(
+        "residuals by the last alone",
+        _PLANES,
+        "            so_far += coded[row, there]\n",
+        "            so_far = coded[row, there]\n",
+    ),
+    mutant(
+        "residuals without those before",
+        _PLANES,
+        "contexts = 3 * row + 1 + np.sign(so_far)",
+        "contexts = 3 * row + 1 + 0 * so_far",
+    ),
+    mutant(
+        "residuals of all rows alike",
+        _PLANES,
+        "contexts = 3 * row + 1 + np.sign(so_far)",
+        "contexts = 1 + np.sign(so_far)",
+    ),
+)

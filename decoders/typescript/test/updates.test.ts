@@ -1,0 +1,201 @@
+/** Updates of single Gaussians (7.8, 8.8): the planes that are asked, what becomes of a scene, the layout of FRAM. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { tabulate } from "../src/columns.js";
+import { FEATURE_UPDATES } from "../src/constants.js";
+import { decodeStream } from "../src/decode.js";
+import { stateDigest } from "../src/digest.js";
+import type { StreamHeader } from "../src/header.js";
+import type { Model, Section } from "../src/planes.js";
+import { Rejection } from "../src/reject.js";
+import type { RejectId } from "../src/reject.js";
+import { turn } from "../src/rotation.js";
+import type { Scene } from "../src/scene.js";
+import { MemorySource } from "../src/source.js";
+import { applyUpdates, decodeUpdates, UpdateModels } from "../src/updates.js";
+import type { Updates } from "../src/updates.js";
+import { chunk, chunkOffsets } from "./edits.js";
+import { streamBytes, table } from "./spec.js";
+
+const HEADER = { translationStep: 7, rotationUnity: 100, levelCount: 3, rotationComponents: 3 } as StreamHeader;
+const ONE = 4194304;
+
+/** `count` Gaussians with 16 codes; Gaussian i is at (10 i, 0, 0) and has recency i mod 4. */
+function sceneOf(count: number): Scene {
+  const rows = (length: number, value: (row: number, i: number) => number) =>
+    Array.from({ length }, (_, row) => tabulate(count, (i) => value(row, i)));
+  return {
+    ids: Uint32Array.from({ length: count }, (_, i) => 5 * i),
+    positions: rows(3, (row, i) => (row === 0 ? 10 * i : 0)),
+    rotations: rows(4, (row) => (row === 0 ? ONE : 0)),
+    codes: rows(16, (row, i) => 100 * row + i),
+    motion: rows(6, (row, i) => (row < 2 ? i : 0)),
+    binding: rows(1, (_, i) => i),
+    recency: tabulate(count, (i) => i % 4),
+  };
+}
+
+/** Updates of `changed`, of whose residuals those of `given` (row, place, residual) are not 0. */
+function updatesOf(changed: number[], leaving: number[], ...given: [number, number, number][]): Updates {
+  const residuals = Array.from({ length: 13 }, () => new Int32Array(changed.length));
+  for (const [row, place, residual] of given) residuals[row][place] = residual;
+  return { changed: Uint32Array.from(changed), leaving: Uint32Array.from(leaving), residuals };
+}
+
+/** A section whose planes have these bits; it holds the contexts that it is asked for against those expected. */
+function scripted(script: readonly (readonly [Model, number[], number[]])[]): Section {
+  let next = 0;
+  const plane = (model: Model, contexts: Int32Array) => {
+    if (contexts.length === 0) return new Uint8Array(0);
+    const [expected, expectedContexts, bits] = script[next++];
+    const place = `plane ${next - 1}`;
+    assert.equal(model, expected, place);
+    assert.deepEqual(Array.from(contexts), expectedContexts, place);
+    return Uint8Array.from(bits);
+  };
+  const finish = () => assert.equal(next, script.length);
+  return { plane, finish } as unknown as Section;
+}
+
+/** The planes of a class of 4 bits: each number in its outer context. */
+function classPlanes(model: Model, outer: number[], classes: number[]): [Model, number[], number[]][] {
+  let nodes = outer.map(() => 1);
+  return [3, 2, 1, 0].map((bit) => {
+    const contexts = outer.map((context, i) => 16 * context + nodes[i]);
+    const bits = classes.map((size) => (size >> bit) & 1);
+    nodes = nodes.map((node, i) => 2 * node + bits[i]);
+    return [model, contexts, bits];
+  });
+}
+
+test("the planes of 8.8 are asked in their order and contexts", () => {
+  const models = new UpdateModels();
+  const { class: classes, sign } = models.residuals;
+  // Gaussians 0 to 4 have motion sums 0, 2, 4, 6, 8 and recencies 0, 1, 2, 3, 0: all but 3 change, 2 leaves.
+  const section = scripted([
+    [models.changes, [0, 9, 14, 15, 12], [1, 1, 1, 0, 1]],
+    [models.dies, [0, 1, 2, 0], [0, 0, 1, 0]],
+    [models.fields[0], [0, 0, 0], [1, 0, 1]],
+    [models.fields[1], [1, 0, 1], [0, 0, 0]],
+    [models.fields[2], [1, 0, 1], [0, 0, 0]],
+    [models.fields[3], [1, 0, 1], [0, 1, 0]],
+    [models.fields[4], [1, 8, 1], [0, 0, 0]],
+    // Translation x of Gaussians 0 and 4 is 1 and -1, y is 0 and 1, z is -1 and 0.
+    ...classPlanes(classes, [1, 1], [1, 1]),
+    [sign, [17, 17], [0, 1]],
+    ...classPlanes(classes, [5, 3], [0, 1]),
+    [sign, [49], [0]],
+    ...classPlanes(classes, [8, 7], [1, 0]),
+    [sign, [129], [1]],
+    // Opacity of Gaussian 1 is -1.
+    ...classPlanes(classes, [28], [1]),
+    [sign, [449], [1]],
+  ]);
+  const updates = decodeUpdates(section, models, sceneOf(5));
+  section.finish();
+
+  assert.deepEqual(
+    updates,
+    updatesOf([0, 1, 4], [2], [0, 0, 1], [0, 2, -1], [1, 2, 1], [2, 0, -1], [9, 1, -1]),
+  );
+});
+
+test("a section of zeros says that no Gaussian changes, and asks once", () => {
+  const models = new UpdateModels();
+  const section = scripted([[models.changes, [0, 9, 14], [0, 0, 0]]]);
+  const updates = decodeUpdates(section, models, sceneOf(3));
+  section.finish();
+
+  assert.deepEqual(updates, updatesOf([], []));
+});
+
+test("who changes gets residuals and recency 0, who leaves is gone, and all else is as it was", () => {
+  const scene = sceneOf(6);
+  const updated = applyUpdates(
+    updatesOf([1, 4], [2], [0, 0, 3], [2, 1, -2], [5, 1, 40], [6, 0, -5], [12, 1, 9]),
+    scene,
+    HEADER,
+  );
+
+  assert.deepEqual(Array.from(updated.ids), [0, 5, 15, 20, 25]);
+  assert.deepEqual(updated.positions.map((column) => [column[1], column[3]]), [[31, 40], [0, 0], [0, -14]]);
+  assert.deepEqual(updated.rotations.map((column) => column[1]), [ONE, 0, 0, 0]);
+  assert.deepEqual(updated.rotations.map((column) => column[3]), turn([ONE, 0, 0, 0], [100, 0, 0, 40]));
+  assert.deepEqual([updated.codes[0][1], updated.codes[6][3], updated.codes[7][3]], [-4, 613, 704]);
+  assert.deepEqual(Array.from(updated.recency), [1, 0, 3, 0, 2]);
+  assert.deepEqual(Array.from(updated.binding[0]), [0, 1, 3, 4, 5]);
+  assert.deepEqual(Array.from(updated.motion[0]), [0, 1, 3, 4, 5]);
+  assert.deepEqual(scene, sceneOf(6));
+});
+
+const REFUSED: readonly (readonly [string, RejectId, Updates])[] = [
+  ["all Gaussians leave", "count", updatesOf([], [0, 1])],
+  ["a position is too far", "position-range", updatesOf([1], [], [0, 0, 1198373])],
+  ["a code is too great", "code-range", updatesOf([0], [], [6, 0, 32768])],
+  ["a code of the other sign is too great", "code-range", updatesOf([0], [], [12, 0, -32767 - 601])],
+  ["a rotation is too great", "symbol-range", updatesOf([0], [], [4, 0, -257])],
+];
+
+for (const [what, rejectId, updates] of REFUSED) {
+  test(`updates of which ${what} are refused: ${rejectId}`, () => {
+    assert.throws(() => applyUpdates(updates, sceneOf(2), HEADER), { rejectId });
+  });
+}
+
+test("updates up to the limits are none too many", () => {
+  const updates = updatesOf([0], [1], [1, 0, 1198372], [3, 0, 256], [6, 0, 32767], [12, 0, -32767 - 600]);
+  const updated = applyUpdates(updates, sceneOf(2), HEADER);
+
+  assert.deepEqual([updated.positions[1][0], updated.codes[0][0], updated.codes[6][0]], [8388604, 32767, -32767]);
+});
+
+test("FRAM has updates if and only if HEAD says so, and without any the states are the same", () => {
+  for (const name of ["B", "C"]) {
+    const digests = table(`digests ${name}`).map((row) => row[5]);
+
+    assert.deepEqual(outcome(rebuilt(name, FEATURE_UPDATES, withoutChanges)), [digests, null]);
+    assert.deepEqual(outcome(rebuilt(name, 0, (payload) => payload)), [digests, null]);
+    for (const stream of [rebuilt(name, FEATURE_UPDATES, (payload) => payload), rebuilt(name, 0, withoutChanges)])
+      assert.notEqual(outcome(stream)[1], null);
+  }
+});
+
+test("other bits of incompatible_features are refused, also beside that of updates", () => {
+  for (const features of [1, 4, 2 ** 31, FEATURE_UPDATES + 1])
+    assert.deepEqual(outcome(rebuilt("B", features, withoutChanges)), [[], "unsupported-feature"]);
+});
+
+/** The digests that a stream gives, and the reject id; null of a stream that is decoded to its end. */
+function outcome(stream: Uint8Array): [string[], RejectId | null] {
+  const digests: string[] = [];
+  try {
+    for (const { state } of decodeStream(new MemorySource(stream))) digests.push(stateDigest(state.scene, state.phase));
+    return [digests, null];
+  } catch (error) {
+    if (error instanceof Rejection) return [digests, error.rejectId];
+    throw error;
+  }
+}
+
+/** A stream of Annex G without its index, with these features and each payload of FRAM made another. */
+function rebuilt(name: string, features: number, ofFrame: (payload: Buffer) => Uint8Array): Uint8Array {
+  const stream = streamBytes(name);
+  const bytes = Buffer.from(stream);
+  const parts: Uint8Array[] = [bytes.subarray(0, 8)];
+  for (const offset of chunkOffsets(stream)) {
+    const type = bytes.toString("latin1", offset + 4, offset + 8);
+    const payload = Buffer.from(bytes.subarray(offset + 20, offset + 20 + bytes.readUInt32LE(offset + 12)));
+    if (type === "INDX") continue;
+    if (type === "HEAD") payload.writeUInt32LE(features, 2);
+    if (type === "TAIL") payload.writeBigUInt64LE(0n, 8);
+    parts.push(chunk(type, parts.length - 1, type === "FRAM" ? ofFrame(payload) : payload));
+  }
+  return Buffer.concat(parts);
+}
+
+/** A payload of FRAM with a section of updates without words behind that of motion. */
+function withoutChanges(payload: Buffer): Uint8Array {
+  const end = 17 + 4 * payload.readUInt32LE(13);
+  return Buffer.concat([payload.subarray(0, end), Buffer.alloc(4), payload.subarray(end)]);
+}

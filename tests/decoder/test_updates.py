@@ -1,0 +1,149 @@
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, move
+from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, RESIDUAL_ROWS
+from quarc_ref.format.errors import (
+    CodeRangeError,
+    CountError,
+    PositionRangeError,
+    SymbolRangeError,
+)
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.updates import Updates
+from tests import strategies
+from tests.spec.plain_state import PlainGaussian
+from tests.spec.plain_updates import apply_updates
+from tests.streams import make_births, make_gaussians, make_symbols, make_updates
+
+_HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=3, updates=True)
+
+
+def _moved(header: StreamHeader = _HEADER, count: int = 24, seed: int = 0) -> State:
+    state = begin_frame(begin_canonical(header, 0, make_gaussians(header, count, seed)), 2)
+    return move(state, make_symbols(state, seed))
+
+
+def _updates(gaussians, rows=(), dies=None) -> Updates:
+    """Updates of Gaussians by `(row, value)` pairs, the same of each."""
+    residuals = np.zeros((RESIDUAL_ROWS, len(gaussians)), dtype=np.int64)
+    for row, value in rows:
+        residuals[row] = value
+    gone = np.zeros(len(gaussians), dtype=np.bool_) if dies is None else np.array(dies)
+    return Updates(np.array(gaussians, dtype=np.int64), gone, residuals * ~gone)
+
+
+def _plain(state: State) -> list[PlainGaussian]:
+    scene = state.scene
+    columns = zip(
+        *(scene.ids.tolist(), scene.positions.T.tolist(), scene.rotations.T.tolist()),
+        *(scene.codes.T.tolist(), state.motion.T.tolist(), state.known_recency.tolist()),
+        strict=True,
+    )
+    return [PlainGaussian(*column) for column in columns]
+
+
+@given(st.data(), st.integers(0, 100))
+def test_updates_do_what_plain_integers_say(data, seed):
+    moved = _moved(seed=seed)
+    updates = data.draw(strategies.updates(moved.scene.count))
+    changes = {
+        int(moved.scene.ids[i]): None if dies else row.tolist()
+        for i, dies, row in zip(updates.gaussians, updates.dies, updates.residuals.T, strict=True)
+    }
+    before = _plain(moved)
+    step, unity = _HEADER.translation_step, _HEADER.rotation_unity
+
+    updated = update(moved, updates)
+
+    assert _plain(updated) == apply_updates(copy.deepcopy(before), changes, step, unity)
+    assert _plain(moved) == before  # a state is a value
+
+
+def test_those_that_stay_keep_their_anchors():
+    moved = _moved()
+    updates = _updates([1, 4, 9], [(0, 100)], dies=[True, False, True])
+
+    updated = update(moved, updates)
+
+    kept = np.delete(np.arange(moved.scene.count), [1, 9])
+    assert np.array_equal(updated.known_anchors.binding, moved.known_anchors.binding[:, kept])
+
+
+def test_a_frame_goes_on_after_updates_as_after_motion():
+    moved = update(_moved(), make_updates(_moved(), 3))
+    grown = bear(moved, make_births(moved, 3))
+
+    after = begin_frame(grown, 0)
+
+    assert after.known_recency.tolist()[-3:] == [0, 0, 0]
+    assert after.known_anchors.binding.shape[1] == after.scene.count == grown.scene.count
+    assert after.motion.shape[1] == after.known_recency.size == after.scene.count
+
+
+def test_recency_counts_the_frames_since():
+    state, seen = _moved(), []
+    state = update(state, _updates([5], [(9, 1)]))
+    for _ in range(4):
+        seen.append(int(state.known_recency[5]))
+        state = begin_frame(state, 0)
+        state = update(move(state, [0 * level for level in make_symbols(state)]), _updates([]))
+
+    assert seen == [0, 1, 2, 3]
+
+
+def test_all_but_one_may_leave_and_not_all():
+    count = _moved().scene.count
+    gone = _updates(range(count), dies=[True] * count)
+
+    assert update(_moved(), _updates(range(1, count), dies=[True] * (count - 1))).scene.count == 1
+    with pytest.raises(CountError):
+        update(_moved(), gone)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_lattice_ends_where_it_ends(sign):
+    header = replace(_HEADER, translation_step=1)
+    moved = _moved(header)
+    scene = moved.scene
+    positions = scene.positions.copy()
+    positions[1, 3] = sign * (POSITION_LIMIT - 5)
+    moved = replace(moved, scene=replace(scene, positions=positions))
+
+    edge = update(moved, _updates([3], [(1, 5 * sign)]))
+
+    assert edge.scene.positions[1, 3] == sign * POSITION_LIMIT
+    with pytest.raises(PositionRangeError):
+        update(moved, _updates([3], [(1, 6 * sign)]))
+
+
+@pytest.mark.parametrize("row", range(7))
+def test_codes_end_where_they_end(row):
+    moved = _moved()
+    room = CODE_LIMIT - int(moved.scene.codes[row, 2])
+
+    edge = update(moved, _updates([2], [(6 + row, room)]))
+
+    assert edge.scene.codes[row, 2] == CODE_LIMIT
+    with pytest.raises(CodeRangeError):
+        update(moved, _updates([2], [(6 + row, room + 1)]))
+
+
+def test_a_turn_of_more_than_the_greatest_unity_is_refused():
+    update(_moved(), _updates([2], [(4, -256)]))
+    with pytest.raises(SymbolRangeError):
+        update(_moved(), _updates([2], [(4, -257)]))
+
+
+def test_a_stream_without_updates_has_no_recency():
+    plain = replace(_HEADER, updates=False)
+
+    with pytest.raises(ValueError, match="no updates"):
+        _ = _moved(plain).known_recency
