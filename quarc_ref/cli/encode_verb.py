@@ -70,6 +70,14 @@ def encode(
             callback=_list_settings,
         ),
     ] = False,
+    version: Annotated[
+        Literal["1.0", "1.1"],
+        typer.Option(
+            "--format",
+            help="Version of the format to keep to: every player reads 1.0; 1.1 lets single "
+            "Gaussians change, where the preset does so.",
+        ),
+    ] = "1.1",
     canonical_every: Annotated[
         int | None,
         typer.Option(
@@ -184,7 +192,8 @@ def encode(
             "rate_weight": rate_weight,
             "target_kb_per_frame": target,
         }
-        config = configure(preset, [*(settings or []), *name_settings(asked)], seed)
+        old = ["stream.updates=false"] if version == "1.0" else []
+        config = configure(preset, [*(settings or []), *name_settings(asked), *old], seed)
         begun, found = time.monotonic(), Warnings()
         with TerminalProgress(quiet=quiet) as progress:
             cameras = tuple(held_out or ())

@@ -218,6 +218,22 @@ class BirthSettings(Checked):
 
 
 @dataclass(frozen=True, slots=True)
+class UpdateSettings(Checked):
+    """Updates of single Gaussians, in streams that have them (ours; SPEC 7.8).
+
+    Attributes:
+        rate: Learning rate of residuals, in their steps; 0 leaves updates out.
+        price_weight: Of the mean over Gaussians of ln(1 + norm of its residuals in steps)
+            in the loss, in shares of the loss that frame 0 has when it is decoded.
+        dies_below: Opacity below which a Gaussian that an update fades leaves.
+    """
+
+    rate: Amount = 0.2
+    price_weight: Amount = 1.0
+    dies_below: Share = 0.02
+
+
+@dataclass(frozen=True, slots=True)
 class EncoderConfig(Checked):
     """All settings of an encode.
 
@@ -227,6 +243,7 @@ class EncoderConfig(Checked):
         steps: What of it is to follow from the capture.
         canonical: Of frame 0.
         motion: Of stage 1 of every later frame.
+        updates: Of single Gaussians, with stage 1, where `stream.updates` is set.
         births: Of stage 2.
         quality: The dial of quality against bytes, 0 to 100 (`--quality`): 20 more
             halve every price on bytes.
@@ -241,6 +258,7 @@ class EncoderConfig(Checked):
     steps: StepSettings = field(default_factory=StepSettings)
     canonical: CanonicalSettings = field(default_factory=CanonicalSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
+    updates: UpdateSettings = field(default_factory=UpdateSettings)
     births: BirthSettings = field(default_factory=BirthSettings)
     quality: Quality = 50.0
     rate_weight: Positive = 1.0

@@ -70,6 +70,12 @@ class ScreenStatistics:
         """Return `[N]` pixels."""
         return self._radii
 
+    def without(self, gone: Tensor) -> "ScreenStatistics":
+        """Return those of the Gaussians that a mask `[N]` leaves."""
+        left = ScreenStatistics(0, self._sums.device)
+        left.restore({name: values[~gone] for name, values in self.state().items()})
+        return left
+
 
 def densify(
     trainer: Trainer,

@@ -5,7 +5,8 @@ state ──> begin_frame ──> fit_motion ──> commit_motion
                                              │
           state of the next frame <── commit_births <── fit_births
 
-Every `canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`.
+In a stream with updates `fit_motion` finds them too, and `commit_motion` writes them. Every
+`canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`.
 """
 
 from dataclasses import asdict, dataclass, field, replace
@@ -173,8 +174,8 @@ class _Encoding:
         self._studio.progress.advance("frames", frame, self.frame_count)
         begun = self._loop.begin_frame(count_deaths(state, self._first_count, config.births))
         priced = price_bytes(config, self._sizes, self._usual_loss)
-        motion = fit_motion(self._studio, state, begun, priced.motion)
-        moved = self._loop.commit_motion(motion.symbols)
+        motion = fit_motion(self._studio, state, begun, priced.motion, priced.updates)
+        moved = self._loop.commit_motion(motion.symbols, motion.updates)
         births = fit_births(self._studio, moved, motion.statistics, priced)
         if config.canonical.is_due(frame):
             self._loop.commit_frame_as_canonical(births)

@@ -4,7 +4,8 @@ Every forward pass draws what quantized residuals would make of the scene; a
 price on the residuals keeps still what need not move.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -12,18 +13,20 @@ from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.state import State
-from quarc_ref.encoder.config import MotionSettings
+from quarc_ref.encoder.config import MotionSettings, UpdateSettings
 from quarc_ref.encoder.density import ScreenStatistics
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.quantize import quantize_residuals
 from quarc_ref.encoder.straight_through import round_to_step, translation_step
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.surrogate import Following, deform
-from quarc_ref.encoder.trainable import ADAM_EPSILON, fall_along_cosine, from_splats
+from quarc_ref.encoder.trainable import ADAM_EPSILON, Attributes, fall_along_cosine, from_splats
+from quarc_ref.encoder.updates import TrainedUpdates
 from quarc_ref.encoder.warm_start import start_symbols
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import SYMBOL_LIMIT
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.updates import Updates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,45 +37,81 @@ class FittedMotion:
         symbols: `[c, a]` of each level, level 1 first.
         residuals: `[A, c]` what these stand for, in steps, levels one after the
             other; other than they only `without_rounding`.
-        statistics: Screen gradients over the iterations, for the births.
+        statistics: Screen gradients over the iterations, for the births; of the Gaussians
+            that are left.
+        updates: Of single Gaussians; None where there are none to be.
     """
 
     symbols: list[Int64]
     residuals: Tensor
     statistics: ScreenStatistics
+    updates: Updates | None = None
 
 
 def fit_motion(
-    studio: Studio, before: State, begun: State, settings: MotionSettings
+    studio: Studio,
+    before: State,
+    begun: State,
+    settings: MotionSettings,
+    update_settings: UpdateSettings | None = None,
 ) -> FittedMotion:
-    """Fit the residuals of a frame to its pictures.
+    """Fit the residuals of a frame to its pictures, and updates of single Gaussians.
 
     Args:
         studio: Views, renderer and draws.
         before: State of the frame before.
         begun: The same after `begin_frame`.
         settings: Schedule and price.
+        update_settings: Of updates, in a stream that has them; None for none.
     """
     scene, frame = begun.scene, begun.scene.frame
     attributes = from_splats(dequantize(scene), studio.device)
     following = Following(begun.known_anchors, studio.device)
     symbols = start_symbols(before, begun, settings).to(studio.device)
     residuals = _Residuals(symbols, following.borders, scene.header)
+    updates = None
+    if scene.header.updates and update_settings is not None and update_settings.rate:
+        updates = TrainedUpdates(scene.count, scene.header, update_settings, studio.device)
     statistics = ScreenStatistics(scene.count, studio.device)
     views = studio.views.shuffled(studio.generator(frame, "motion"))
-    adam = torch.optim.Adam(residuals.groups(settings), eps=ADAM_EPSILON, fused=True)
-    for step in range(settings.iterations):
-        residuals.set_rates(adam, settings, step)
+    leaves = residuals.leaves() + ([updates.leaf] if updates else [])
+    adam = torch.optim.Adam([{"params": [leaf]} for leaf in leaves], eps=ADAM_EPSILON, fused=True)
+
+    def move() -> Attributes:
         sums = following.sum_levels(residuals.quantized())
-        moved = deform(attributes, *_kinds(sums), scene.header)
+        return deform(attributes, *_kinds(sums), scene.header)
+
+    for step in range(settings.iterations):
+        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
+        rates = residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
+        for group, rate in zip(adam.param_groups, rates, strict=True):
+            group["lr"] = rate
+        moved = updates.applied_to(move()) if updates else move()
         view = next(views)
         rendering = studio.render(moved.activated(), view)
         loss = photometric_loss(rendering.image, studio.truth(view, frame), settings.dssim)
-        loss = loss + residuals.price(settings)
-        gradient = residuals.step(adam, loss, rendering.means2d)
+        loss = loss + residuals.price(settings) + (updates.price() if updates else 0.0)
+        gradient = _descend(adam, leaves, loss, rendering.means2d)
         statistics.add(gradient, rendering, studio.camera(view))
         studio.progress.advance("motion", step + 1, settings.iterations)
-    return FittedMotion(residuals.symbols(), residuals.in_steps(), statistics)
+    fitted = FittedMotion(residuals.symbols(), residuals.in_steps(), statistics)
+    if updates is None:
+        return fitted
+    found = updates.updates(move())
+    gone = torch.zeros(scene.count, dtype=torch.bool, device=studio.device)
+    gone[torch.from_numpy(found.gaussians[found.dies]).to(studio.device)] = True
+    return replace(fitted, statistics=statistics.without(gone), updates=found)
+
+
+def _descend(
+    adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra: Tensor
+) -> Tensor:
+    """Take a step down a loss, and return the gradient by one more tensor of its graph."""
+    *gradients, by_extra = torch.autograd.grad(loss, [*leaves, extra])
+    for leaf, gradient in zip(leaves, gradients, strict=True):
+        leaf.grad = gradient
+    adam.step()
+    return by_extra
 
 
 class _Residuals:
@@ -96,21 +135,18 @@ class _Residuals:
             for kind, step in zip(_kinds(symbols), self._steps, strict=True)
         ]
 
-    def groups(self, settings: MotionSettings) -> list[dict[str, object]]:
-        """Return Adam's groups: of each kind, one to a level."""
-        return [{"params": [leaf], "lr": settings.rate} for kind in self._kinds for leaf in kind]
+    def leaves(self) -> list[Tensor]:
+        """Return what is trained: of each kind, one tensor to a level."""
+        return [leaf for kind in self._kinds for leaf in kind]
 
-    def set_rates(self, adam: torch.optim.Adam, settings: MotionSettings, step: int) -> None:
-        """Set the learning rates of a step: by level, and falling along a cosine."""
-        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
+    def rates(self, settings: MotionSettings, left: float) -> list[float]:
+        """Return the learning rate of each leaf, where a share of the rates is left."""
         translation = settings.step_rate * self._steps[0] or settings.rate
-        rates = [
+        return [
             rate * left * settings.level_rate**level
             for rate in (translation, settings.rate)
             for level in range(len(self._sizes))
         ]
-        for group, rate in zip(adam.param_groups, rates, strict=True):
-            group["lr"] = rate
 
     def quantized(self) -> Tensor:
         """Return `[A, c]` the residuals that the symbols stand for, straight through."""
@@ -128,15 +164,6 @@ class _Residuals:
         steps = [kind / step for kind, step in zip(kinds, self._steps, strict=True)]
         norms = torch.cat(steps, dim=1).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
         return settings.price_weight * torch.log1p(norms).mean()
-
-    def step(self, adam: torch.optim.Adam, loss: Tensor, extra: Tensor) -> Tensor:
-        """Take a step down a loss, and return the gradient by one more tensor of its graph."""
-        leaves = [leaf for kind in self._kinds for leaf in kind]
-        *gradients, by_extra = torch.autograd.grad(loss, [*leaves, extra])
-        for leaf, gradient in zip(leaves, gradients, strict=True):
-            leaf.grad = gradient
-        adam.step()
-        return by_extra
 
     def in_steps(self) -> Tensor:
         """Return `[A, c]` the residuals that the symbols stand for, in steps."""

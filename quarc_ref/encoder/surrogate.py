@@ -1,4 +1,4 @@
-"""The decoder's motion in floats, for gradients alone: SPEC 7.5, paper Eq. 2.
+"""The decoder's motion in floats, for gradients alone: SPEC 7.5 and 7.8, paper Eq. 2.
 
 Never state: what a residual really does is decided by the decoder when it is
 committed. The two differ by rounding on the lattice and in Q22, no more.
@@ -85,6 +85,11 @@ def deform(
         attributes.sh_dc,
         attributes.sh_rest,
     )
+
+
+def turn(rotations: Tensor, residuals: Tensor) -> Tensor:
+    """Return rotations `[N, 4]` turned by residuals `[N, 3]` from the identity (SPEC 7.8)."""
+    return _product(rotations, torch.nn.functional.pad(residuals, (1, 0), value=1.0))
 
 
 def _product(left: Tensor, right: Tensor) -> Tensor:

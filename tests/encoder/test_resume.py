@@ -3,6 +3,7 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.encoder import EncodeOptions, encode_stream
+from quarc_ref.encoder.config import UpdateSettings
 from quarc_ref.encoder.resume import Begun, read_begun
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
@@ -16,8 +17,10 @@ from tests.streams import make_stream, rebuild_stream
 # All that could hand something from frame to frame beside the decoder's state.
 CONFIG = replace(
     SMALL,
+    stream=replace(SMALL.stream, updates=True),
     canonical=replace(SMALL.canonical, iterations=30, exposure_rate=0.2, exposure_from=5, every=3),
     motion=replace(SMALL.motion, iterations=8, warm_start="anchors"),
+    updates=UpdateSettings(rate=0.5, price_weight=0.1),
     births=replace(SMALL.births, placement="errors", error=0.03, must_pay=True),
     target_kb_per_frame=0.2,
 )

@@ -1,0 +1,87 @@
+"""Updates of single Gaussians, trained together with the motion (SPEC 7.8).
+
+Every Gaussian may change on its own in every frame; a price on the changes, as
+on the residuals of anchors, keeps all those at nothing that show too little. A
+Gaussian that has been faded out leaves.
+"""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from quarc_ref.encoder.config import UpdateSettings
+from quarc_ref.encoder.straight_through import round_to_step, translation_step
+from quarc_ref.encoder.surrogate import turn
+from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import CODE_LIMIT, RESIDUAL_ROWS, ROTATION_UNITY_LIMIT
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.updates import TRANSLATION, TURN, UPDATE_FIELDS, Updates
+
+
+class TrainedUpdates:
+    """What is added to every Gaussian of a frame, and its quantizer.
+
+    Args:
+        count: Gaussians of the scene.
+        header: The steps.
+        settings: Rate and price.
+        device: Where they are trained.
+    """
+
+    def __init__(
+        self, count: int, header: StreamHeader, settings: UpdateSettings, device: torch.device
+    ) -> None:
+        self._header, self._settings = header, settings
+        self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
+        self._limits[TURN] = ROTATION_UNITY_LIMIT
+        self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
+
+    def rate(self, left: float) -> float:
+        """Return the learning rate, in steps, where a share of it is left."""
+        return self._settings.rate * left
+
+    def applied_to(self, moved: Attributes) -> Attributes:
+        """Return attributes after the motion, with what is added to them, straight through."""
+        header, residuals = self._header, self._quantized()
+        scales, opacity, color = (
+            residuals[:, UPDATE_FIELDS[name]] for name in ("log-scales", "opacity", "SH DC")
+        )
+        return Attributes(
+            moved.means + residuals[:, TRANSLATION] * translation_step(header),
+            turn(moved.rotations, residuals[:, TURN] / header.rotation_unity),
+            moved.log_scales + scales * header.log_scale_step,
+            moved.opacities + opacity[:, 0] * header.opacity_step,
+            moved.sh_dc + color[:, None] * header.sh_dc_step,
+            moved.sh_rest,
+        )
+
+    def price(self) -> Tensor:
+        """Return what the updates cost, before rounding: ln(1 + norm of a Gaussian's residuals)."""
+        norms = self.leaf.square().sum(dim=1).add(_NORM_FLOOR).sqrt()
+        return self._settings.price_weight * torch.log1p(norms).mean()
+
+    def updates(self, before: Attributes) -> Updates:
+        """Return the updates of a frame.
+
+        Args:
+            before: The attributes that they are added to.
+        """
+        with torch.no_grad():
+            residuals = self._quantized()
+            after = self.applied_to(before)
+            faded = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
+            faded &= torch.sigmoid(after.opacities) < self._settings.dies_below
+            if bool(faded.all()):
+                faded[after.opacities.argmax()] = False
+        rows: Int64 = residuals.T.cpu().numpy().astype(np.int64)
+        chosen = np.flatnonzero(np.any(rows, axis=0))
+        dies = faded.cpu().numpy()[chosen]
+        return Updates(chosen, dies, rows[:, chosen] * ~dies)
+
+    def _quantized(self) -> Tensor:
+        """Return `[N, RESIDUAL_ROWS]` the residuals in steps, straight through."""
+        return round_to_step(torch.clamp(self.leaf, -self._limits, self._limits), 1.0)
+
+
+_NORM_FLOOR = 1e-12
