@@ -225,11 +225,16 @@ class UpdateSettings(Checked):
         rate: Learning rate of residuals, in their steps; 0 leaves updates out.
         price_weight: Of the mean over Gaussians of ln(1 + norm of its residuals in steps)
             in the loss, in shares of the loss that frame 0 has when it is decoded.
+        chosen_at: Share of the iterations after which updates are chosen.
+        least_gain: What an update must take off the mean loss of the training views, in
+            shares of the loss that frame 0 has, times the number of Gaussians.
         dies_below: Opacity below which a Gaussian that an update fades leaves.
     """
 
     rate: Amount = 0.2
-    price_weight: Amount = 1.0
+    price_weight: Amount = 0.5
+    chosen_at: Share = 0.6
+    least_gain: Amount = 0.5
     dies_below: Share = 0.02
 
 

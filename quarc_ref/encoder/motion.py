@@ -27,6 +27,7 @@ from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import SYMBOL_LIMIT
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import Updates
+from quarc_ref.rendering.rasterizer import Rendering
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,15 +82,26 @@ def fit_motion(
         sums = following.sum_levels(residuals.quantized())
         return deform(attributes, *_kinds(sums), scene.header)
 
+    def lose(attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
+        rendering = studio.render(attributes.activated(), view)
+        truth = studio.truth(view, frame)
+        return rendering, photometric_loss(rendering.image, truth, settings.dssim)
+
     for step in range(settings.iterations):
+        if (
+            updates
+            and update_settings
+            and step == round(update_settings.chosen_at * settings.iterations)
+        ):
+            everywhere = range(len(studio.views.cameras))
+            updates.choose(move().detached(), (lambda a, v=v: lose(a, v)[1] for v in everywhere))
         left = fall_along_cosine(step, settings.iterations, settings.rate_end)
         rates = residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
         for group, rate in zip(adam.param_groups, rates, strict=True):
             group["lr"] = rate
-        moved = updates.applied_to(move()) if updates else move()
+        moved = updates.added_to(move()) if updates else move()
         view = next(views)
-        rendering = studio.render(moved.activated(), view)
-        loss = photometric_loss(rendering.image, studio.truth(view, frame), settings.dssim)
+        rendering, loss = lose(moved, view)
         loss = loss + residuals.price(settings) + (updates.price() if updates else 0.0)
         gradient = _descend(adam, leaves, loss, rendering.means2d)
         statistics.add(gradient, rendering, studio.camera(view))

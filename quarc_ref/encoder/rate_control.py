@@ -51,7 +51,9 @@ def price_bytes(
         ),
         motion=replace(motion, price_weight=motion.price_weight * weight * in_shares),
         updates=replace(
-            config.updates, price_weight=config.updates.price_weight * weight * usual_loss
+            config.updates,
+            price_weight=config.updates.price_weight * weight * usual_loss,
+            least_gain=config.updates.least_gain * weight * usual_loss,
         ),
         births=replace(config.births, byte_price=config.births.byte_price * weight * usual_loss),
     )
