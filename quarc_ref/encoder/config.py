@@ -233,7 +233,7 @@ class UpdateSettings(Checked):
 
     rate: Amount = 0.2
     price_weight: Amount = 0.5
-    chosen_at: Share = 0.6
+    chosen_at: Share = 0.5
     least_gain: Amount = 0.5
     dies_below: Share = 0.02
 

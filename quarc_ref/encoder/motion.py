@@ -93,8 +93,7 @@ def fit_motion(
             and update_settings
             and step == round(update_settings.chosen_at * settings.iterations)
         ):
-            everywhere = range(len(studio.views.cameras))
-            updates.choose(move().detached(), (lambda a, v=v: lose(a, v)[1] for v in everywhere))
+            updates.choose(move().detached(), lose, len(studio.views.cameras))
         left = fall_along_cosine(step, settings.iterations, settings.rate_end)
         rates = residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
         for group, rate in zip(adam.param_groups, rates, strict=True):

@@ -46,6 +46,7 @@ _MAIN = EncoderConfig(
         opacity_step=1 / 4,
         sh_dc_step=1 / 16,
         sh_rest_step=1 / 16,
+        updates=True,
     ),
     steps=StepSettings(position_pixels=0.2, translation_change=0.0024),
     canonical=CanonicalSettings(
@@ -93,7 +94,7 @@ _MAIN = EncoderConfig(
 )
 _DEMO = replace(
     _MAIN,
-    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1),
+    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1, updates=True),
     steps=StepSettings(),
     canonical=replace(
         _MAIN.canonical,

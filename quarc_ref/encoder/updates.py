@@ -5,7 +5,7 @@ stay that take more off the loss than an update must, and are trained to the end
 all others are as if they had never been. A Gaussian that has been faded out leaves.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable
 
 import numpy as np
 import torch
@@ -19,6 +19,7 @@ from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, RESIDUAL_ROWS, ROTATION_UNITY_LIMIT
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import TRANSLATION, TURN, UPDATE_FIELDS, Updates
+from quarc_ref.rendering.rasterizer import Rendering
 
 
 def add_residuals(moved: Attributes, residuals: Tensor, header: StreamHeader) -> Attributes:
@@ -74,7 +75,12 @@ class TrainedUpdates:
         norms = (self.leaf * self._kept).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
         return self._settings.price_weight * torch.log1p(norms).mean()
 
-    def choose(self, moved: Attributes, losses: Iterable) -> None:
+    def choose(
+        self,
+        moved: Attributes,
+        lose: Callable[[Attributes, int], tuple[Rendering, Tensor]],
+        view_count: int,
+    ) -> None:
         """Keep the updates that gain enough; the others are nothing from now on.
 
         What an update gains is told by the gradient where there is none: of what that
@@ -82,17 +88,16 @@ class TrainedUpdates:
 
         Args:
             moved: Attributes after the motion.
-            losses: For each view, what gives its loss from attributes.
+            lose: Draws attributes in a view, and gives the loss.
+            view_count: How many views there are.
         """
         nothing = torch.zeros_like(self.leaf, requires_grad=True)
-        slope, views = torch.zeros_like(nothing), 0
-        for lose in losses:
-            (gradient,) = torch.autograd.grad(
-                lose(add_residuals(moved, nothing, self._header)), nothing
-            )
-            slope, views = slope + gradient, views + 1
+        slope = torch.zeros_like(self.leaf)
+        for view in range(view_count):
+            _, loss = lose(add_residuals(moved, nothing, self._header), view)
+            slope += torch.autograd.grad(loss, nothing)[0] / view_count
         with torch.no_grad():
-            gains = -0.5 * (slope / views * self._quantized()).sum(dim=1)
+            gains = -0.5 * (slope * self._quantized()).sum(dim=1)
             least = self._settings.least_gain / gains.numel()
             self._kept = (gains > least).to(self.leaf.dtype)[:, None]
 

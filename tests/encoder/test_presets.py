@@ -92,7 +92,7 @@ def test_changing_a_leaf_leaves_all_others():
     ("path", "text", "said"),
     [
         ("motion.rat", "1", "motion.rate"),
-        ("rate", "1", "close to it: motion.rate; "),
+        ("rate", "1", "close to it: motion.rate, updates.rate; "),
         ("motion", "1", "no setting"),
         ("", "1", "no setting"),
         ("motion.iterations", "many", "motion.iterations=many"),

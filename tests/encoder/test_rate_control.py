@@ -87,6 +87,8 @@ def test_twenty_more_of_quality_halve_every_price(quality, factor):
 
     assert priced.motion.price_weight == pytest.approx(factor * config.motion.price_weight)
     assert priced.births.byte_price == pytest.approx(factor * config.births.byte_price)
+    assert priced.updates.price_weight == pytest.approx(factor * config.updates.price_weight)
+    assert priced.updates.least_gain == pytest.approx(factor * config.updates.least_gain)
     assert priced.canonical.code_price == pytest.approx(factor * config.canonical.code_price)
     assert priced.canonical.gaussian_price == pytest.approx(
         factor * config.canonical.gaussian_price

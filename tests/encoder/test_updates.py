@@ -21,7 +21,7 @@ from tests.encoder.toys import SMALL, make_splats, make_studio
 _CPU = torch.device("cpu")
 _HEADER = StreamHeader(gaussians_per_anchor=4, updates=True)
 _MOTION = replace(SMALL.motion, iterations=40)
-_UPDATES = UpdateSettings(rate=0.5, price_weight=0.002)
+_UPDATES = UpdateSettings(rate=0.5, price_weight=0.002, least_gain=0.0)
 
 
 def _make_state(header: StreamHeader = _HEADER) -> State:
@@ -109,6 +109,16 @@ def test_the_dearer_updates_are_the_fewer_there_are():
     ]
 
     assert counts[0] > counts[1] > counts[2]
+
+
+def test_what_gains_too_little_is_no_update():
+    wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
+
+    counts = [
+        _fit(wrong, replace(_UPDATES, least_gain=least)).updates.count for least in (0.0, 0.02, 9.0)
+    ]
+
+    assert counts[0] > counts[1] > counts[2] == 0
 
 
 @pytest.mark.parametrize(
