@@ -15,7 +15,7 @@ from statistics import median
 
 import torch
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
 from quarc_ref.rendering.rasterizer import Gaussians, Rasterizer, activate_opacities

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.format.records import Camera, Gaussians, StreamHeader
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import Gaussians, StreamHeader
 from tests.streams import CAMERA
 
 

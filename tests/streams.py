@@ -8,9 +8,10 @@ import numpy as np
 
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import MAGIC, RESIDUAL_ROWS
 from quarc_ref.format.container import build_chunk
-from quarc_ref.format.records import Births, Camera, Gaussians, StreamHeader
+from quarc_ref.format.records import Births, Gaussians, StreamHeader
 from quarc_ref.format.source import BytesSource
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 

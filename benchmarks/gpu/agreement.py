@@ -13,7 +13,7 @@ from torch import Tensor
 
 from gpu.plan import Sizes
 from gpu.rows import Notebook, Row
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.backends import choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer

@@ -13,7 +13,7 @@ from quarc_ref.datasets.synth.options import SynthOptions, make_generator
 from quarc_ref.datasets.synth.rig import RigCamera, place_cameras
 from quarc_ref.datasets.synth.scene import make_scene
 from quarc_ref.datasets.synth.tracer import join_points, trace_points, trace_view
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 FRAMES = 3
 _NEAR_MARGIN = 0.95

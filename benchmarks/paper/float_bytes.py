@@ -29,13 +29,13 @@ def summarize_floats(made: FloatFrame, trial: Trial) -> FrameSummary:
     coded = {
         "canonical": each * scene.count if canonical else 0,
         "motion": _FLOAT_BYTES * scene.header.symbol_planes * anchors,
-        "updates": 0,  # the paper has none
+        **dict.fromkeys(("snapshots", "updates"), 0),  # the paper has none
         "births": each * newborn,
     }
     price = {
         "canonical": estimate_gaussians(_as_gaussians(scene)) if canonical else 0.0,
         "motion": 0.0 if canonical else estimate_floats(state.symbols),
-        "updates": 0.0,
+        **dict.fromkeys(("snapshots", "updates"), 0.0),
         "births": 0.0 if births is None else estimate_births(births),
     }
     return FrameSummary(

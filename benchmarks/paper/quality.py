@@ -12,7 +12,7 @@ from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.views import View, measure_views
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 _MOVED = 16  # of 255: more than a codec's noise between two frames
 MOVING_VARIANT = (

@@ -26,6 +26,7 @@ class Row:
         canonical: Bytes of canonical frames; of a file of the first frame alone
             where a format has no such thing.
         motion: Bytes of the anchors' residuals.
+        snapshots: Bytes of canonical frames that are coded against others.
         updates: Bytes of what changes single Gaussians.
         births: Bytes of the newborn.
         rest: Bytes of headers, index, cameras and metadata.
@@ -40,6 +41,7 @@ class Row:
     coder: str
     canonical: float | None = None
     motion: float | None = None
+    snapshots: float | None = None
     updates: float | None = None
     births: float | None = None
     rest: float | None = None

@@ -21,7 +21,7 @@ def format_rows(rows: Iterable[Row], moved: Mapping[tuple[str, str], int]) -> st
         moved: Frames that are not canonical, of every capture and preset.
     """
     head = (
-        "capture", "preset", "coded as", "canonical KB", "motion KB per frame",
+        "capture", "preset", "coded as", "canonical KB", "snapshots KB", "motion KB per frame",
         "updates KB per frame", "births KB per frame",
         "rest KB", "whole KB", "PSNR frame 0 / mean", "remark",
     )  # fmt: skip
@@ -31,8 +31,8 @@ def format_rows(rows: Iterable[Row], moved: Mapping[tuple[str, str], int]) -> st
         quality = [_number(row.psnr_first, 1), _number(row.psnr_mean, 1)]
         lines.append([
             row.capture, row.preset, row.coder, _number(row.canonical, KILOBYTE, 1),
-            _number(row.motion, frames, 3), _number(row.updates, frames, 3),
-            _number(row.births, frames, 3),
+            _number(row.snapshots, KILOBYTE, 1), _number(row.motion, frames, 3),
+            _number(row.updates, frames, 3), _number(row.births, frames, 3),
             _number(row.rest, KILOBYTE), _number(row.total, KILOBYTE, 1),
             " / ".join(each for each in quality if each), row.remark,
         ])  # fmt: skip

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from making import writing
-from making.payloads import Canonical, Frame, Head
+from making.payloads import Canonical, Frame, Head, Snapshot
 from making.writing import Bits, Planes, State, WritingSection
 from tests.spec.plain_coder import Counts
 from tests.spec.plain_decoder import FrameDecoder
@@ -64,6 +64,21 @@ class Update:
 
 
 @dataclass(frozen=True)
+class Survivor:
+    """A Gaussian of the last CANO that a snapshot still has (SPEC 7.9).
+
+    Attributes:
+        index: In the CANO.
+        differences: The 14.
+        fields: As of `Update`.
+    """
+
+    index: int
+    differences: tuple[int, ...] = (0,) * 14
+    fields: int | None = None
+
+
+@dataclass(frozen=True)
 class Change:
     """What a FRAM chunk does.
 
@@ -108,12 +123,12 @@ class _Maker(FrameDecoder):
         self.sections.append(section)
         return section
 
-    def _rotations(self, section: PlainSection, name: str, count: int) -> list[Vector]:
+    def _expand(self, coded: Vector, bits: int) -> Vector:
         try:
-            return super()._rotations(section, name, count)
-        except ValueError:  # they are no rotations; what follows is to be written all the same
+            return super()._expand(coded, bits)
+        except ValueError:  # it is no rotation; what follows is to be written all the same
             self.has_state = False
-            return [[1 << 22, 0, 0, 0]] * count
+            return [1 << 22, 0, 0, 0]
 
     def _move(self, state: PlainState) -> None:
         self.levels = [len(level.owners) for level in state.levels]
@@ -176,6 +191,68 @@ def make_frame(
     return frame, state
 
 
+def make_snapshot(
+    head: Head,
+    before: PlainState,
+    survivors: Sequence[Survivor],
+    newborn: Sequence[Coded] = (),
+    stating: State = say_nothing,
+    **said: Any,
+) -> tuple[Snapshot, PlainState | None]:
+    """Return a snapshot after a state; see `make_canonical`.
+
+    Args:
+        head: Of the stream.
+        before: The state of the frame before.
+        survivors: In ascending order of their indices.
+        newborn: Are put in Morton order.
+        stating: Which codes the planes state.
+        said: Fields that are to say something else, `survivors` its words.
+    """
+    frame, known = before.canonical or (0, [])
+    places = [g.position for g in newborn] or [(0, 0, 0)]
+    origin = said.get("origin", tuple(min(p[axis] for p in places) for axis in range(3)))
+    ordered = sorted(newborn, key=lambda g: morton(g.position, origin))
+    keys = [morton(g.position, origin) for g in ordered]
+    most = max(max(v - o for v, o in zip(p, origin, strict=True)) for p in places)
+    words = said.pop("survivors", None)
+    fields = {"frame": before.frame + 1, "canonical": frame, "newborn_count": len(keys)}
+    fields |= {"origin": origin, "axis_bits": max(0, most).bit_length()} | said
+    planes = Planes(survivor_planes(len(known), survivors), stating)
+    stored: dict[str, Any] = {"survivors": planes if words is None else {"words": words}}
+    sections = [Planes(bits, stating) for bits in canonical_planes(head, keys, ordered)]
+    maker = _Maker(head, fields | stored | {"sections": sections})
+    state = _try(maker, before)
+    written = [section.written for section in maker.sections]
+    if words is not None:
+        written.insert(0, words)
+    written += [()] * (7 - len(written))
+    return Snapshot(
+        survivors=written[0], sections=tuple(written[1:]), state_crc=_crc(head, state), **fields
+    ), state
+
+
+def survivor_planes(count: int, survivors: Sequence[Survivor]) -> list[Bits]:
+    """Return the planes of the survivors of a CANO of so many Gaussians (SPEC 8.9)."""
+    kept = {survivor.index for survivor in survivors}
+    answers = [_answers_of(s.differences, s.fields, _SURVIVOR_FIELDS) for s in survivors]
+    planes = [
+        [int(i in kept) for i in range(count)],
+        *([answer >> number & 1 for answer in answers] for number in range(5)),
+    ]
+    for number, rows in enumerate(_SURVIVOR_FIELDS):
+        there = [s for s, a in zip(survivors, answers, strict=True) if a >> number & 1]
+        for row in rows:
+            values = [s.differences[row] for s in there]
+            if number == 0:
+                values = [v - last for v, last in zip(values, [0, *values], strict=False)]
+            planes += writing.fixed(values, 2) if row == 3 else writing.signed(values)
+    return planes
+
+
+_SURVIVOR_FIELDS = (range(3), range(3, 7), range(7, 10), range(10, 11), range(11, 14))
+
+
 def morton(position: Sequence[int], origin: Sequence[int]) -> int:
     """Return the key of a position (SPEC 8.5)."""
     offsets = [p - o for p, o in zip(position, origin, strict=True)]
@@ -187,7 +264,7 @@ def morton(position: Sequence[int], origin: Sequence[int]) -> int:
 def canonical_planes(head: Head, keys: list[int], gaussians: Sequence[Coded]) -> list[list[Bits]]:
     """Return the planes of the six sections (SPEC 8.5)."""
     codes = _code_rows(head, gaussians)
-    turned = list(zip(*(g.rotation for g in gaussians), strict=True))
+    turned = list(zip(*(g.rotation for g in gaussians), strict=True)) or [()] * 4
     rest = [bits for row in codes[7:] for bits in writing.signed(row)] if head.sh_degree else []
     return [
         writing.ascending(keys),
@@ -237,7 +314,7 @@ def update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
     """Return the planes of updates of a scene of so many Gaussians (SPEC 8.8)."""
     chosen = {update.gaussian for update in updates}
     left = [update for update in updates if update.residuals is not None]
-    answers = [_fields_of(update) for update in left]
+    answers = [_answers_of(update.residuals, update.fields, _FIELDS) for update in left]
     planes = [
         [int(i in chosen) for i in range(count)],
         [int(update.residuals is None) for update in updates],
@@ -253,10 +330,11 @@ def update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
 _FIELDS = (range(3), range(3, 6), range(6, 9), range(9, 10), range(10, 13))
 
 
-def _fields_of(update: Update) -> int:
-    if update.fields is not None or update.residuals is None:
-        return update.fields or 0
-    there = (any(update.residuals[row] for row in rows) for rows in _FIELDS)
+def _answers_of(numbers: Sequence[int] | None, fields: int | None, rows: Sequence[range]) -> int:
+    """Return which fields are answered yes, a bit to each: as is said, or those that are not 0."""
+    if fields is not None or numbers is None:
+        return fields or 0
+    there = (any(numbers[row] for row in field) for field in rows)
     return sum(bit << number for number, bit in enumerate(there))
 
 

@@ -44,6 +44,11 @@ class Head:
     color_space: int = 1
 
     @property
+    def has_snapshots(self) -> bool:
+        """Whether canonical frames may be snapshots."""
+        return bool(self.incompatible_features & 4)
+
+    @property
     def has_updates(self) -> bool:
         """Whether frames may have updates."""
         return bool(self.incompatible_features & 2)
@@ -73,6 +78,27 @@ class Canonical:
         """Return the payload."""
         head = struct.pack("<II3iB", self.frame, self.gaussian_count, *self.origin, self.axis_bits)
         sections = b"".join(map(pack_section, self.sections))
+        return head + sections + struct.pack("<I", self.state_crc)
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The fields of SNAP (SPEC 5.10); a section is its words."""
+
+    frame: int
+    canonical: int
+    newborn_count: int
+    origin: tuple[int, int, int]
+    axis_bits: int
+    survivors: Sequence[int]
+    sections: tuple[Sequence[int], ...]
+    state_crc: int
+
+    def pack(self) -> bytes:
+        """Return the payload."""
+        counts = (self.frame, self.canonical, self.newborn_count)
+        head = struct.pack("<III3iB", *counts, *self.origin, self.axis_bits)
+        sections = b"".join(map(pack_section, (self.survivors, *self.sections)))
         return head + sections + struct.pack("<I", self.state_crc)
 
 

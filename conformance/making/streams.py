@@ -10,19 +10,29 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from making.frames import Change, Coded, State, make_canonical, make_frame, say_nothing
+from making.frames import (
+    Change,
+    Coded,
+    State,
+    Survivor,
+    make_canonical,
+    make_frame,
+    make_snapshot,
+    say_nothing,
+)
 from making.payloads import (
     MAGIC,
     Canonical,
     Frame,
     Head,
+    Snapshot,
     pack_chunk_header,
     pack_index,
     pack_tail,
 )
 from tests.spec.plain_state import PlainState
 
-FRAMES = (b"CANO", b"FRAM")
+FRAMES = (b"CANO", b"SNAP", b"FRAM")
 
 
 @dataclass(frozen=True)
@@ -80,8 +90,10 @@ class Layout:
 def assemble(pieces: Iterable[Piece]) -> Layout:
     """Number and prove the chunks; make INDX and TAIL."""
     data, offsets, points, number = MAGIC, [], [], 0
-    frames, index_offset = 0, 0
+    frames, index_offset, kinds = 0, 0, (b"CANO", b"FRAM")
     for piece in pieces:
+        if piece.kind == b"HEAD" and (piece.payload or bytes(3))[2] & 4:
+            kinds = FRAMES
         offsets.append(len(data))
         number += piece.skip
         payload = piece.payload
@@ -90,9 +102,9 @@ def assemble(pieces: Iterable[Piece]) -> Layout:
             payload = pack_index(points) if payload is None else payload
         elif piece.kind == b"TAIL" and payload is None:
             payload = pack_tail(frames, len(points), index_offset)
-        elif piece.kind == b"CANO":
+        elif piece.kind in kinds and piece.kind != b"FRAM":
             points.append((len(data), number, int.from_bytes((payload or b"")[:4], "little")))
-        frames += piece.kind in FRAMES
+        frames += piece.kind in kinds
         data += piece.pack(number, payload or b"")
         number += 1
     return Layout(data, (*offsets, len(data)))
@@ -113,7 +125,7 @@ class Stream:
     pieces: list[Piece] = field(default_factory=list)
     states: list[PlainState | None] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
-    payloads: list[Canonical | Frame] = field(default_factory=list)
+    payloads: list[Canonical | Snapshot | Frame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.add(b"HEAD", self.head.pack())
@@ -136,6 +148,20 @@ class Stream:
         assert before is not None, "the frame before breaks a clause"
         payload, state = make_frame(self.head, before, change, **said)
         return self._append(b"FRAM", payload, state)
+
+    def snapshot(
+        self,
+        survivors: Iterable[Survivor],
+        newborn: Iterable[Coded] = (),
+        stating: State = say_nothing,
+        **said: Any,
+    ) -> "Stream":
+        """Append a SNAP chunk; see `canonical`."""
+        before = self.states[-1]
+        assert before is not None, "the frame before breaks a clause"
+        kept, born = list(survivors), list(newborn)
+        payload, state = make_snapshot(self.head, before, kept, born, stating, **said)
+        return self._append(b"SNAP", payload, state)
 
     def end(self, *, index: bool = False) -> "Stream":
         """Append TAIL, and INDX before it."""
@@ -175,7 +201,7 @@ class Stream:
         return [replace(p, sequence=n) for n, p in enumerate(self.pieces) if n not in places]
 
     def _append(
-        self, kind: bytes, payload: Canonical | Frame, state: PlainState | None
+        self, kind: bytes, payload: Canonical | Snapshot | Frame, state: PlainState | None
     ) -> "Stream":
         self.places.append(len(self.pieces))
         self.pieces.append(Piece(kind, payload.pack()))

@@ -16,6 +16,7 @@ from making.payload_faults import make_payload_faults
 from making.payloads import Head
 from making.resource_streams import make_resources
 from making.seek_streams import make_seeks
+from making.snapshot_faults import make_snapshot_faults
 from making.state_faults import make_motion_faults, make_state_faults
 from making.trap_streams import make_traps
 from making.unit_answers import make_units
@@ -64,6 +65,7 @@ def make_vectors() -> list[Vector]:
         *make_update_faults(
             known["streams/updates-journey"], known["streams/updates-far"], journey
         ),
+        *make_snapshot_faults(known["streams/snapshots-journey"], journey),
     ]
 
 

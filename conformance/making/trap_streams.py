@@ -1,5 +1,6 @@
 """traps/: valid streams that a decoder with one plausible mistake gets wrong."""
 
+from making.snapshot_streams import make_snapshot_traps
 from making.trap_anchors import make_anchor_traps
 from making.trap_contexts import make_context_traps
 from making.trap_distances import make_distance_traps
@@ -18,4 +19,5 @@ def make_traps() -> list[Valid]:
         *make_rotation_traps(),
         *make_context_traps(),
         *make_update_traps(),
+        *make_snapshot_traps(),
     ]

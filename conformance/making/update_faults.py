@@ -177,7 +177,7 @@ def _of_places(far: Valid) -> Iterable[Vector]:
 
 def _of_features(parent: Valid) -> Iterable[Vector]:
     head = parent.stream.head
-    for mask in (3, 6, 0x80000002):
+    for mask in (3, 10, 0x80000002):
         payload = replace(head, incompatible_features=mask).pack()
         pieces = parent.stream.replaced(HEAD, payload=payload)
         said, note = Outcome((), ("unsupported-feature",)), f"incompatible_features {mask:#x}"

@@ -4,6 +4,7 @@ from making.frames import Change, Coded
 from making.motion_streams import make_lives, make_motions
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
 from making.scenes import between, cloud, moving, newborn, only
+from making.snapshot_streams import make_snapshots
 from making.streams import Stream
 from making.update_streams import make_updates
 from making.vectors import Outcome, Valid, valid
@@ -42,7 +43,7 @@ def make_streams() -> list[Valid]:
     """Return all of them."""
     return [
         *(journey(), brief(), *_containers(), *_scenes()),
-        *(*make_motions(), *make_lives(), *make_updates()),
+        *(*make_motions(), *make_lives(), *make_updates(), *make_snapshots()),
     ]
 
 

@@ -3,6 +3,7 @@
 import anchor_mutants
 import coding_mutants
 import container_mutants
+import snapshot_mutants
 import state_mutants
 import update_mutants
 from mutant import Mutant
@@ -13,4 +14,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *state_mutants.MUTANTS,
     *anchor_mutants.MUTANTS,
     *update_mutants.MUTANTS,
+    *snapshot_mutants.MUTANTS,
 )

@@ -89,7 +89,9 @@ def try_mutant(mutant: Mutant, package: Path, suite: Suite, limits: Limits, enou
 def list_all(suite: Suite) -> list[Case]:
     """Return all cases, those first that see the most in the least time."""
     functions = [unit["function"] for unit in suite.units]
-    cases = list_cases(suite, {"capabilities": [*MODES, "metadata", "updates"], "units": functions})
+    cases = list_cases(
+        suite, {"capabilities": [*MODES, "metadata", "updates", "snapshots"], "units": functions}
+    )
     return sorted(cases, key=lambda case: CATEGORIES.index(case.category))
 
 

@@ -88,6 +88,17 @@ def encode(
             show_default="frame 0 alone",
         ),
     ] = None,
+    seek_every: Annotated[
+        int | None,
+        typer.Option(
+            "--seek-every",
+            min=1,
+            metavar="N",
+            help="Make every N-th frame a snapshot: as --canonical-every, for a third of the "
+            "bytes; not in format 1.0.",
+            show_default="none",
+        ),
+    ] = None,
     quality: Annotated[
         float | None,
         typer.Option(
@@ -185,9 +196,12 @@ def encode(
             _require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
             _refuse_with("--segments", {"--live": live})
+        if version == "1.0":
+            _refuse_with("--format 1.0", {"--seek-every": seek_every is not None})
         require_positive({"--lambda": rate_weight, "--target-kb-per-frame": target})
         asked = {
             "canonical.every": canonical_every,
+            "canonical.snapshot_every": seek_every,
             "quality": quality,
             "rate_weight": rate_weight,
             "target_kb_per_frame": target,

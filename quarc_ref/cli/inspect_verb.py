@@ -70,8 +70,7 @@ def _print_frames(summary: "StreamSummary") -> None:
             frame.updates,
             frame.chunk_bytes,
         )
-        kind = "canonical" if frame.canonical else "moved"
-        rows.append([f"{frame.frame}", kind, *(f"{count:,}" for count in counts), *prices])
+        rows.append([f"{frame.frame}", frame.kind, *(f"{count:,}" for count in counts), *prices])
     print_columns("frames", _FRAME_HEADINGS, rows)
 
 

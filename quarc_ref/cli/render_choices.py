@@ -7,7 +7,7 @@ from quarc_ref.cli.faults import UsageError
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.video_writer import VideoForm
-    from quarc_ref.format.records import Camera
+    from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
 
 _MOST_OF_A_RATE = (1 << 31) - 1  # FFmpeg's rationals are two of 32 bits

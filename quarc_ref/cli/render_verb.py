@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Image
     from quarc_ref.datasets.video_writer import VideoForm
     from quarc_ref.decoder import Source
-    from quarc_ref.format.records import Camera
+    from quarc_ref.format.cameras import Camera
 
     _Pictures = Iterator[tuple[int, Image]]
 

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 Numbers = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.errors import CountMismatchError, TooFewFramesError
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 Image = NDArray[np.uint8]
 _CACHE_BYTES = 1 << 28

@@ -24,7 +24,7 @@ from quarc_ref.datasets.pictures import RectifiedPictures
 from quarc_ref.datasets.transforms_json import TRANSFORMS_NAME, read_nerfstudio
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 
 @dataclass(frozen=True, slots=True)

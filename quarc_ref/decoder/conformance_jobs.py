@@ -22,7 +22,16 @@ from quarc_ref.format.source import Source, as_source
 Line = dict[str, Any]
 
 CAPABILITIES: Line = {
-    "capabilities": ["jobs", "seek", "recover", "grow", "numbers", "metadata", "updates"],
+    "capabilities": [
+        "jobs",
+        "seek",
+        "recover",
+        "grow",
+        "numbers",
+        "metadata",
+        "updates",
+        "snapshots",
+    ],
     "levels": sorted(LEVELS),
     "units": sorted(UNITS),
 }

@@ -5,13 +5,23 @@ been seen of the stream, `frames` makes the state of each frame.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
 
 from quarc_ref.decoder.follow import Follow, ask
-from quarc_ref.decoder.frames import Prove, decode_canonical, decode_frame
+from quarc_ref.decoder.frames import (
+    Prove,
+    decode_frame,
+    decode_snapshot,
+    make_canonical,
+    read_checked,
+)
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.seek import seek
 from quarc_ref.decoder.state import State
 from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import (
@@ -21,7 +31,7 @@ from quarc_ref.format.errors import (
     IndexMismatchError,
     TailMismatchError,
 )
-from quarc_ref.format.records import Camera, SeekPoint, StreamHeader, Tail
+from quarc_ref.format.records import Gaussians, SeekPoint, StreamHeader, Tail
 from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.format.source import Source, as_source
 
@@ -85,12 +95,25 @@ def walk_frames(
     while (chunk := ask(reader.read_chunk, follow)) is not None:
         state = decoder.push(chunk)
         if chunk.kind == container.HEAD and start > 0:
-            decoder.skip_to(seek(reader, start))
+            decoder.skip_to(*seek(reader, start))
         if state is None:
             continue
         yield chunk, state
         if stop is not None and state.scene.frame + 1 >= stop:
             return
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """What snapshots are coded against (SPEC 7.9).
+
+    Attributes:
+        frame: Ordinal of a CANO.
+        gaussians: Its Gaussians, as they are coded.
+    """
+
+    frame: int
+    gaussians: Gaussians
 
 
 class StreamDecoder:
@@ -105,6 +128,10 @@ class StreamDecoder:
         metadata: From `meta`.
         index: From INDX; None before it.
         tail: From TAIL; None before it.
+        reference: The CANO that snapshots are coded against; None before it, and in streams
+            without snapshots.
+        roots: `[N]` of the last canonical frame: index in the CANO of each Gaussian that it
+            has, -1 of the others.
     """
 
     def __init__(self, prove: Prove | None = None) -> None:
@@ -121,6 +148,8 @@ class StreamDecoder:
         self._index_offset = 0
         self._sought: SeekPoint | None = None
         self._is_whole = True
+        self.reference: Reference | None = None
+        self.roots = np.zeros(0, dtype=np.int64)
 
     @property
     def header(self) -> StreamHeader:
@@ -134,19 +163,30 @@ class StreamDecoder:
             raise ChunkOrderError(message)
         return self._header
 
-    def skip_to(self, points: SeekPoints) -> None:
+    def skip_to(self, points: SeekPoints, canonical: Chunk | None = None) -> None:
         """Take it that the next frame is that of the last of these seek points.
 
         Args:
             points: All of the stream up to it; none where nothing is skipped.
+            canonical: The CANO that the frame is coded against, if it is a snapshot.
+
+        Raises:
+            BitstreamError: What is wrong with that CANO.
         """
+        if canonical is not None:
+            self._decode_canonical(canonical, points.at(canonical.offset))
         if points:
             self._passed = points[:-1]
             self._frame_count = points[-1].frame - points[0].frame
             self._sought = points[-1]
 
+    @property
+    def canonical_frame(self) -> int | None:
+        """Ordinal of the CANO that a snapshot may be coded against; None if there is none."""
+        return None if self.reference is None else self.reference.frame
+
     def lose(self) -> None:
-        """Take it that an unknown number of chunks up to the next CANO is lost (SPEC 11.4)."""
+        """Take it that chunks up to the next canonical frame are lost (SPEC 11.4)."""
         self._state = None
         self._is_whole = False
 
@@ -182,26 +222,54 @@ class StreamDecoder:
             self._take_index(chunk)
         elif chunk.kind == container.TAIL:
             self._take_tail(wire.parse_tail(chunk.payload))
-        elif chunk.kind == container.CANO:
+        elif chunk.kind in container.CANONICAL:
             return self._push_canonical(chunk)
         elif chunk.kind == container.FRAM:
             return self._push_frame(chunk)
         return None
 
     def _push_canonical(self, chunk: Chunk) -> State:
-        canonical = wire.parse_canonical(chunk.payload)
-        if self._state is not None and canonical.frame != self._state.scene.frame + 1:
-            message = f"frame {canonical.frame} follows frame {self._state.scene.frame}"
-            raise FrameOrderError(message)
-        point = SeekPoint(chunk.offset, chunk.sequence, canonical.frame)
-        if self._sought not in (None, point):
-            message = f"{self._sought} is said to be {point}"
-            raise IndexMismatchError(message)
-        self._state = decode_canonical(self.header, canonical, self._prove)
-        self._points.append(point)
+        decode = self._decode_canonical if chunk.kind == container.CANO else self._decode_snapshot
+        self._state = decode(chunk, self._sought)
+        self._points.append(_name(chunk, self._state.scene.frame))
         self._sought = None
         self._frame_count += 1
         return self._state
+
+    def _decode_canonical(self, chunk: Chunk, sought: SeekPoint | None) -> State:
+        canonical = wire.parse_canonical(chunk.payload)
+        self._check_place(chunk, canonical.frame, sought)
+        gaussians = read_checked(self.header, canonical)
+        crc = canonical.state_crc
+        state = make_canonical(self.header, canonical.frame, gaussians, crc, self._prove)
+        if self.header.snapshots:
+            self.reference = Reference(canonical.frame, gaussians)
+            self.roots = np.arange(gaussians.count)
+        return state
+
+    def _decode_snapshot(self, chunk: Chunk, sought: SeekPoint | None) -> State:
+        if self.reference is None:
+            message = "a snapshot must follow a CANO"
+            raise ChunkOrderError(message)
+        snapshot = wire.parse_snapshot(chunk.payload)
+        self._check_place(chunk, snapshot.frame, sought)
+        if snapshot.canonical != self.reference.frame:
+            message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
+            message += f"and the last CANO is frame {self.reference.frame}"
+            raise FrameOrderError(message)
+        gaussians = self.reference.gaussians
+        state, self.roots = decode_snapshot(self.header, snapshot, gaussians, self._prove)
+        return state
+
+    def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
+        """Refuse a canonical frame that is not the one due."""
+        if self._state is not None and frame != self._state.scene.frame + 1:
+            message = f"frame {frame} follows frame {self._state.scene.frame}"
+            raise FrameOrderError(message)
+        point = _name(chunk, frame)
+        if sought not in (None, point):
+            message = f"{sought} is said to be {point}"
+            raise IndexMismatchError(message)
 
     def _push_frame(self, chunk: Chunk) -> State:
         if self._state is None:
@@ -226,3 +294,7 @@ class StreamDecoder:
             message = f"TAIL says {tail}, the stream holds {seen}"
             raise TailMismatchError(message)
         self.tail = tail
+
+
+def _name(chunk: Chunk, frame: int) -> SeekPoint:
+    return SeekPoint(chunk.offset, chunk.sequence, frame)

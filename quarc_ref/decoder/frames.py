@@ -14,6 +14,7 @@ from quarc_ref.decoder.state import State
 from quarc_ref.decoder.stopwatch import stage
 from quarc_ref.decoder.updates import update, update_context
 from quarc_ref.format.acceleration import start_parts, threading_for
+from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import (
@@ -25,7 +26,16 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
 from quarc_ref.format.motion_planes import read_motion
-from quarc_ref.format.records import Births, CanonicalChunk, FrameChunk, Section, StreamHeader
+from quarc_ref.format.records import (
+    Births,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    SnapshotChunk,
+    StreamHeader,
+)
+from quarc_ref.format.snapshot_planes import read_snapshot
 from quarc_ref.format.update_planes import read_updates
 
 # Holds a scene against the CRC that its chunk states, now or later.
@@ -58,6 +68,16 @@ def decode_canonical(
     Raises:
         BitstreamError: What is wrong with the chunk.
     """
+    gaussians = read_checked(header, chunk)
+    return make_canonical(header, chunk.frame, gaussians, chunk.state_crc, prove)
+
+
+def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
+    """Return the Gaussians of a canonical frame as they are coded; its counts are held first.
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
     count = chunk.gaussian_count
     if count == 0:
         message = "a canonical frame without Gaussians"
@@ -67,10 +87,59 @@ def decode_canonical(
         raise CountLevelError(message)
     _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
     with stage("entropy"):
-        gaussians = read_canonical(chunk, header.code_planes)
+        return read_canonical(chunk, header.code_planes)
+
+
+def decode_snapshot(
+    header: StreamHeader,
+    chunk: SnapshotChunk,
+    canonical: Gaussians,
+    prove: Prove | None = None,
+) -> tuple[State, Int64]:
+    """Return the state of a snapshot (SPEC 7.9).
+
+    Args:
+        header: Of the stream.
+        chunk: Of the frame.
+        canonical: Gaussians of the CANO that it is coded against, as they are coded.
+        prove: As for `decode_canonical`.
+
+    Returns:
+        The state, and `[N]` the index in the CANO of each Gaussian that is a survivor; -1 of
+        the others.
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
+    if chunk.newborn_count > header.limits.gaussians:
+        message = f"{chunk.newborn_count} Gaussians are too many for level {header.level}"
+        raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.gaussians, chunk.newborn_count, "Gaussians")
+    with stage("entropy"):
+        snapshot = read_snapshot(chunk, canonical)
+    count = snapshot.gaussians.count
+    if count == 0:
+        message = "a snapshot without Gaussians"
+        raise CountError(message)
+    if count > header.limits.gaussians:
+        message = f"{count} Gaussians are too many for level {header.level}"
+        raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
+    state = make_canonical(header, chunk.frame, snapshot.gaussians, chunk.state_crc, prove)
+    return state, snapshot.roots
+
+
+def make_canonical(
+    header: StreamHeader, frame: int, gaussians: Gaussians, crc: int, prove: Prove | None
+) -> State:
+    """Return the state that coded Gaussians make, held against the CRC that a chunk states.
+
+    Raises:
+        StateError: What is wrong with it.
+    """
     with stage("canonical"):
-        state = begin_canonical(header, chunk.frame, gaussians)
-    (prove or prove_state)(state.scene, chunk.state_crc)
+        state = begin_canonical(header, frame, gaussians)
+    (prove or prove_state)(state.scene, crc)
     return state
 
 

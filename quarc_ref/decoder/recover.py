@@ -48,7 +48,8 @@ class Gap:
 def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Scene | Gap]:
     """Decode the frames of a stream that may be damaged.
 
-    After damage decoding goes on at the next CANO chunk whose CRCs hold; an
+    After damage decoding goes on at the next CANO chunk whose CRCs hold, or at a
+    snapshot that is coded against a CANO which has been decoded; an
     ancillary chunk that is damaged is left out alone. A stream that is cut
     ends in a gap whose reject id is `truncated`.
 
@@ -116,7 +117,7 @@ class _Recovery:
 
     def _leave_out(self, error: BitstreamError) -> Iterator[Gap]:
         offset, header = error.offset or 0, self._reader.current
-        if self._reader.is_past_tail:
+        if self._reader.is_past_tail and header is None:  # bytes follow TAIL
             self.is_over = True
             size = self._source.size()
             yield _gap(error, offset, size, None)
@@ -136,6 +137,7 @@ class _Recovery:
             frame=self._due or 0,
             limit=self._decoder.header.limits.chunk_bytes,
             effort=self._effort,
+            canonical=self._decoder.canonical_frame,
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:
@@ -159,7 +161,7 @@ class _Recovery:
     def _find_due(self, found: ChunkHeader) -> int | None:
         """Return the ordinal due at a CANO or TAIL; None at a TAIL if the first frame was lost."""
         payload = self._source.read(found.payload_offset, TAIL_BYTES)
-        if found.kind == container.CANO:
+        if found.kind in container.CANONICAL:
             return canonical_frame(payload)
         if self._first is None:
             return None

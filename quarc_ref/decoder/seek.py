@@ -1,8 +1,8 @@
 """The way to a frame without what lies before it: SPEC 11.2.
 
 Through INDX where a stream has one; else from chunk header to chunk header.
-Neither is trusted: the decoder holds the CANO chunk that is come to against
-what led there.
+Neither is trusted: the decoder holds the chunk that is come to against what led
+there. To a snapshot belongs the CANO that it is coded against.
 """
 
 from contextlib import suppress
@@ -19,7 +19,7 @@ from quarc_ref.format.source import Source
 _FRAME_BYTES = 4
 
 
-def seek(reader: ChunkReader, frame: int) -> SeekPoints:
+def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
     """Move a reader to the last canonical frame that is not after a frame.
 
     Args:
@@ -29,13 +29,14 @@ def seek(reader: ChunkReader, frame: int) -> SeekPoints:
     Returns:
         All seek points up to the one that the reader is at; none where the
         reader stays: the source goes forward only, or has no such frame yet.
+        If the frame there is a snapshot, the CANO that it is coded against.
 
     Raises:
         BitstreamError: What is wrong with the bytes that were read.
     """
     size, here = reader.source.size(), (reader.offset, reader.sequence)
     if size is None:
-        return SeekPoints.of(())
+        return SeekPoints.of(()), None
     points = _read_index(reader, size)
     if points is None:
         reader.seek(*here)
@@ -43,9 +44,22 @@ def seek(reader: ChunkReader, frame: int) -> SeekPoints:
     points = points.until(frame)
     if not points:
         reader.seek(*here)
-        return points
-    _go_to(reader, points[-1].offset, points[-1].sequence, container.CANO)
-    return points
+        return points, None
+    header = _go_to(reader, points[-1].offset, points[-1].sequence, *container.CANONICAL)
+    canonical = None
+    if header.kind == container.SNAP:
+        canonical = _take_canonical(reader, header, points)
+        reader.seek(header.offset, header.sequence)
+    return points, canonical
+
+
+def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
+    """Return the CANO that a snapshot is coded against."""
+    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))
+    if place is None:
+        message = "no seek point is of the frame that a snapshot is coded against"
+        raise IndexMismatchError(message, header.offset)
+    return reader.take(_go_to(reader, place.offset, place.sequence, container.CANO))
 
 
 def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
@@ -85,33 +99,35 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
     points, due = [], 0
     with suppress(TruncatedError):
         while due <= frame and (header := reader.read_header()) is not None:
-            if header.kind == container.CANO:
-                due = _read_ordinal(reader, header)
+            if header.kind in container.CANONICAL:
+                due = _read_number(reader, header, 0)
                 points.append(SeekPoint(header.offset, header.sequence, due))
-            due += header.kind in (container.CANO, container.FRAM)
+            due += header.kind in container.FRAMES
             reader.skip(header)
     return SeekPoints.of(points)
 
 
-def _read_ordinal(reader: ChunkReader, header: ChunkHeader) -> int:
-    if header.length < _FRAME_BYTES:
+def _read_number(reader: ChunkReader, header: ChunkHeader, place: int) -> int:
+    """Return the ordinal at a place of a payload, in bytes."""
+    if header.length < place + _FRAME_BYTES:
         message = f"a payload of {header.length} bytes has no ordinal"
         raise FieldError(message, header.offset)
-    data = reader.source.read(header.payload_offset, _FRAME_BYTES)
+    data = reader.source.read(header.payload_offset + place, _FRAME_BYTES)
     if len(data) < _FRAME_BYTES:
         message = "the stream ends inside a chunk"
         raise TruncatedError(message, header.offset)
     return int.from_bytes(data, "little")
 
 
-def _go_to(reader: ChunkReader, offset: int, sequence: int, kind: bytes) -> None:
-    """Move a reader to a chunk, and see that it is there."""
+def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
+    """Move a reader to a chunk, and see that it is there and of one of these types."""
     reader.seek(offset, sequence)
     try:
         header = reader.read_header()
     except BitstreamError as error:
         message = f"no chunk {sequence} where the stream says: {error}"
         raise IndexMismatchError(message, offset) from error
-    if header is None or header.kind != kind:
-        message = f"chunk {sequence} is no {kind.decode()}"
+    if header is None or header.kind not in kinds:
+        message = f"chunk {sequence} is no {kinds[0].decode()}"
         raise IndexMismatchError(message, offset)
+    return header

@@ -1,8 +1,8 @@
 """Some frames of a stream as a stream of their own.
 
-The first of them must be canonical, so that nothing is decoded and nothing
-coded anew: every chunk is taken over as it is. Ordinals stay (SPEC 11.1), and
-with them times, digests and the pictures of a capture that frames belong to.
+The first of them must be canonical, so that every chunk is taken over as it is,
+but for snapshots whose CANO is cut away. Ordinals stay (SPEC 11.1), and with them
+times, digests and the pictures of a capture that frames belong to.
 """
 
 from collections.abc import Iterator
@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import BinaryIO, NoReturn
 
 from quarc_ref.editing.frame_walk import FrameWalk, Step
+from quarc_ref.editing.rebase import Rebase
 from quarc_ref.format import container
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import EditError, TruncatedError
@@ -48,11 +49,12 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     writer = StreamWriter(sink, walk.head)
     for chunk in passed.chunks():
         writer.write(chunk.kind, chunk.payload)
-    _copy(writer, first, walk)
+    copying = _Copying(writer, walk, passed.reference)
+    copying.copy(first)
     for step in steps:
         if step.is_frame and step.frame == stop:
             break
-        _copy(writer, step, walk)
+        copying.copy(step)
     writer.finish()
     return writer.frame_count
 
@@ -62,10 +64,12 @@ class _Passed:
 
     Attributes:
         canonical: Ordinal of the last canonical frame that was passed over.
+        reference: The last CANO that was passed over, if snapshots may be coded against it.
     """
 
     def __init__(self) -> None:
         self.canonical: int | None = None
+        self.reference: Chunk | None = None
         self._prologue: list[Chunk] = []
         self._latest: dict[bytes, Chunk] = {}
 
@@ -73,6 +77,8 @@ class _Passed:
         """Take what must be kept of a step."""
         if step.is_canonical:
             self.canonical = step.frame
+            if walk.header.snapshots and step.header.kind == container.CANO:
+                self.reference = walk.take(step)
         elif step.frame is None:
             self._prologue.append(walk.take(step))
         elif step.header.kind in (container.CAME, container.META):
@@ -107,9 +113,28 @@ def _refuse(start: int, before: int | None, step: Step, steps: Iterator[Step]) -
     raise EditError(fault + _name_near(before, after))
 
 
-def _copy(writer: StreamWriter, step: Step, walk: FrameWalk) -> None:
-    chunk = walk.take(step)
-    writer.write(chunk.kind, chunk.payload)
+class _Copying:
+    """Writes chunks as they are, or snapshots as others where their CANO is cut away.
+
+    Args:
+        writer: Is written to.
+        walk: Of the stream.
+        reference: The CANO that is cut away, if it matters.
+    """
+
+    def __init__(self, writer: StreamWriter, walk: FrameWalk, reference: Chunk | None) -> None:
+        self._writer, self._walk, self._reference = writer, walk, reference
+        self._rebase: Rebase | None = None
+
+    def copy(self, step: Step) -> None:
+        """Write the chunk of a step."""
+        chunk = self._walk.take(step)
+        if chunk.kind == container.CANO:
+            self._reference = None
+        elif chunk.kind == container.SNAP and self._reference is not None:
+            self._rebase = self._rebase or Rebase(self._walk.header, self._reference)
+            chunk = self._rebase.take(chunk)
+        self._writer.write(chunk.kind, chunk.payload)
 
 
 def _name_near(before: int | None, after: int | None) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NoReturn
 
-from quarc_ref.format import container
+from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk, ChunkHeader
 from quarc_ref.format.errors import ChunkOrderError, FrameOrderError, TruncatedError
@@ -34,12 +34,12 @@ class Step:
     @property
     def is_canonical(self) -> bool:
         """Whether the chunk holds a canonical frame."""
-        return self.header.kind == container.CANO
+        return self.header.kind in container.CANONICAL
 
     @property
     def is_frame(self) -> bool:
         """Whether the chunk holds a frame."""
-        return self.header.kind in (container.CANO, container.FRAM)
+        return self.header.kind in container.FRAMES
 
 
 class FrameWalk:
@@ -50,6 +50,7 @@ class FrameWalk:
 
     Attributes:
         head: Payload of HEAD.
+        header: What it says.
 
     Raises:
         BitstreamError: What is wrong with HEAD.
@@ -59,6 +60,7 @@ class FrameWalk:
         self._reader = ChunkReader(source)
         chunk = self._reader.read_chunk()
         self.head = chunk.payload if chunk else b""
+        self.header = wire.parse_stream_header(self.head)
         self._taken = False
         self._size: int | None = 0  # of what is there at least; None where that cannot be told
 
@@ -94,7 +96,7 @@ class FrameWalk:
         self._reader.skip(header)
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
-        if header.kind == container.CANO:
+        if header.kind in container.CANONICAL:
             ordinal = self._read_ordinal(header)
             if frame is not None and ordinal != frame + 1:
                 message = f"frame {ordinal} follows frame {frame}"

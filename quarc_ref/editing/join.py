@@ -12,14 +12,16 @@ from typing import BinaryIO
 
 from quarc_ref.editing.frame_walk import FrameWalk, Step
 from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import COUNTER_LIMIT
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError, EditError
-from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.layouts import VERSION
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.source import Source
 from quarc_ref.format.stream_writer import StreamWriter
 
-_LEVEL_PLACE = wire.VERSION.sizeof()
+_LEVEL_PLACE = VERSION.sizeof()
 _FRAME_BYTES = 4
 
 
@@ -164,9 +166,16 @@ class _Joining:
                 return
             self._begun.add((chunk.kind, payload))
         elif step.is_canonical:
-            ordinal = self._place(step.frame).to_bytes(_FRAME_BYTES, "little")
-            payload = ordinal + payload[_FRAME_BYTES:]
+            payload = self._shifted(payload, 0)
+            if chunk.kind == container.SNAP:
+                payload = self._shifted(payload, _FRAME_BYTES)
         self._writer.write(chunk.kind, payload)
+
+    def _shifted(self, payload: bytes, place: int) -> bytes:
+        """Return a payload with the ordinal at a place, in bytes, as it is in the whole."""
+        end = place + _FRAME_BYTES
+        ordinal = self._place(int.from_bytes(payload[place:end], "little"))
+        return payload[:place] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
 
     def _place(self, frame: int) -> int:
         """Return the ordinal that a frame of the stream at hand gets."""

@@ -16,8 +16,8 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.color_agreement import compare_colors
 from quarc_ref.encoder.findings import Finding, list_names
 from quarc_ref.encoder.sightings import Sighting, find_center, sight_points
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import NoPictureError
-from quarc_ref.format.records import Camera
 
 _MOST_POINTS = 20000
 _LEAST_VIEWS = 2

@@ -25,6 +25,7 @@ from quarc_ref.decoder.updates import update_context
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -38,13 +39,14 @@ from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write
 from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import (
     Births,
-    Camera,
     CanonicalChunk,
     FrameChunk,
     Gaussians,
     Section,
+    SnapshotChunk,
     StreamHeader,
 )
+from quarc_ref.format.snapshot_planes import write_snapshot
 from quarc_ref.format.stream_writer import StreamWriter
 from quarc_ref.format.update_planes import write_updates
 from quarc_ref.format.updates import Updates
@@ -205,6 +207,40 @@ class ClosedLoop:
             return self.commit_canonical(put_on_grid(scene), scene.frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
+
+    def commit_frame_as_snapshot(self, births: Births | None) -> State:
+        """Write a frame as a canonical one that is coded against the last CANO (SPEC 5.10).
+
+        As `commit_frame_as_canonical`; the bytes are those of what has changed since.
+
+        Raises:
+            EncodeError: A Gaussian is beyond what the format carries.
+            ClosedLoopError: The decoder makes another state of the bytes.
+        """
+        scene = self._bear(births)[0].scene
+        known, kept = self._decoder.reference, self._decoder.roots
+        if known is None:
+            message = "the stream has no snapshots"
+            raise ValueError(message)
+        roots = np.full(scene.count, -1, dtype=np.int64)
+        since = scene.ids < kept.size  # the others were born after the last canonical frame
+        roots[since] = kept[scene.ids[since]]
+        try:
+            coded = write_snapshot(known.gaussians, put_on_grid(scene), roots)
+            expected = begin_canonical(self._header, scene.frame, coded.gaussians)
+        except StateError as error:
+            raise EncodeError(str(error)) from error
+        chunk = SnapshotChunk(
+            scene.frame,
+            known.frame,
+            coded.newborn_count,
+            coded.origin,
+            coded.axis_bits,
+            coded.survivors,
+            coded.sections,
+            compute_state_crc(expected.scene, all_fields=True),
+        )
+        return self._push(container.SNAP, wire.build_snapshot(chunk), expected)
 
     def finish(self) -> None:
         """Write the index and the end of the stream."""

@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 
 from quarc_ref.datasets.capture import Image
 from quarc_ref.encoder.sightings import Sighting, drop_hidden
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 _MOST_POINTS = 1500
 _LEAST_POINTS = 50

@@ -19,6 +19,7 @@ from quarc_ref.encoder.ranges import (
     Share,
     Some,
 )
+from quarc_ref.format import container
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.records import StreamHeader
 
@@ -50,6 +51,8 @@ class CanonicalSettings(Checked):
     Attributes:
         every: Frames from a canonical frame to the next, which is a point of
             random access; 0 for frame 0 alone (paper).
+        snapshot_every: Frames from a snapshot to the next (ours; SPEC 7.9): a point of random
+            access as well, coded against the last canonical frame that is none; 0 for none.
         iterations: Paper 15 000.
         initial_gaussians: Initial points taken, at most; the paper takes all.
         max_gaussians: Bound on their number; the paper has none.
@@ -94,6 +97,7 @@ class CanonicalSettings(Checked):
     """
 
     every: Count = 0
+    snapshot_every: Count = 0
     iterations: Some = 15_000
     initial_gaussians: Some = 1 << 20
     max_gaussians: Some = 1 << 20
@@ -126,9 +130,13 @@ class CanonicalSettings(Checked):
     scale_rate: Amount = 5e-3
     rotation_rate: Amount = 1e-3
 
-    def is_due(self, frame: int) -> bool:
-        """Tell whether a frame is to be canonical."""
-        return frame % self.every == 0 if self.every else frame == 0
+    def kind_due(self, frame: int) -> bytes:
+        """Return the type of the chunk that a frame is to have."""
+        if frame == 0 or (self.every and frame % self.every == 0):
+            return container.CANO
+        if self.snapshot_every and frame % self.snapshot_every == 0:
+            return container.SNAP
+        return container.FRAM
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,8 +239,8 @@ class UpdateSettings(Checked):
         dies_below: Opacity below which a Gaussian that an update fades leaves.
     """
 
-    rate: Amount = 0.2
-    price_weight: Amount = 0.5
+    rate: Amount = 0.12
+    price_weight: Amount = 0.2
     chosen_at: Share = 0.5
     least_gain: Amount = 0.5
     dies_below: Share = 0.02
@@ -277,7 +285,7 @@ def make_header(
     """Return the header of a stream.
 
     Args:
-        config: Its `stream` is carried over, but for clock, level and seed.
+        config: Its `stream` is carried over, but for clock, level, seed and snapshots.
         frames_per_second: Of the capture.
         gaussian_count: Of the canonical frame; the level also bears its births.
     """
@@ -289,6 +297,7 @@ def make_header(
         timescale=clock.numerator,
         frame_ticks=clock.denominator,
         seed=config.seed,
+        snapshots=config.canonical.snapshot_every > 0,
     )
 
 

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.encoder.trainable import Attributes, Trainer
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Rendering, to_ndc
 
 _SPLIT_INTO = 2

@@ -6,7 +6,8 @@ state ──> begin_frame ──> fit_motion ──> commit_motion
           state of the next frame <── commit_births <── fit_births
 
 In a stream with updates `fit_motion` finds them too, and `commit_motion` writes them. Every
-`canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`.
+`canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`, every
+`canonical.snapshot_every` frames `commit_frame_as_snapshot`.
 """
 
 from dataclasses import asdict, dataclass, field, replace
@@ -177,8 +178,11 @@ class _Encoding:
         motion = fit_motion(self._studio, state, begun, priced.motion, priced.updates)
         moved = self._loop.commit_motion(motion.symbols, motion.updates)
         births = fit_births(self._studio, moved, motion.statistics, priced)
-        if config.canonical.is_due(frame):
+        kind = config.canonical.kind_due(frame)
+        if kind == container.CANO:
             self._loop.commit_frame_as_canonical(births)
+        elif kind == container.SNAP:
+            self._loop.commit_frame_as_snapshot(births)
         else:
             self._loop.commit_births(births)
             self._sizes.append(self._loop.frame_bytes)

@@ -65,53 +65,80 @@ def fit_motion(
         settings: Schedule and price.
         update_settings: Of updates, in a stream that has them; None for none.
     """
-    scene, frame = begun.scene, begun.scene.frame
-    attributes = from_splats(dequantize(scene), studio.device)
-    following = Following(begun.known_anchors, studio.device)
-    symbols = start_symbols(before, begun, settings).to(studio.device)
-    residuals = _Residuals(symbols, following.borders, scene.header)
-    updates = None
-    if scene.header.updates and update_settings is not None and update_settings.rate:
-        updates = TrainedUpdates(scene.count, scene.header, update_settings, studio.device)
-    statistics = ScreenStatistics(scene.count, studio.device)
-    views = studio.views.shuffled(studio.generator(frame, "motion"))
-    leaves = residuals.leaves() + ([updates.leaf] if updates else [])
-    adam = torch.optim.Adam([{"params": [leaf]} for leaf in leaves], eps=ADAM_EPSILON, fused=True)
-
-    def move() -> Attributes:
-        sums = following.sum_levels(residuals.quantized())
-        return deform(attributes, *_kinds(sums), scene.header)
-
-    def lose(attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
-        rendering = studio.render(attributes.activated(), view)
-        truth = studio.truth(view, frame)
-        return rendering, photometric_loss(rendering.image, truth, settings.dssim)
-
+    fit = _Fit(studio, before, begun, settings, update_settings)
     for step in range(settings.iterations):
-        if (
-            updates
-            and update_settings
-            and step == round(update_settings.chosen_at * settings.iterations)
-        ):
-            updates.choose(move().detached(), lose, len(studio.views.cameras))
-        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
-        rates = residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
-        for group, rate in zip(adam.param_groups, rates, strict=True):
-            group["lr"] = rate
-        moved = updates.added_to(move()) if updates else move()
-        view = next(views)
-        rendering, loss = lose(moved, view)
-        loss = loss + residuals.price(settings) + (updates.price() if updates else 0.0)
-        gradient = _descend(adam, leaves, loss, rendering.means2d)
-        statistics.add(gradient, rendering, studio.camera(view))
+        fit.take(step)
         studio.progress.advance("motion", step + 1, settings.iterations)
-    fitted = FittedMotion(residuals.symbols(), residuals.in_steps(), statistics)
-    if updates is None:
-        return fitted
-    found = updates.updates(move())
-    gone = torch.zeros(scene.count, dtype=torch.bool, device=studio.device)
-    gone[torch.from_numpy(found.gaussians[found.dies]).to(studio.device)] = True
-    return replace(fitted, statistics=statistics.without(gone), updates=found)
+    return fit.result()
+
+
+class _Fit:
+    """The motion of a frame under training; see `fit_motion`."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        before: State,
+        begun: State,
+        settings: MotionSettings,
+        update_settings: UpdateSettings | None,
+    ) -> None:
+        scene = begun.scene
+        self._studio, self._scene, self._settings = studio, scene, settings
+        self._attributes = from_splats(dequantize(scene), studio.device)
+        self._following = Following(begun.known_anchors, studio.device)
+        symbols = start_symbols(before, begun, settings).to(studio.device)
+        self._residuals = _Residuals(symbols, self._following.borders, scene.header)
+        self._updates: TrainedUpdates | None = None
+        self._chosen_at = -1
+        if scene.header.updates and update_settings is not None and update_settings.rate:
+            self._updates = TrainedUpdates(
+                scene.count, scene.header, update_settings, studio.device
+            )
+            self._chosen_at = round(update_settings.chosen_at * settings.iterations)
+        self._statistics = ScreenStatistics(scene.count, studio.device)
+        self._views = studio.views.shuffled(studio.generator(scene.frame, "motion"))
+        self._leaves = self._residuals.leaves()
+        if self._updates is not None:
+            self._leaves.append(self._updates.leaf)
+        groups = [{"params": [leaf]} for leaf in self._leaves]
+        self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
+
+    def take(self, step: int) -> None:
+        """Take a step; updates are chosen before the one at which they are to be."""
+        settings, updates = self._settings, self._updates
+        if updates is not None and step == self._chosen_at:
+            view_count = len(self._studio.views.cameras)
+            updates.choose(self._move().detached(), self._lose, view_count)
+        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
+        rates = self._residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
+        for group, rate in zip(self._adam.param_groups, rates, strict=True):
+            group["lr"] = rate
+        view, moved = next(self._views), self._move()
+        rendering, loss = self._lose(updates.added_to(moved) if updates else moved, view)
+        loss = loss + self._residuals.price(settings) + (updates.price() if updates else 0.0)
+        gradient = _descend(self._adam, self._leaves, loss, rendering.means2d)
+        self._statistics.add(gradient, rendering, self._studio.camera(view))
+
+    def result(self) -> FittedMotion:
+        """Return what has been found."""
+        residuals = self._residuals
+        fitted = FittedMotion(residuals.symbols(), residuals.in_steps(), self._statistics)
+        if self._updates is None:
+            return fitted
+        found = self._updates.updates(self._move())
+        gone = torch.zeros(self._scene.count, dtype=torch.bool, device=self._studio.device)
+        gone[torch.from_numpy(found.gaussians[found.dies]).to(gone.device)] = True
+        return replace(fitted, statistics=self._statistics.without(gone), updates=found)
+
+    def _move(self) -> Attributes:
+        sums = self._following.sum_levels(self._residuals.quantized())
+        return deform(self._attributes, *_kinds(sums), self._scene.header)
+
+    def _lose(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
+        rendering = self._studio.render(attributes.activated(), view)
+        truth = self._studio.truth(view, self._scene.frame)
+        return rendering, photometric_loss(rendering.image, truth, self._settings.dssim)
 
 
 def _descend(

@@ -18,7 +18,7 @@ from quarc_ref.encoder.density import ScreenStatistics, draw_within
 from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import Attributes, to_sh_dc
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Gaussians
 
 _LEAST_ALPHA = 0.5

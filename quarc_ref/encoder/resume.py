@@ -12,15 +12,15 @@ from dataclasses import dataclass, fields
 
 from quarc_ref.encoder.config import CanonicalSettings
 from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError, ResumeError, TruncatedError
-from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.resync import canonical_frame
 from quarc_ref.format.source import Source
 
 _PROLOGUE = (container.HEAD, container.CAME, container.META)
-_FRAMES = (container.CANO, container.FRAM)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ def read_begun(source: Source) -> Begun | None:
     except TruncatedError:
         pass
     except BitstreamError:
-        if not any(chunk.kind in _FRAMES for chunk in chunks):
+        if not any(chunk.kind in container.FRAMES for chunk in chunks):
             raise
     return _gather(chunks)
 
@@ -72,8 +72,8 @@ def read_begun(source: Source) -> Begun | None:
 def _gather(chunks: Sequence[Chunk]) -> Begun | None:
     count = len(_PROLOGUE)
     prologue, rest = chunks[:count], chunks[count:]
-    frames = tuple(chunk for chunk in rest if chunk.kind in _FRAMES)
-    foreign = {chunk.kind for chunk in rest} - {*_FRAMES, container.INDX, container.TAIL}
+    frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAMES)
+    foreign = {chunk.kind for chunk in rest} - {*container.FRAMES, container.INDX, container.TAIL}
     if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or foreign:
         message = "the stream has chunks that this encoder does not write where they are"
         raise ResumeError(message)
@@ -118,7 +118,9 @@ def require_frames(begun: Begun, frame_count: int, canonical: CanonicalSettings)
         canonical: Which of them are to be canonical.
     """
     for frame, chunk in enumerate(begun.frames):
-        if _name_canonical(chunk) != (frame if canonical.is_due(frame) else None):
+        due = canonical.kind_due(frame)
+        named = None if due == container.FRAM else frame
+        if chunk.kind != due or _name_canonical(chunk) != named:
             message = f"frame {frame} of the stream is not as this encode has it: cut, or joined"
             raise ResumeError(message)
     require_count(begun, frame_count)
@@ -135,7 +137,7 @@ def require_count(begun: Begun, frame_count: int) -> None:
 
 def _name_canonical(chunk: Chunk) -> int | None:
     """Return the ordinal of a canonical frame; None for any other."""
-    return canonical_frame(chunk.payload) if chunk.kind == container.CANO else None
+    return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL else None
 
 
 def _as_written(cameras: Sequence[Camera]) -> tuple[Camera, ...]:

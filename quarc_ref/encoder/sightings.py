@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 _POINTS_PER_CELL = 2
 _AS_NEAR = 1.05  # depths that differ by less are of one surface

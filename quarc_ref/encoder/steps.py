@@ -17,9 +17,10 @@ from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.encoder.config import StepSettings
 from quarc_ref.encoder.sightings import find_center, sight_points
 from quarc_ref.encoder.straight_through import position_step, translation_step
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.records import StreamHeader
 
 _LEAST_UNITS = 8
 _MARGIN = 4

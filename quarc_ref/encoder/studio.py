@@ -13,7 +13,7 @@ from torch import Tensor
 from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.views import TrainingViews
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rendering
 
 

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from quarc_ref.datasets.calibration import shrink
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 
 class TrainingViews:

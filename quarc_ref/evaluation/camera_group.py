@@ -10,7 +10,7 @@ from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.regions import choose_frames, find_background
 from quarc_ref.evaluation.views import View, measure_views
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 
 class CameraGroup:

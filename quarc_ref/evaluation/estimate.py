@@ -9,6 +9,7 @@ import numpy as np
 
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, Gaussians
+from quarc_ref.format.snapshot_planes import Snapshot, compare
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 
@@ -51,6 +52,24 @@ def estimate_gaussians(gaussians: Gaussians) -> float:
     """Return the price of a canonical frame, bytes: a channel to each number of a Gaussian."""
     rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
     return estimate_bits(np.concatenate(rows)) / 8
+
+
+def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
+    """Return the price of a snapshot, bytes.
+
+    Args:
+        snapshot: The frame.
+        canonical: Gaussians of its CANO: which of them are left is a channel, and each number of
+            which they differ; the newborn are as those of a canonical frame.
+    """
+    lives = np.zeros((1, canonical.count), dtype=np.int64)
+    lives[0, snapshot.roots[snapshot.roots >= 0]] = 1
+    bits = estimate_bits(lives) + estimate_bits(compare(snapshot, canonical))
+    born, gaussians = snapshot.roots < 0, snapshot.gaussians
+    if born.any():
+        rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
+        bits += estimate_bits(np.concatenate(rows)[:, born])
+    return bits / 8
 
 
 def estimate_births(births: Births) -> float:

@@ -14,6 +14,7 @@ from quarc_ref.evaluation.estimate import (
     estimate_births,
     estimate_gaussians,
     estimate_motion,
+    estimate_snapshot,
     estimate_updates,
 )
 from quarc_ref.evaluation.stream_summary import (
@@ -28,6 +29,7 @@ from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.gaussian_planes import read_canonical
+from quarc_ref.format.snapshot_planes import read_snapshot
 from quarc_ref.format.source import Source, as_source
 
 
@@ -49,7 +51,7 @@ def count_frames(stream: bytes | Source) -> int:
     with suppress(BitstreamError):
         reader.read_chunk()
         while (header := reader.read_header()) is not None and header.end <= size:
-            count += header.kind in (container.CANO, container.FRAM)
+            count += header.kind in container.FRAMES
             reader.skip(header)
     return count
 
@@ -77,7 +79,7 @@ def inspect_stream(
         state = decoder.push(chunk) if chunk.kind in container.KNOWN else None
         if state is None:
             continue
-        frames.append(_summarize(chunk, state))
+        frames.append(_summarize(chunk, state, decoder))
         if note is not None:
             note("inspect", len(frames), total)
     return StreamSummary(
@@ -94,7 +96,7 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     """Return the bytes of the coded planes of a frame's chunk, by kind.
 
     Args:
-        chunk: A CANO or a FRAM.
+        chunk: Of a frame.
         updates: Whether its stream has updates.
 
     Raises:
@@ -104,6 +106,10 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     if chunk.kind == container.CANO:
         sections = wire.parse_canonical(chunk.payload).sections
         coded["canonical"] = sum(section.byte_count() for section in sections)
+    elif chunk.kind == container.SNAP:
+        snapshot = wire.parse_snapshot(chunk.payload)
+        sections = (snapshot.survivors, *snapshot.sections)
+        coded["snapshots"] = sum(section.byte_count() for section in sections)
     else:
         frame = wire.parse_frame(chunk.payload, updates=updates)
         coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
@@ -111,13 +117,17 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     return coded
 
 
-def _summarize(chunk: Chunk, state: State) -> FrameSummary:
+def _summarize(chunk: Chunk, state: State, decoder: StreamDecoder) -> FrameSummary:
     scene, header = state.scene, state.scene.header
     estimate: dict[str, float] = dict.fromkeys(KINDS, 0.0)
     births = deaths = updates = 0
     if chunk.kind == container.CANO:
         canonical = wire.parse_canonical(chunk.payload)
         estimate["canonical"] = estimate_gaussians(read_canonical(canonical, header.code_planes))
+    elif chunk.kind == container.SNAP and decoder.reference is not None:
+        known = decoder.reference.gaussians
+        read = read_snapshot(wire.parse_snapshot(chunk.payload), known)
+        estimate["snapshots"] = estimate_snapshot(read, known)
     else:
         frame = wire.parse_frame(chunk.payload, updates=header.updates)
         births, deaths = frame.birth_count, frame.death_count
@@ -130,7 +140,7 @@ def _summarize(chunk: Chunk, state: State) -> FrameSummary:
         estimate["births"] = estimate_births(state.births) if state.births else 0.0
     return FrameSummary(
         scene.frame,
-        chunk.kind == container.CANO,
+        chunk.kind in container.CANONICAL,
         scene.count,
         sum(level.shape[1] for level in state.symbols),
         births,

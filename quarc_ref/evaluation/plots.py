@@ -15,9 +15,10 @@ from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
 
 _BLUE, _ORANGE, _GREEN, _GRAY = "#3b6ea8", "#d9822b", "#4f9d69", "#9aa3ad"
-_PURPLE = "#8361a8"
+_PURPLE, _TEAL = "#8361a8", "#2f8f8b"
 _KIND_COLORS = {
     "canonical": _GREEN,
+    "snapshots": _TEAL,
     "motion": _BLUE,
     "updates": _PURPLE,
     "births": _ORANGE,
@@ -212,7 +213,11 @@ def encode_picture(picture: Picture) -> bytes:
 
 
 def _framing(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
-    return 0.0 if coded_bytes["canonical"] else (chunk_bytes - sum(coded_bytes.values())) / KILOBYTE
+    return (
+        0.0
+        if coded_bytes["canonical"] or coded_bytes["snapshots"]
+        else (chunk_bytes - sum(coded_bytes.values())) / KILOBYTE
+    )
 
 
 def _figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:

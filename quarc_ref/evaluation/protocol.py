@@ -10,8 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.evaluation.camera_meter import VARIANTS
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
-from quarc_ref.format.records import Camera
 
 RENDERER = "numba on the CPU, float32, black background"
 _PACKAGES = ("numpy", "numba", "torch", "gsplat")

@@ -119,7 +119,7 @@ class _Run:
         scene = state.scene
         self.digests[scene.frame] = compute_digest(scene)
         self._note_most("gaussians", scene.count)
-        if chunk.kind == container.CANO:
+        if chunk.kind in container.CANONICAL:
             self.canonical.append(scene.frame)
         else:
             frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from quarc_ref.evaluation.symbols import Magnitudes
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
-from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.records import StreamHeader
 
 KILOBYTE = 1024
-KINDS = ("canonical", "motion", "updates", "births")
+KINDS = ("canonical", "snapshots", "motion", "updates", "births")
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +17,7 @@ class FrameSummary:
 
     Attributes:
         frame: Its ordinal.
-        canonical: Whether it is one.
+        canonical: Whether it is a canonical frame, be it a snapshot or not.
         gaussians: How many it shows.
         anchors: How many moved it, of all levels.
         births: How many joined.
@@ -42,11 +43,18 @@ class FrameSummary:
     magnitudes: Magnitudes
     sha256: str
 
+    @property
+    def kind(self) -> str:
+        """`canonical`, `snapshot` or `moved`."""
+        if not self.canonical:
+            return "moved"
+        return "snapshot" if self.coded_bytes["snapshots"] else "canonical"
+
     def as_json(self) -> dict[str, object]:
         """Return what `inspect --json` prints of it."""
         return {
             "frame": self.frame,
-            "kind": "canonical" if self.canonical else "moved",
+            "kind": self.kind,
             "gaussians": self.gaussians,
             "anchors": self.anchors,
             "births": self.births,

@@ -8,7 +8,7 @@ import numpy as np
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.metrics import Picture, measure_psnr, measure_ssim
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_picture
 
 

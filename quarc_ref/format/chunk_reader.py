@@ -74,7 +74,7 @@ class ChunkReader:
         if header.sequence != self.sequence:
             message = f"chunk {header.sequence} stands where chunk {self.sequence} is due"
             raise SequenceError(message, self.offset)
-        container.check_type(header)
+        container.check_type(header, self._stream)
         container.check_place(header, self._before)
         container.check_length(header.length, self._stream, self.offset)
         self.current = header

@@ -30,11 +30,14 @@ from quarc_ref.format.records import StreamHeader
 HEAD = b"HEAD"
 CANO = b"CANO"
 FRAM = b"FRAM"
+SNAP = b"SNAP"
 INDX = b"INDX"
 TAIL = b"TAIL"
 CAME = b"came"
 META = b"meta"
-KNOWN = (HEAD, CANO, FRAM, INDX, TAIL, CAME, META)
+KNOWN = (HEAD, CANO, FRAM, SNAP, INDX, TAIL, CAME, META)
+CANONICAL = (CANO, SNAP)  # points of random access
+FRAMES = (CANO, SNAP, FRAM)
 TAIL_CHUNK_BYTES = CHUNK_HEADER_BYTES + TAIL_BYTES + CHUNK_CRC_BYTES
 _ANCILLARY_BIT = 0x20
 
@@ -167,8 +170,12 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
     return Chunk(header.kind, payload, header.offset, header.sequence)
 
 
-def check_type(header: ChunkHeader) -> None:
-    """Refuse types that no stream of this version has (SPEC 5.2).
+def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
+    """Refuse types that a stream cannot have (SPEC 5.2).
+
+    Args:
+        header: Of the chunk.
+        stream: What HEAD says; None before it.
 
     Raises:
         BadChunkTypeError: The letters keep to no pattern.
@@ -177,7 +184,10 @@ def check_type(header: ChunkHeader) -> None:
     if not _is_type(header.kind):
         message = f"{header.kind!r} is no chunk type"
         raise BadChunkTypeError(message, header.offset)
-    if header.kind not in KNOWN and not header.is_ancillary:
+    is_known = header.kind in KNOWN
+    if header.kind == SNAP:
+        is_known = stream is not None and stream.snapshots
+    if not is_known and not header.is_ancillary:
         message = f"critical chunk {header.kind.decode()} is unknown"
         raise UnknownCriticalError(message, header.offset)
 

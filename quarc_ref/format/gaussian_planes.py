@@ -34,6 +34,7 @@ from quarc_ref.format.records import (
     CanonicalChunk,
     Gaussians,
     Section,
+    SnapshotChunk,
 )
 from quarc_ref.format.values import code_fixed, code_signed, code_unsigned
 
@@ -86,13 +87,23 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     Raises:
         EntropyError: A section is malformed.
     """
-    count = chunk.gaussian_count
+    return _read_sections(chunk, chunk.gaussian_count, code_planes)
+
+
+def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
+    """Decode the Gaussians of a snapshot that its CANO has not; see `read_canonical`."""
+    return _read_sections(chunk, chunk.newborn_count, code_planes)
+
+
+def _read_sections(
+    chunk: CanonicalChunk | SnapshotChunk, count: int, code_planes: int
+) -> Gaussians:
     readers = [open_planes(section, ContextCounts(), count) for section in chunk.sections]
     blank = _blank(code_planes, count)
     keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
     for reader in readers:
         reader.finish()
-    if keys.min() < 0 or keys.max() >> (3 * chunk.axis_bits):
+    if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):
         message = "a position is outside the canonical frame's box"
         raise SymbolRangeError(message)
     positions = deinterleave(keys) + np.array(chunk.origin, dtype=np.int64)[:, None]

@@ -5,7 +5,6 @@ trusts them. A field out of range is a ValueError here; `wire` makes it a
 `FieldError` where the field came from a stream.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +59,7 @@ class StreamHeader:
         meters_per_unit: Size of a world unit, 0 where unknown.
         color_space: 1: sRGB-encoded, blended as encoded.
         updates: Whether frames may update single Gaussians: a feature of version 1.1 (SPEC 12).
+        snapshots: Whether canonical frames may be snapshots: a feature of version 1.1.
     """
 
     level: int = 10
@@ -87,6 +87,7 @@ class StreamHeader:
     meters_per_unit: float = 0.0
     color_space: int = 1
     updates: bool = False
+    snapshots: bool = False
 
     def __post_init__(self) -> None:
         if self.level not in LEVELS:
@@ -214,9 +215,41 @@ class CanonicalChunk:
     state_crc: int
 
     def __post_init__(self) -> None:
-        if self.axis_bits > constants.AXIS_BITS_LIMIT:
-            message = f"axis_bits is {self.axis_bits}, beyond {constants.AXIS_BITS_LIMIT}"
-            raise ValueError(message)
+        _check_axis_bits(self.axis_bits)
+
+
+@dataclass(frozen=True, slots=True)
+class SnapshotChunk:
+    """A canonical frame as coded against the last CANO: the SNAP chunk (SPEC 5.10).
+
+    Attributes:
+        frame: Ordinal of the frame in the stream.
+        canonical: Ordinal of the frame of the CANO.
+        newborn_count: Gaussians that the CANO has not.
+        origin: Least xyz of their positions, in position steps.
+        axis_bits: Width of a position less the origin.
+        survivors: Which Gaussians of the CANO are still there, and how they differ.
+        sections: Of the newborn, as a CANO has them.
+        state_crc: CRC-32 of the decoded state.
+    """
+
+    frame: int
+    canonical: int
+    newborn_count: int
+    origin: tuple[int, int, int]
+    axis_bits: int
+    survivors: Section
+    sections: tuple[Section, ...]
+    state_crc: int
+
+    def __post_init__(self) -> None:
+        _check_axis_bits(self.axis_bits)
+
+
+def _check_axis_bits(axis_bits: int) -> None:
+    if axis_bits > constants.AXIS_BITS_LIMIT:
+        message = f"axis_bits is {axis_bits}, beyond {constants.AXIS_BITS_LIMIT}"
+        raise ValueError(message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,49 +299,3 @@ class SeekPoint:
     offset: int
     sequence: int
     frame: int
-
-
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A pinhole camera: one of the `came` chunk, and of a capture (SPEC 5.6).
-
-    Pixel (0, 0) has its center at (0.5, 0.5). The camera looks along its +z,
-    with x to the right and y down.
-
-    Attributes:
-        name: As the capture names it.
-        width: Pixels.
-        height: Pixels.
-        fx: Focal length, pixels.
-        fy: Focal length, pixels.
-        cx: Principal point, pixels.
-        cy: Principal point, pixels.
-        rotation: World to camera, nine numbers row by row.
-        translation: World to camera, world units.
-        near: Least depth of the scene, world units (SPEC 10.3).
-        held_out: Whether the encoder left it out of training.
-    """
-
-    name: str
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    rotation: tuple[float, ...]
-    translation: tuple[float, ...]
-    near: float
-    held_out: bool
-
-    def __post_init__(self) -> None:
-        numbers = (self.fx, self.fy, self.cx, self.cy, *self.rotation, *self.translation, self.near)
-        if not all(map(math.isfinite, numbers)):
-            message = f"camera {self.name} has a number that is not finite"
-            raise ValueError(message)
-        if len(self.rotation) != 9 or len(self.translation) != 3:
-            message = f"camera {self.name} needs 9 numbers of rotation and 3 of translation"
-            raise ValueError(message)
-        if min(self.width, self.height, self.fx, self.fy, self.near) <= 0:
-            message = f"camera {self.name} needs positive sizes, focal lengths and near bound"
-            raise ValueError(message)

@@ -53,6 +53,8 @@ class Search:
         frame: Least ordinal of a frame that is still to come.
         limit: Most bytes of a payload, by the stream's level.
         effort: Of the whole recovery.
+        canonical: Ordinal of the CANO that a snapshot may be coded against; None if there is
+            none.
     """
 
     offset: int
@@ -60,6 +62,7 @@ class Search:
     frame: int
     limit: int
     effort: Effort
+    canonical: int | None = None
 
     def admits(self, header: ChunkHeader) -> bool:
         """Tell whether a chunk may be one to resume at, by its header."""
@@ -67,22 +70,29 @@ class Search:
             return False
         if header.kind == container.TAIL:
             return header.length == TAIL_BYTES
+        if header.kind == container.SNAP:
+            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
     def accepts(self, header: ChunkHeader, source: Source) -> bool:
         """Tell whether an admitted chunk is to come: a later frame, or the very end."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
-        return canonical_frame(source.read(header.payload_offset, _FRAME_BYTES)) >= self.frame
+        payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
+        if header.kind == container.SNAP and canonical_frame(payload[_FRAME_BYTES:]) != (
+            self.canonical
+        ):
+            return False
+        return canonical_frame(payload) >= self.frame
 
 
 def canonical_frame(payload: bytes) -> int:
-    """Return the ordinal of the frame in a CANO payload, or its beginning (SPEC 5.4)."""
+    """Return the ordinal of the frame in a CANO or SNAP payload, or its beginning (SPEC 5.4)."""
     return int.from_bytes(payload[:_FRAME_BYTES], "little")
 
 
 def find_resumption(source: Source, search: Search) -> ChunkHeader:
-    """Return the header of the first CANO, or TAIL at the very end, whose CRCs hold.
+    """Return the header of the first CANO or SNAP, or TAIL at the very end, whose CRCs hold.
 
     Args:
         source: The stream.

@@ -39,6 +39,16 @@ class SeekPoints(Sequence[SeekPoint]):
         """Return the seek points whose frame is not after the given one."""
         return SeekPoints(self.rows[self.rows["frame"] <= frame])
 
+    def at(self, offset: int) -> SeekPoint | None:
+        """Return the seek point whose chunk begins at an offset; None if there is none."""
+        (places,) = np.nonzero(self.rows["offset"] == offset)
+        return self[int(places[0])] if places.size else None
+
+    def of_frame(self, frame: int) -> SeekPoint | None:
+        """Return the seek point of a frame; None if there is none."""
+        (places,) = np.nonzero(self.rows["frame"] == frame)
+        return self[int(places[0])] if places.size else None
+
     def __len__(self) -> int:
         return len(self.rows)
 

@@ -28,7 +28,7 @@ class StreamWriter:
     Attributes:
         offset: Where the next chunk will begin.
         sequence: The number that it will have.
-        frame_count: CANO and FRAM chunks that have been written.
+        frame_count: Chunks of frames that have been written.
     """
 
     def __init__(
@@ -73,8 +73,8 @@ class StreamWriter:
         if self.offset >= self._held:
             self._sink.write(data)
             self._sink.flush()
-        if kind == container.CANO:
+        if kind in container.CANONICAL:
             self._points.append(SeekPoint(self.offset, self.sequence, canonical_frame(payload)))
-        self.frame_count += kind in (container.CANO, container.FRAM)
+        self.frame_count += kind in container.FRAMES
         self.offset += len(data) - len(before)
         self.sequence += 1

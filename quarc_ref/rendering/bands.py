@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.pipeline import (
     blank_rows,

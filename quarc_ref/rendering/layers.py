@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering import merging_kernels
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.bands import draw_bands
 from quarc_ref.rendering.pipeline import project, sort_nearest
 from quarc_ref.rendering.pipeline_data import Drawn, Float32, Projection

@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import NEAR_FRACTION
-from quarc_ref.format.records import Camera
 from quarc_ref.rendering import binning_kernels, projection_kernels, raster_kernels
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.pipeline_data import (

@@ -8,8 +8,8 @@ differs between its versions, is never reached.
 import torch
 from torch import Tensor
 
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import NEAR_FRACTION
-from quarc_ref.format.records import Camera
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 

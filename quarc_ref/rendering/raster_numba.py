@@ -12,7 +12,7 @@ from torch import Tensor
 from torch.autograd import Function
 from torch.autograd.function import once_differentiable
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering import gradient_kernels, projection_kernels
 from quarc_ref.rendering.layers import Layer, draw_layer, join_layer
 from quarc_ref.rendering.pipeline import (

@@ -7,8 +7,8 @@ pixels see all Gaussians whose boxes reach it, as one matrix.
 import torch
 from torch import Tensor
 
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import NEAR_FRACTION
-from quarc_ref.format.records import Camera
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 _TILE = 16

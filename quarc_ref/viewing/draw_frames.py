@@ -10,7 +10,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Image
 from quarc_ref.decoder import Scene, Source, decode, dequantize
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_bands
 
 

@@ -10,9 +10,10 @@ from fractions import Fraction
 
 from quarc_ref.editing.frame_walk import FrameWalk
 from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.container import ChunkHeader
 from quarc_ref.format.errors import BitstreamError
-from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.source import Source
 
 

@@ -61,7 +61,7 @@ class Preparer:
         header = self._outline.chunks[frame - self._outline.first_frame]
         return ReadyFrame(
             frame,
-            header.kind == container.CANO,
+            header.kind in container.CANONICAL,
             decoded.nanoseconds / 1e9,
             _measure_chunk(self._source, header),
             make_splats(decoded.splats, self._unit),

@@ -89,7 +89,7 @@ class Show:
         """
         kinds = enumerate(chunk.kind for chunk in self._outline.chunks)
         begin = self._outline.first_frame
-        canonical = [begin + index for index, kind in kinds if kind == container.CANO]
+        canonical = [begin + index for index, kind in kinds if kind in container.CANONICAL]
         source, stop = SharedSource(self._source), self._outline.stop
         prepare = Preparer(source, self._outline, choose_unit(first))
         with (

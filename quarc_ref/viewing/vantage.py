@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import NEAR_FRACTION
-from quarc_ref.format.records import Camera
 
 Vector = NDArray[np.float64]
 

@@ -3,6 +3,7 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.stream_summary import KINDS
 from rate.claims import (
     Claim,
     amortize,
@@ -79,8 +80,8 @@ def test_motion_and_births_are_weighed_over_all_frames(stream):
 
 def test_one_bad_frame_is_the_worst(stream):
     _, summary = stream
-    sizes = {"canonical": 0, "motion": 9000, "updates": 0, "births": 0}
-    price = {"canonical": 0.0, "motion": 300.0, "updates": 0.0, "births": 0.0}
+    sizes = dict.fromkeys(KINDS, 0) | {"motion": 9000}
+    price = dict.fromkeys(KINDS, 0.0) | {"motion": 300.0}
 
     bad = _change(summary, 2, coded_bytes=sizes, estimate_bytes=price)
     assert claim_motion(bad)[1].value == 30

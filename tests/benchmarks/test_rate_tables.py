@@ -15,7 +15,7 @@ from rate.tables import (
 )
 
 ROWS = [
-    Row("plane", "main", "the file", 2048, 3072, 512, 0, 512, 5632, 30.0, 29.5),
+    Row("plane", "main", "the file", 2048, 3072, 0, 512, 0, 512, 5632, 30.0, 29.5),
     Row("plane", "main", "SOG", remark="not at hand: npm is not installed"),
 ]
 CLAIMS = {"plane": [Claim("less", 0.5, 0.6), Claim("more", 1.0, 2.0, False), Claim("?", None, 1)]}
@@ -30,15 +30,15 @@ def test_sizes_are_in_kilobytes_and_motion_per_moved_frame():
     head, rule, file, missing = _cells(format_rows(ROWS, {("plane", "main"): 3}))
 
     assert len(head) == len(rule) == len(file) == len(missing)
-    assert file[3:10] == ["2.0", "1.000", "0.167", "0.000", "0.50", "5.5", "30.00 / 29.50"]
-    assert missing[3:10] == [""] * 7
-    assert missing[10] == "not at hand: npm is not installed"
+    assert file[3:11] == ["2.0", "0.0", "1.000", "0.167", "0.000", "0.50", "5.5", "30.00 / 29.50"]
+    assert missing[3:11] == [""] * 8
+    assert missing[11] == "not at hand: npm is not installed"
 
 
 def test_nothing_is_told_per_frame_of_a_stream_without_moved_frames():
     file = _cells(format_rows(ROWS[:1], {("plane", "main"): 0}))[2]
 
-    assert file[3:6] == ["2.0", "", ""]
+    assert file[3:7] == ["2.0", "0.0", "", ""]
 
 
 def test_claims_say_whether_they_hold():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from tests.datasets import scenes
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)

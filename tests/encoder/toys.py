@@ -12,7 +12,8 @@ from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.progress import Silence
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.views import TrainingViews, measure_extent
-from quarc_ref.format.records import Camera, StreamHeader
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.format import constants, wire
+from quarc_ref.format import constants, layouts, wire
 from quarc_ref.format.errors import (
     EncodeError,
     FieldError,
@@ -59,7 +59,7 @@ def test_a_header_is_refused_in_part_and_with_more():
     header = StreamHeader()
     data = wire.build_stream_header(header)
 
-    assert len(data) == wire.STREAM_HEADER.sizeof()
+    assert len(data) == layouts.STREAM_HEADER.sizeof()
     check_reader(wire.parse_stream_header, data, header)
 
 
@@ -130,7 +130,7 @@ def test_a_header_field_out_of_range_is_refused(name, value):
         "compatible_features": 0,
     }
     values = asdict(StreamHeader()) | {name: value, "version": version}
-    layout = wire.STREAM_HEADER
+    layout = layouts.STREAM_HEADER
     if name == "right_handed":
         data = bytearray(layout.build(values | {name: 1}))
         data[-7] = value
@@ -252,8 +252,8 @@ def test_a_tail_is_refused_in_part_and_with_more():
 
 
 def test_a_tail_is_as_long_as_the_format_says():
-    assert len(wire.build_tail(Tail(1, 1, 0))) == constants.TAIL_BYTES == wire.TAIL.sizeof()
-    assert wire.STREAM_HEADER.sizeof() <= constants.HEAD_BYTES_LIMIT
+    assert len(wire.build_tail(Tail(1, 1, 0))) == constants.TAIL_BYTES == layouts.TAIL.sizeof()
+    assert layouts.STREAM_HEADER.sizeof() <= constants.HEAD_BYTES_LIMIT
 
 
 @given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))

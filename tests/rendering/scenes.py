@@ -4,7 +4,7 @@ import math
 
 import torch
 
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 NAMES = ("means", "quaternions", "log_scales", "logits", "sh")

@@ -43,6 +43,7 @@ def _of_fields() -> Iterator[Bound]:
     yield "id that the next newborn gets", 1, 1 << 32, "7.1"
     yield "that id + `birth_count`", 1, (1 << 32) + U32, "7.6"
     yield "N - deaths + births, less what leaves by updates", 1, 2 * U32, "7.6"
+    yield "survivors + `newborn_count`", 0, 2 * U32, "7.9"
     yield "ordinal + 1, phase + 1, sequence + 1", 1, 1 << 32, "7.4"
     yield "`seed`", 0, U64, "5.3"
     yield "24 + `length`: bytes of a chunk", 24, 24 + U32, "5.2"
@@ -86,6 +87,11 @@ def _of_frames() -> Iterator[Bound]:
         "7.8",
     )
     yield "s: sum of residuals of an update", -two, two, "8.8"
+    yield "difference of a position of a survivor", -SIGNED_LIMIT * U32, SIGNED_LIMIT * U32, "8.9"
+    yield "code of a survivor before its check", -two, two, "7.9"
+    component = (1 << c.ROTATION_BITS_LIMIT) + SIGNED_LIMIT
+    yield "a, b, c of a survivor before their check", -component, component, "7.9"
+    yield "s: sum of magnitudes of a survivor", 0, two, "8.9"
     yield "code of the state", -c.CODE_LIMIT, c.CODE_LIMIT, "7.1"
 
 
@@ -131,8 +137,8 @@ def _of_planes() -> Iterator[Bound]:
 
 
 def _greatest_context() -> int:
-    """That of a mantissa in the last row of SH rest: the outer, a class, a sign, bits."""
-    outer = c.REST_CLASSES * c.SH_REST_PLANES - 1
+    """That of a mantissa in the last row of survivors: the outer, a class, a sign, bits."""
+    outer = c.REST_CLASSES * max(c.SH_REST_PLANES, c.SURVIVOR_ROWS) - 1
     inner = (outer << c.CLASS_BITS) + (1 << c.CLASS_BITS) - 1
     return ((2 * inner + 1) << c.MODELLED_BITS) + (1 << c.MODELLED_BITS) - 1
 

@@ -7,6 +7,7 @@ range or just past it.
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 
@@ -34,6 +35,8 @@ _PAYLOADS: dict[str, tuple[Values, Callable[[bytes], object], bytes]] = {
     "STREAM_HEADER": ({**_VERSION, **asdict(StreamHeader())}, wire.parse_stream_header, b""),
     "CANONICAL": (_EMPTY_FRAME, wire.parse_canonical, b""),
     "FRAME": (_EMPTY_FRAME, wire.parse_frame, b""),
+    "FRAME_WITH_UPDATES": (_EMPTY_FRAME, partial(wire.parse_frame, updates=True), b""),
+    "SNAPSHOT": (_EMPTY_FRAME, wire.parse_snapshot, b""),
     "CAMERA": (asdict(CAMERA), wire.parse_cameras, b"\x01\x00"),
 }
 

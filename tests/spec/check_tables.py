@@ -10,11 +10,12 @@ import zlib
 from construct import Bytes, Const, Construct, Container, FormatField, Prefixed, Renamed
 
 from quarc_ref.decoder import philox
-from quarc_ref.format import constants, errors, wire
+from quarc_ref.format import constants, errors, layouts
 from tests.spec import spec_text
 
 SYNTAX = (
-    *("CHUNK_HEADER", "STREAM_HEADER", "CANONICAL", "FRAME", "CAMERAS", "CAMERA"),
+    *("CHUNK_HEADER", "STREAM_HEADER", "CANONICAL", "FRAME", "FRAME_WITH_UPDATES", "SNAPSHOT"),
+    *("CAMERAS", "CAMERA"),
     *("METADATA", "ENTRY", "TAIL", "INDEX", "SEEK_POINT", "SECTION"),
 )
 _FORMATS = {"<B": "u8", ">B": "u8", "<H": "u16", "<L": "u32", "<Q": "u64", "<l": "i32", "<f": "f32"}
@@ -90,7 +91,7 @@ def check_formulas(spec: str) -> None:
 
 def check_syntax(spec: str) -> None:
     for name in SYNTAX:
-        layout = getattr(wire, name)
+        layout = getattr(layouts, name)
         said = [(row[0], row[1]) for row in spec_text.table(spec, f"syntax {name}")]
         assert said == _rows(layout), name
 
@@ -120,7 +121,7 @@ def _peel(layout: Construct) -> Construct:
 def _describe(layout: Construct) -> str:
     """The type of a field, as the text's tables write it."""
     layout = _peel(layout)
-    if layout is wire.SECTION:
+    if layout is layouts.SECTION:
         return "section"
     if isinstance(layout, FormatField):
         return _FORMATS[layout.fmtstr]
@@ -136,13 +137,13 @@ def _describe(layout: Construct) -> str:
 def _repeat(count: int | str, layout: Construct) -> str:
     inner = _peel(layout)
     for name in SYNTAX:
-        if inner is getattr(wire, name):
+        if inner is getattr(layouts, name):
             return f"{count} sections" if name == "SECTION" else f"{count} x {name}"
     return f"{count} x {_describe(inner)}"
 
 
 _ONE = Container(count=1, word_count=1)
-_STORED = {4: "u32 each", wire.SEEK_POINT.sizeof(): "count x SEEK_POINT"}
+_STORED = {4: "u32 each", layouts.SEEK_POINT.sizeof(): "count x SEEK_POINT"}
 _AT_HEAD = ("bad-magic", "unsupported-version", "unsupported-feature")
 CHECKS = (
     check_constants,

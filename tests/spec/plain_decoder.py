@@ -17,7 +17,8 @@ from tests.spec.plain_coder import Counts
 from tests.spec.plain_fields import FieldReader, PlainChunk, Row
 from tests.spec.plain_motion import read_motion
 from tests.spec.plain_planes import PlainSection, Run, open_section, rows_alike, rows_apart
-from tests.spec.plain_state import PlainGaussian, PlainLevel, PlainState, Vector
+from tests.spec.plain_snapshots import read_survivors, sort
+from tests.spec.plain_state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
 from tests.spec.plain_updates import apply_updates, read_updates
 
 _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations", "SH rest")
@@ -48,7 +49,7 @@ def decode_plain(spec: str, data: bytes) -> PlainStream:
     header = chunks[0].fields
     frames: list[PlainFrame] = []
     for chunk in chunks:
-        if chunk.kind in {"CANO", "FRAM"}:
+        if chunk.kind in {"CANO", "SNAP", "FRAM"}:
             before = frames[-1].state if frames else None
             frames.append(FrameDecoder(header, chunk.fields).decode(before))
     return PlainStream(reader.rows, chunks, frames)
@@ -65,6 +66,7 @@ class FrameDecoder:
 
     def decode(self, before: PlainState | None) -> PlainFrame:
         kind = "CANO" if "gaussian_count" in self.fields else "FRAM"
+        kind = "SNAP" if "survivors" in self.fields else kind
         state = self.state_after(before)
         whole = state.phase % self.header["full_crc_interval"] == 0
         crc = zlib.crc32(state.serialize(codes=whole))
@@ -73,6 +75,8 @@ class FrameDecoder:
 
     def state_after(self, before: PlainState | None) -> PlainState:
         """The state that the chunk makes, whatever its CRC says."""
+        if before is not None and "survivors" in self.fields:
+            return self._snapshot(before)
         if before is None or "gaussian_count" in self.fields:
             return self._canonical()
         return self._follow(before)
@@ -88,35 +92,72 @@ class FrameDecoder:
         self.notes.append((name, str(value)))
 
     def _canonical(self) -> PlainState:
-        """SPEC 7.2 and 8.5."""
-        count, step = self.fields["gaussian_count"], self.header["position_step"]
+        """SPEC 7.2."""
+        coded = self._coded(self.fields["gaussian_count"])
+        state = self._state_of(coded)
+        if self.header["incompatible_features"] & 4:
+            state.canonical = (state.frame, coded)
+        return state
+
+    def _snapshot(self, before: PlainState) -> PlainState:
+        """SPEC 7.9."""
+        assert before.canonical is not None, "chunk-order"
+        assert self.fields["frame"] == before.frame + 1, "frame-order"
+        frame, gaussians = before.canonical
+        assert self.fields["canonical"] == frame, "frame-order"
+        section = self._open("survivors", self.fields["survivors"], {})
+        survivors = read_survivors(section, gaussians)
+        self._close(section)
+        newborn = self._coded(self.fields["newborn_count"])
+        assert survivors or newborn, "count"
+        state = self._state_of(sort(survivors + newborn))
+        state.canonical = before.canonical
+        return state
+
+    def _coded(self, count: int) -> list[PlainCoded]:
+        """SPEC 8.5."""
         stored = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
         opened = [self._open(name, section, {}) for name, section in stored]
         keys = plain_gaussians.read_keys(opened[0], "keys", count)
-        assert max(keys) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
+        assert max(keys, default=0) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
         dc = plain_gaussians.read_colors(opened[1], "SH DC", count)
         opacity = rows_apart(opened[2], "opacity", count, 1)
         scales = rows_apart(opened[3], "log-scales", count, 3)
-        rotations = self._rotations(opened[4], "rotations", count)
+        rotations = plain_gaussians.read_rotations(opened[4], "rotations", count)
         rest = plain_gaussians.read_rest(opened[5], "SH rest", count) if self.has_rest else []
         for section in opened:
             self._close(section)
+        self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in rotations])
         self._note("keys", keys)
-        gaussians = []
+        coded = []
         for i, key in enumerate(keys):
             offsets = [sum((key >> (3 * b + 2 - a) & 1) << b for b in range(20)) for a in range(3)]
-            position = [(o + v) * step for o, v in zip(self.fields["origin"], offsets, strict=True)]
+            position = [o + v for o, v in zip(self.fields["origin"], offsets, strict=True)]
+            j, abc = rotations[i]
             codes = [row[i] for row in scales + opacity + dc + rest]
-            assert max(map(abs, codes)) <= 32767, "code-range"
+            coded.append(PlainCoded(position, [j, *abc], codes))
+        return coded
+
+    def _state_of(self, coded: list[PlainCoded]) -> PlainState:
+        """SPEC 7.2."""
+        step, bits = self.header["position_step"], self.header["rotation_bits"]
+        gaussians = []
+        for i, g in enumerate(coded):
+            rotation = self._expand(g.rotation, bits)
+            assert max(map(abs, g.codes)) <= 32767, "code-range"
             motion = [0] * (3 + self.header["rotation_components"])
-            gaussians.append(PlainGaussian(i, position, rotations[i], codes, motion))
-        return PlainState(self.fields["frame"], 0, count, gaussians, [])
+            position = [p * step for p in g.position]
+            gaussians.append(PlainGaussian(i, position, rotation, list(g.codes), motion))
+        return PlainState(self.fields["frame"], 0, len(coded), gaussians, [])
+
+    def _expand(self, coded: Vector, bits: int) -> Vector:
+        return oracle.expand_rotation(coded[0], coded[1:], bits)
 
     def _rotations(self, section: PlainSection, name: str, count: int) -> list[Vector]:
         coded = plain_gaussians.read_rotations(section, name, count)
         self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in coded])
         bits = self.header["rotation_bits"]
-        return [oracle.expand_rotation(j, abc, bits) for j, abc in coded]
+        return [self._expand([j, *abc], bits) for j, abc in coded]
 
     def _follow(self, before: PlainState) -> PlainState:
         """SPEC 7.4 to 7.7."""

@@ -18,6 +18,7 @@ _PAYLOADS = {
     "FRAM": "FRAME",
     "came": "CAMERAS",
     "meta": "METADATA",
+    "SNAP": "SNAPSHOT",
     "INDX": "INDEX",
     "TAIL": "TAIL",
 }

@@ -30,6 +30,15 @@ class PlainGaussian:
 
 
 @dataclass
+class PlainCoded:
+    """A Gaussian of a canonical frame as it is coded: in steps, and (j, a, b, c)."""
+
+    position: Vector
+    rotation: Vector
+    codes: Vector
+
+
+@dataclass
 class PlainState:
     frame: int
     phase: int
@@ -37,6 +46,7 @@ class PlainState:
     gaussians: list[PlainGaussian]
     levels: list[PlainLevel]
     counts: Counts = field(default_factory=dict)
+    canonical: tuple[int, list[PlainCoded]] | None = None  # of the last CANO, for snapshots
 
     def serialize(self, *, codes: bool = True) -> bytes:
         """SPEC 9.1."""

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from quarc_ref.format import constants, wire
+from quarc_ref.format import constants, layouts, wire
 from quarc_ref.format.records import StreamHeader
 from tests.spec import check_annexes, check_clauses, check_ranges, check_tables, spec_text
 
@@ -38,10 +38,10 @@ def test_every_section_that_the_code_names_exists():
 
 
 def test_the_sizes_of_the_fixed_parts_are_those_of_the_text():
-    assert wire.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
+    assert layouts.CHUNK_HEADER.sizeof() == constants.CHUNK_HEADER_BYTES
     said = re.search(r"The payload of HEAD has (\d+) bytes", spec_text.text())
     assert len(wire.build_stream_header(StreamHeader())) == int(said[1])
-    assert wire.SECTION.build({"word_count": 0, "words": b""}) == bytes(
+    assert layouts.SECTION.build({"word_count": 0, "words": b""}) == bytes(
         constants.SECTION_HEADER_BYTES
     )
 

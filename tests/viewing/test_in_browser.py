@@ -11,7 +11,7 @@ import pytest
 
 from quarc_ref.datasets.video import read_still
 from quarc_ref.decoder import BytesSource, decode, dequantize
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_picture
 from tests.datasets import scenes
 from tests.evaluation.streams_of_captures import write_stream

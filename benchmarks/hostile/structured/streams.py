@@ -11,8 +11,9 @@ from hostile.structured.draws import Draws
 from hostile.structured.hostility import Hostility, Stage
 from hostile.structured.pieces import Piece
 from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
-from quarc_ref.format.records import Camera, SeekPoint, Tail
+from quarc_ref.format.records import SeekPoint, Tail
 
 _MOST = (1 << 32) - 1
 _INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MOST)

@@ -7,14 +7,24 @@ import { stateDigest } from "./digest.js";
 import { recoverStream } from "./recover.js";
 import type { Gap } from "./recover.js";
 import { Declined, Rejection } from "./reject.js";
+import { seekStream } from "./seek.js";
 import type { Source } from "./source.js";
 
 export type Line = Readonly<Record<string, unknown>>;
 
 /** The lines of a stream, of which one is written before the next frame is decoded. */
-export function* answerStream(source: Source, withNumbers = false): Generator<Line, void, undefined> {
+export function answerStream(source: Source, withNumbers = false): Generator<Line, void, undefined> {
+  return answerFrames(() => decodeStream(source), withNumbers);
+}
+
+/** The lines of the frames from `start` on. */
+export function answerSeek(bytes: Uint8Array, start: number, withNumbers = false): Generator<Line, void, undefined> {
+  return answerFrames(() => seekStream(bytes, start), withNumbers);
+}
+
+function* answerFrames(frames: () => Iterable<Frame>, withNumbers: boolean): Generator<Line, void, undefined> {
   try {
-    for (const frame of decodeStream(source)) {
+    for (const frame of frames()) {
       const numbers = withNumbers ? { numbers_sha256: numbersDigest(frame.state.scene, frame.header) } : {};
       yield { ...answerFrame(frame), ...numbers };
     }

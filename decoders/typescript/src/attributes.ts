@@ -1,11 +1,13 @@
 /** What canonical and newborn Gaussians are coded with alike: rows, codes, rotations (SPEC 7.2, 8.5, 8.6). */
 
+import { bitLength } from "./arithmetic.js";
 import { tabulate } from "./columns.js";
 import {
   CLASS_BITS,
   CODE_LIMIT,
   LOG_SCALE_PLANES,
   POSITION_LIMIT,
+  REST_CLASSES,
   ROTATION_INDEX_BITS,
   SH_DC_PLANES,
 } from "./constants.js";
@@ -41,23 +43,34 @@ export function decodeShDc(section: Section, models: AttributeModels, count: num
   return [sum(redLess, green), green, sum(blueLess, green)].map(checkCodes);
 }
 
-/** Rotations w, x, y, z, from the index of a component and the other three. */
-export function decodeRotations(
-  section: Section,
-  models: AttributeModels,
-  count: number,
-  rotationBits: number,
-): Int32Array[] {
+/** Rotations as they are coded (7.2). */
+export interface CodedRotations {
+  /** The indices j of the components left out. */
+  readonly indices: Uint8Array;
+  /** The rows of the other three, a, b, c. */
+  readonly parts: readonly Int32Array[];
+}
+
+export function decodeRotations(section: Section, models: AttributeModels, count: number): CodedRotations {
   const indices = decodeFixed(section, models.rotationIndex, count, 0);
-  const [a, b, c] = decodeRowsApart(section, models.rotations, 3, count);
-  const rotations = [0, 1, 2, 3].map(() => new Int32Array(count));
-  for (let i = 0; i < count; i++) {
+  return { indices, parts: decodeRowsApart(section, models.rotations, 3, count) };
+}
+
+/** Rotations w, x, y, z, from the index of a component and the other three. */
+export function expandRotations({ indices, parts: [a, b, c] }: CodedRotations, rotationBits: number): Int32Array[] {
+  const rotations = [0, 1, 2, 3].map(() => new Int32Array(indices.length));
+  for (let i = 0; i < indices.length; i++) {
     const rotation = expandRotation(indices[i], [a[i], b[i], c[i]], rotationBits);
     rotations.forEach((column, component) => {
       column[i] = rotation[component];
     });
   }
   return rotations;
+}
+
+/** The outer contexts of the numbers of a row, each by the sum of the magnitudes that the rows before have there. */
+export function contextsOfSums(row: number, sums: Int32Array): Int32Array {
+  return sums.map((sum) => REST_CLASSES * row + Math.min(bitLength(sum), REST_CLASSES - 1));
 }
 
 /** The row, once every number of it is seen to be a code. */

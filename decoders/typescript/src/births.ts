@@ -7,6 +7,7 @@ import {
   decodeRowsAlike,
   decodeRowsApart,
   decodeShDc,
+  expandRotations,
   sum,
   checkCodes,
 } from "./attributes.js";
@@ -47,7 +48,7 @@ export function decodeNewborn(
   const dc = decodeShDc(section, models, count);
   const opacity = decodeRowsApart(section, models.opacity, constants.OPACITY_PLANES, count);
   const logScales = decodeLogScales(section, models, count);
-  const rotations = decodeRotations(section, models, count, header.rotationBits);
+  const rotations = expandRotations(decodeRotations(section, models, count), header.rotationBits);
   const restRows = header.shDegree === 1 ? constants.SH_REST_PLANES : 0;
   const rest = decodeRowsAlike(section, models.shRest, restRows, count);
   const positions = scene.positions.map((column, axis) =>

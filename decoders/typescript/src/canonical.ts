@@ -3,12 +3,14 @@
 import {
   AttributeModels,
   checkPosition,
+  contextsOfSums,
   decodeRotations,
   decodeRowsApart,
   decodeShDc,
+  expandRotations,
   checkCodes,
 } from "./attributes.js";
-import { bitLength } from "./arithmetic.js";
+import type { CodedRotations } from "./attributes.js";
 import { allIndices, tabulate } from "./columns.js";
 import * as constants from "./constants.js";
 import { Fields } from "./fields.js";
@@ -20,13 +22,27 @@ import { Section } from "./planes.js";
 import { newScene } from "./scene.js";
 import type { Scene } from "./scene.js";
 
-export interface CanonicalChunk {
-  readonly frame: number;
-  readonly gaussianCount: number;
+/** Where coded positions are, in position steps. */
+export interface PositionBox {
   readonly origin: readonly number[];
   readonly axisBits: number;
+}
+
+export interface CanonicalChunk extends PositionBox {
+  readonly frame: number;
+  readonly gaussianCount: number;
   readonly sections: readonly Words[];
   readonly stateCrc: number;
+}
+
+/** The Gaussians of a canonical frame, in their order. */
+export interface CanonicalGaussians {
+  /** x, y, z, in position steps. */
+  readonly positions: readonly Int32Array[];
+  /** Their rotations as they are coded, and w, x, y, z as they are expanded. */
+  readonly coded: CodedRotations;
+  readonly rotations: readonly Int32Array[];
+  readonly codes: readonly Int32Array[];
 }
 
 export function parseCanonical(payload: Uint8Array): CanonicalChunk {
@@ -34,23 +50,38 @@ export function parseCanonical(payload: Uint8Array): CanonicalChunk {
   const chunk = {
     frame: fields.u32("frame"),
     gaussianCount: fields.u32("gaussian_count"),
-    origin: ["x", "y", "z"].map((axis) => fields.i32(`origin ${axis}`)),
-    axisBits: fields.u8("axis_bits", 0, constants.AXIS_BITS_LIMIT),
-    sections: Array.from({ length: constants.CANONICAL_SECTIONS }, (_, i) => fields.section(`sections[${i}]`)),
+    ...parseBox(fields),
+    sections: parseSections(fields),
     stateCrc: fields.u32("state_crc"),
   };
   fields.end();
   return chunk;
 }
 
-/** The scene of a canonical frame, whose count of Gaussians has been held against the level. */
-export function decodeCanonicalScene(chunk: CanonicalChunk, header: StreamHeader): Scene {
-  const count = chunk.gaussianCount;
+/** The fields that say where coded positions are. */
+export function parseBox(fields: Fields): PositionBox {
+  return {
+    origin: ["x", "y", "z"].map((axis) => fields.i32(`origin ${axis}`)),
+    axisBits: fields.u8("axis_bits", 0, constants.AXIS_BITS_LIMIT),
+  };
+}
+
+/** The sections of Gaussians that are coded by themselves. */
+export function parseSections(fields: Fields): Words[] {
+  return Array.from({ length: constants.CANONICAL_SECTIONS }, (_, i) => fields.section(`sections[${i}]`));
+}
+
+/** Gaussians by themselves (8.5), as many as `count`, which has been held against the level. */
+export function decodeGaussians(
+  sections: readonly Words[],
+  count: number,
+  box: PositionBox,
+  header: StreamHeader,
+): CanonicalGaussians {
   const models = new AttributeModels();
-  const [keys, shDc, opacity, logScales, rotations, shRest] = chunk.sections;
-  const coded = {
-    ids: allIndices(count),
-    positions: readSection(keys, (section) => decodePositions(section, chunk, header.positionStep)),
+  const [keys, shDc, opacity, logScales, rotations, shRest] = sections;
+  const decoded = {
+    positions: readSection(keys, (section) => decodePositions(section, count, box, header.positionStep)),
     dc: readSection(shDc, (section) => decodeShDc(section, models, count)),
     opacity: readSection(opacity, (section) =>
       decodeRowsApart(section, models.opacity, constants.OPACITY_PLANES, count),
@@ -58,39 +89,54 @@ export function decodeCanonicalScene(chunk: CanonicalChunk, header: StreamHeader
     logScales: readSection(logScales, (section) =>
       decodeRowsApart(section, models.logScales, constants.LOG_SCALE_PLANES, count),
     ),
-    rotations: readSection(rotations, (section) => decodeRotations(section, models, count, header.rotationBits)),
+    ...readSection(rotations, (section) => {
+      const coded = decodeRotations(section, models, count);
+      return { coded, rotations: expandRotations(coded, header.rotationBits) };
+    }),
     rest: readSection(shRest, (section) => (header.shDegree === 1 ? decodeShRest(section, count) : [])),
   };
-  const codes = [...[...coded.logScales, ...coded.opacity].map(checkCodes), ...coded.dc, ...coded.rest.map(checkCodes)];
-  const { ids, positions, rotations: turned } = coded;
-  return newScene({ ids, positions, rotations: turned, codes }, header, constants.RECENCY_LIMIT);
+  const { positions, dc, coded, rotations: expanded } = decoded;
+  const codes = [...[...decoded.logScales, ...decoded.opacity].map(checkCodes), ...dc, ...decoded.rest.map(checkCodes)];
+  return { positions, coded, rotations: expanded, codes };
+}
+
+/** The scene of a canonical frame: Gaussian i gets id i. */
+export function canonicalScene(gaussians: CanonicalGaussians, header: StreamHeader): Scene {
+  const { rotations, codes } = gaussians;
+  const positions = gaussians.positions.map((row) => row.map((coordinate) => header.positionStep * coordinate));
+  const ids = allIndices(positions[0].length);
+  return newScene({ ids, positions, rotations, codes }, header, constants.RECENCY_LIMIT);
+}
+
+/** A coordinate in position steps, once it is seen to be that of a position. */
+export function checkSteps(coordinate: number, positionStep: number): number {
+  checkPosition(positionStep * coordinate);
+  return coordinate;
 }
 
 /** Each section has its own words, and ends by itself. */
-function readSection<Result>(words: Words, decode: (section: Section) => Result): Result {
+export function readSection<Result>(words: Words, decode: (section: Section) => Result): Result {
   const section = new Section(words);
   const result = decode(section);
   section.finish();
   return result;
 }
 
-function decodePositions(section: Section, chunk: CanonicalChunk, positionStep: number): Int32Array[] {
-  const limit = 1n << BigInt(3 * chunk.axisBits);
+function decodePositions(section: Section, count: number, box: PositionBox, positionStep: number): Int32Array[] {
+  const limit = 1n << BigInt(3 * box.axisBits);
   const models = sequenceModels(constants.KEY_CLASS_BITS);
-  const keys = decodeAscending(section, models, chunk.gaussianCount, limit, "symbol-range");
-  return chunk.origin.map((origin, axis) =>
-    tabulate(keys.length, (i) => checkPosition(positionStep * (coordinateOfKey(keys[i], axis) + origin))),
+  const keys = decodeAscending(section, models, count, limit, "symbol-range");
+  return box.origin.map((origin, axis) =>
+    tabulate(keys.length, (i) => checkSteps(coordinateOfKey(keys[i], axis) + origin, positionStep)),
   );
 }
 
 /** Nine rows; what the rows before hold of a Gaussian is the context of its number in the next. */
 function decodeShRest(section: Section, count: number): Int32Array[] {
-  const classes = constants.REST_CLASSES;
-  const models = sequenceModels(constants.CLASS_BITS, classes * constants.SH_REST_PLANES);
+  const models = sequenceModels(constants.CLASS_BITS, constants.REST_CLASSES * constants.SH_REST_PLANES);
   const sums = new Int32Array(count);
   return Array.from({ length: constants.SH_REST_PLANES }, (_, row) => {
-    const outer = sums.map((before) => classes * row + Math.min(bitLength(before), classes - 1));
-    const numbers = decodeSigned(section, models, count, outer);
+    const numbers = decodeSigned(section, models, count, contextsOfSums(row, sums));
     numbers.forEach((number, i) => {
       sums[i] += Math.abs(number);
     });

@@ -13,6 +13,9 @@ const MAGIC = Uint8Array.of(0x89, 0x51, 0x52, 0x43, 0x0d, 0x0a, 0x1a, 0x0a);
 export const SYNC_WORD = Uint8Array.of(0x9e, 0x51, 0x43, 0xf3);
 const KNOWN_CRITICAL: ReadonlySet<string> = new Set(["HEAD", "CANO", "FRAM", "INDX", "TAIL"]);
 
+/** The critical type that is known only in streams with FEATURE_SNAPSHOTS (5.10). */
+const SNAPSHOT_TYPE = "SNAP";
+
 /** The patterns of 5.2: the third and the fourth letter have the case of the first, the second may have either. */
 const TYPE_PATTERN = /^(?:[A-Z][A-Za-z][A-Z]{2}|[a-z][A-Za-z][a-z]{2})$/;
 
@@ -44,6 +47,11 @@ export function readMagic(source: Source): void {
   demand(magic.length === MAGIC.length, "truncated", "the stream ends within the magic");
 }
 
+/** Whether bytes are as many as a chunk header has, and begin with the sync word (5.2-1). */
+export function isSynced(bytes: Uint8Array): boolean {
+  return bytes.length === CHUNK_HEADER_BYTES && beginsWith(SYNC_WORD, bytes.subarray(0, 4));
+}
+
 /** Whether the first 16 of the 20 bytes of a chunk header have the CRC that the other 4 say (5.2-2). */
 export function headerCrcHolds(bytes: Uint8Array): boolean {
   const proved = CHUNK_HEADER_BYTES - CHUNK_CRC_BYTES;
@@ -71,14 +79,16 @@ export function chunkBytes({ length }: ChunkHeader): number {
 export class ChunkReader {
   readonly #source: Source;
   readonly #payloadLimit: number;
+  readonly #snapshots: boolean;
   #place: Place;
   #typeBefore = "";
 
-  /** `source` is at the first byte of the chunk that is due at `place`. */
-  constructor(source: Source, place: Place, payloadLimit: number) {
+  /** `source` is at the first byte of the chunk that is due at `place`; `snapshots` says whether SNAP is known. */
+  constructor(source: Source, place: Place, payloadLimit: number, snapshots: boolean) {
     this.#source = source;
     this.#place = place;
     this.#payloadLimit = payloadLimit;
+    this.#snapshots = snapshots;
   }
 
   /** Where the next chunk is due: behind the last whose payload was proved. */
@@ -105,13 +115,14 @@ export class ChunkReader {
 
   /** The rest of the chunk of `header`, which was read just now. */
   readPayload(header: ChunkHeader): Chunk {
-    const { offset, sequence } = this.#place;
-    const payload = this.#readWhole(header.length);
-    const crc = new Fields(this.#readWhole(CHUNK_CRC_BYTES)).u32("payload_crc");
+    const { payload, crc } = this.#readRest(header);
     demand(crc === crc32(payload), "payload-crc", "a payload does not match its CRC");
-    this.#place = { offset: offset + chunkBytes(header), sequence: sequence + 1 };
-    this.#typeBefore = header.type;
-    return { type: header.type, sequence, offset, payload };
+    return this.#advance(header, payload);
+  }
+
+  /** Pass over the rest of the chunk of `header`, which was read just now: its payload is not proved. */
+  passOver(header: ChunkHeader): Chunk {
+    return this.#advance(header, this.#readRest(header).payload);
   }
 
   /** Nothing follows the last chunk that was read (5.1-5). */
@@ -119,11 +130,23 @@ export class ChunkReader {
     demand(this.#source.read(1).length === 0, "trailing-data", "bytes follow TAIL");
   }
 
+  #readRest({ length }: ChunkHeader) {
+    const payload = this.#readWhole(length);
+    return { payload, crc: new Fields(this.#readWhole(CHUNK_CRC_BYTES)).u32("payload_crc") };
+  }
+
+  #advance(header: ChunkHeader, payload: Uint8Array): Chunk {
+    const { offset, sequence } = this.#place;
+    this.#place = { offset: offset + chunkBytes(header), sequence: sequence + 1 };
+    this.#typeBefore = header.type;
+    return { type: header.type, sequence, offset, payload };
+  }
+
   #checkType(type: string): void {
     demand(TYPE_PATTERN.test(type), "bad-chunk-type", "a type is not four letters in one of the patterns");
     const first = this.#place.sequence === 0;
     demand((type === "HEAD") === first, "chunk-order", "HEAD is the first chunk, and no other is");
-    const known = isAncillary(type) || KNOWN_CRITICAL.has(type);
+    const known = isAncillary(type) || KNOWN_CRITICAL.has(type) || (this.#snapshots && type === SNAPSHOT_TYPE);
     demand(known, "unknown-critical", `no decoder of this version knows ${type}`);
     demand(this.#typeBefore !== "INDX" || type === "TAIL", "chunk-order", `${type} follows INDX`);
   }

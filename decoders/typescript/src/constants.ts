@@ -2,7 +2,8 @@
 
 export const VERSION_MAJOR = 1;
 export const FEATURE_UPDATES = 2;
-export const KNOWN_INCOMPATIBLE_FEATURES = FEATURE_UPDATES;
+export const FEATURE_SNAPSHOTS = 4;
+export const KNOWN_INCOMPATIBLE_FEATURES = FEATURE_UPDATES | FEATURE_SNAPSHOTS;
 
 export const CHUNK_HEADER_BYTES = 20;
 export const CHUNK_CRC_BYTES = 4;
@@ -48,6 +49,7 @@ export const MODELLED_BITS = 2;
 export const REST_CLASSES = 8;
 export const ROTATION_INDEX_BITS = 2;
 export const RESIDUAL_ROWS = 13;
+export const SURVIVOR_ROWS = 14;
 export const MAGNITUDE_PLANES = 64;
 export const SYMBOL_LIMIT = 65;
 export const DIFFERENCE_LIMIT = 1n << 60n;

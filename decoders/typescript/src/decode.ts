@@ -1,7 +1,7 @@
 /** A stream, from its first byte to its last: the state of every frame (SPEC 5.1, 7, 9.2). */
 
 import { ChunkReader, HEAD_PLACE, readMagic } from "./chunks.js";
-import type { Chunk } from "./chunks.js";
+import type { Chunk, Place } from "./chunks.js";
 import { HEAD_BYTES_LIMIT } from "./constants.js";
 import { parseHeader } from "./header.js";
 import type { StreamHeader } from "./header.js";
@@ -23,7 +23,15 @@ export interface Frame {
  */
 export function* decodeStream(source: Source): Generator<Frame, void, undefined> {
   const { header, reader } = openStream(source);
-  const decoder = new StateDecoder(header);
+  yield* decodeChunks(header, reader, new StateDecoder(header));
+}
+
+/** The frames of all chunks from one on. */
+export function* decodeChunks(
+  header: StreamHeader,
+  reader: ChunkReader,
+  decoder: StateDecoder,
+): Generator<Frame, void, undefined> {
   let chunk: Chunk;
   do {
     chunk = reader.next();
@@ -36,7 +44,12 @@ export function* decodeStream(source: Source): Generator<Frame, void, undefined>
 /** What HEAD says, and the chunks that follow it. */
 export function openStream(source: Source): { readonly header: StreamHeader; readonly reader: ChunkReader } {
   readMagic(source);
-  const head = new ChunkReader(source, HEAD_PLACE, HEAD_BYTES_LIMIT);
+  const head = new ChunkReader(source, HEAD_PLACE, HEAD_BYTES_LIMIT, false);
   const header = parseHeader(head.next().payload);
-  return { header, reader: new ChunkReader(source, head.place, header.limits.payloadBytes) };
+  return { header, reader: readerAt(source, head.place, header) };
+}
+
+/** The chunks from `place` on, where `source` is. */
+export function readerAt(source: Source, place: Place, header: StreamHeader): ChunkReader {
+  return new ChunkReader(source, place, header.limits.payloadBytes, header.snapshots);
 }

@@ -8,6 +8,8 @@ export interface StreamHeader {
   readonly versionMinor: number;
   /** FEATURE_UPDATES: frames may have updates (7.8). */
   readonly updates: boolean;
+  /** FEATURE_SNAPSHOTS: canonical frames may be snapshots (7.9). */
+  readonly snapshots: boolean;
   readonly compatibleFeatures: number;
   readonly level: number;
   readonly limits: constants.LevelLimits;
@@ -63,7 +65,8 @@ function parseVersion(fields: Fields) {
   const unknown = features & ~constants.KNOWN_INCOMPATIBLE_FEATURES;
   demand(unknown === 0, "unsupported-feature", `unknown bits of incompatible_features: ${unknown >>> 0}`);
   const updates = (features & constants.FEATURE_UPDATES) !== 0;
-  return { versionMinor, updates, compatibleFeatures: fields.u32("compatible_features") };
+  const snapshots = (features & constants.FEATURE_SNAPSHOTS) !== 0;
+  return { versionMinor, updates, snapshots, compatibleFeatures: fields.u32("compatible_features") };
 }
 
 function parseLevel(fields: Fields) {

@@ -1,18 +1,19 @@
 /** Many jobs in one process: lines of JSON on standard input, each maybe with the bytes of a stream behind it. */
 
-import { answerRecovery, answerStream } from "./answers.js";
+import { answerRecovery, answerSeek, answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
 import { FileSource, MemorySource, readSome } from "./source.js";
 import { answerUnit, UNITS } from "./units.js";
 
 export const CAPABILITIES = {
-  capabilities: ["jobs", "recover", "grow", "numbers", "metadata", "updates"],
+  capabilities: ["jobs", "seek", "recover", "grow", "numbers", "metadata", "updates", "snapshots"],
   units: Object.keys(UNITS),
 };
 
 interface Job {
   readonly job: string;
   readonly bytes?: number;
+  readonly start?: number;
   readonly numbers?: boolean;
   readonly function?: string;
   readonly input?: unknown;
@@ -26,6 +27,7 @@ export function* answerJobs(descriptor: number): Generator<Line, void, undefined
     const stream = input.read(job.bytes ?? 0);
     if (job.job === "unit") yield answerUnit(job.function ?? "", job.input);
     else if (job.job === "recover") yield* answerRecovery(stream);
+    else if (job.start !== undefined) yield* answerSeek(stream, job.start, job.numbers === true);
     else yield* answerStream(new MemorySource(stream), job.numbers === true);
     yield { done: true };
   }

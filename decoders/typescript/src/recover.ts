@@ -1,8 +1,8 @@
 /** A stream past its damage: the frames that can be had, and the gaps between them (SPEC 11.4, 11.5). */
 
-import { chunkBytes, ChunkReader, isAncillary } from "./chunks.js";
-import type { Chunk, ChunkHeader, Place } from "./chunks.js";
-import { openStream } from "./decode.js";
+import { chunkBytes, isAncillary } from "./chunks.js";
+import type { Chunk, ChunkHeader, ChunkReader, Place } from "./chunks.js";
+import { openStream, readerAt } from "./decode.js";
 import type { Frame } from "./decode.js";
 import type { StreamHeader } from "./header.js";
 import { Rejection } from "./reject.js";
@@ -110,7 +110,7 @@ class Recovery {
   /** Go on at the next chunk that allows it; return whether there is one. */
   *#resume({ offset }: Place, rejectId: RejectId): Generator<Recovered, boolean, undefined> {
     const before = this.#decoder.due;
-    const found = this.#search.find(this.#reader.place, before);
+    const found = this.#search.find(this.#reader.place, before, this.#decoder.canonical);
     if (found === null) {
       const end = this.#bytes.length;
       yield gap(offset, end, rejectId, null);
@@ -132,7 +132,7 @@ class Recovery {
 
   #goTo(place: Place): void {
     const source = new MemorySource(this.#bytes, place.offset);
-    this.#reader = new ChunkReader(source, place, this.#header.limits.payloadBytes);
+    this.#reader = readerAt(source, place, this.#header);
   }
 }
 
@@ -145,7 +145,7 @@ function isLeftOutAlone(trial: RejectedTrial): trial is LoneTrial {
 
 /** The ordinal that is due where decoding goes on; at TAIL that of the frame behind the last, if it can be told. */
 function ordinalDue(found: Resumption, first: number | null): number | null {
-  if (found.type === "CANO") return found.frame;
+  if (found.type !== "TAIL") return found.frame;
   return first === null ? null : first + found.frameCount;
 }
 

@@ -8,8 +8,9 @@ import { Fields } from "./fields.js";
 import type { StreamHeader } from "./header.js";
 import { parseTail } from "./tail.js";
 
-/** The bytes of the ordinal at the head of a CANO. */
-const FRAME_BYTES = 4;
+/** The bytes of the ordinal at the head of a CANO, and of those of itself and its CANO at the head of a SNAP. */
+const CANONICAL_HEAD_BYTES = 4;
+const SNAPSHOT_HEAD_BYTES = 8;
 
 /** The level whose bound holds for the effort at the unlimited one. */
 const EFFORT_LEVEL = 30;
@@ -17,9 +18,9 @@ const EFFORT_LEVEL = 30;
 /** Payloads may be checked in vain for so many times the bytes up to a chunk, and a payload more. */
 const EFFORT = 16;
 
-/** A chunk to go on at: a CANO with the ordinal of its frame, or a TAIL with its count of frames. */
+/** A chunk to go on at: a CANO or a SNAP with the ordinal of its frame, or a TAIL with its count of frames. */
 export type Resumption =
-  | { readonly place: Place; readonly type: "CANO"; readonly frame: number }
+  | { readonly place: Place; readonly type: "CANO" | "SNAP"; readonly frame: number }
   | { readonly place: Place; readonly type: "TAIL"; readonly frameCount: number };
 
 /** All searches in one stream: they share what they may spend (13-2). */
@@ -41,13 +42,18 @@ export class ChunkSearch {
     this.#spent += length;
   }
 
-  /** The first chunk from `from` on to go on at, or null where there is none; `due` as in 11.4. */
-  find(from: Place, due: number | null): Resumption | null {
+  /**
+   * The first chunk from `from` on to go on at, or null where there is none.
+   *
+   * @param due as in 11.4
+   * @param canonical the ordinal of the last CANO taken, null where there is none or streams have no snapshots
+   */
+  find(from: Place, due: number | null, canonical: number | null): Resumption | null {
     for (let at = this.#nextSync(from.offset); at >= 0; at = this.#nextSync(at + 1)) {
       const header = this.#readHeader(at);
-      if (header === null || header.sequence < from.sequence || !this.#isCandidate(header)) continue;
+      if (header === null || header.sequence < from.sequence || !this.#isCandidate(header, canonical)) continue;
       if (this.#spent > EFFORT * (at + this.#effortBound)) continue;
-      const found = this.#prove(at, header, due);
+      const found = this.#prove(at, header, due, canonical);
       if (found !== null) return found;
       this.spend(header.length);
     }
@@ -64,21 +70,25 @@ export class ChunkSearch {
     return bytes.length === CHUNK_HEADER_BYTES && headerCrcHolds(bytes) ? parseChunkHeader(bytes) : null;
   }
 
-  #isCandidate({ type, length }: ChunkHeader): boolean {
-    if (type === "CANO") return length >= FRAME_BYTES && length <= this.#payloadLimit;
+  #isCandidate({ type, length }: ChunkHeader, canonical: number | null): boolean {
+    if (length > this.#payloadLimit) return false;
+    if (type === "CANO") return length >= CANONICAL_HEAD_BYTES;
+    if (type === "SNAP") return length >= SNAPSHOT_HEAD_BYTES && canonical !== null;
     return type === "TAIL" && length === TAIL_BYTES;
   }
 
   /** The chunk at `at`, if its payload is whole and it is one to go on at. */
-  #prove(at: number, header: ChunkHeader, due: number | null): Resumption | null {
+  #prove(at: number, header: ChunkHeader, due: number | null, canonical: number | null): Resumption | null {
     const end = at + chunkBytes(header);
     if (end > this.#bytes.length) return null;
     const payload = this.#bytes.subarray(at + CHUNK_HEADER_BYTES, end - CHUNK_CRC_BYTES);
     if (crc32(payload) !== this.#bytes.readUInt32LE(end - CHUNK_CRC_BYTES)) return null;
     const place = { offset: at, sequence: header.sequence };
-    if (header.type === "CANO") {
-      const frame = new Fields(payload).u32("frame");
-      return due === null || frame >= due ? { place, type: "CANO", frame } : null;
+    if (header.type === "CANO" || header.type === "SNAP") {
+      const fields = new Fields(payload);
+      const frame = fields.u32("frame");
+      if (header.type === "SNAP" && fields.u32("canonical") !== canonical) return null;
+      return due === null || frame >= due ? { place, type: header.type, frame } : null;
     }
     const last = end === this.#bytes.length;
     return last ? { place, type: "TAIL", frameCount: parseTail(payload).frameCount } : null;

@@ -2,8 +2,8 @@
 
 import type { AnchorLevel } from "./anchors.js";
 import { BirthModels } from "./births.js";
-import { decodeCanonicalScene } from "./canonical.js";
-import type { CanonicalChunk } from "./canonical.js";
+import { canonicalScene, decodeGaussians } from "./canonical.js";
+import type { CanonicalChunk, CanonicalGaussians } from "./canonical.js";
 import { OWN_LIMITS } from "./constants.js";
 import type { StreamHeader } from "./header.js";
 import { MotionModels } from "./motion.js";
@@ -25,21 +25,32 @@ export interface State {
   readonly birthModels: BirthModels;
 }
 
-/** The state of a canonical frame (7.2), whose ordinal is `due`, or any where this is null. */
-export function decodeCanonical(chunk: CanonicalChunk, due: number | null, header: StreamHeader): State {
-  demand(due === null || chunk.frame === due, "frame-order", `frame ${chunk.frame} where ${due} is due`);
+/** The Gaussians of a CANO (7.2), the ordinal of whose frame is `due`, or any where this is null. */
+export function decodeCanonical(chunk: CanonicalChunk, due: number | null, header: StreamHeader): CanonicalGaussians {
+  checkOrdinal(chunk.frame, due);
   demand(chunk.gaussianCount >= 1, "count", "a canonical frame without Gaussians");
   checkCounts(chunk.gaussianCount, 0, header);
+  return decodeGaussians(chunk.sections, chunk.gaussianCount, chunk, header);
+}
+
+/** The state of a canonical frame: it has nothing of a frame before. */
+export function canonicalState(ordinal: number, gaussians: CanonicalGaussians, header: StreamHeader): State {
+  const scene = canonicalScene(gaussians, header);
   return {
-    ordinal: chunk.frame,
+    ordinal,
     phase: 0,
-    scene: decodeCanonicalScene(chunk, header),
+    scene,
     levels: [],
-    nextId: chunk.gaussianCount,
+    nextId: scene.ids.length,
     motionModels: Array.from({ length: header.levelCount }, () => new MotionModels()),
     updateModels: new UpdateModels(),
     birthModels: new BirthModels(),
   };
+}
+
+/** Hold the ordinal of a canonical frame against that which is due, if any is. */
+export function checkOrdinal(frame: number, due: number | null): void {
+  demand(due === null || frame === due, "frame-order", `frame ${frame} where ${due} is due`);
 }
 
 /** Hold counts against the level before memory is allocated by them (3.2). */

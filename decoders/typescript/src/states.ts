@@ -7,15 +7,20 @@ import { stateCrc } from "./digest.js";
 import { decodeFrame, parseFrame } from "./frame.js";
 import type { StreamHeader } from "./header.js";
 import { demand } from "./reject.js";
-import { decodeCanonical } from "./state.js";
+import { parseSnapshot, decodeSnapshot } from "./snapshots.js";
+import type { Canonical } from "./snapshots.js";
+import { canonicalState, decodeCanonical } from "./state.js";
 import type { State } from "./state.js";
 import { StreamRecord } from "./tail.js";
+import type { SeekPoint } from "./tail.js";
 
 export class StateDecoder {
   readonly #header: StreamHeader;
-  readonly #record = new StreamRecord();
+  #record = new StreamRecord();
   #state: State | null = null;
   #due: number | null = null;
+  /** The last CANO, in streams with snapshots; it stays where critical chunks are left out. */
+  #canonical: Canonical | null = null;
 
   constructor(header: StreamHeader) {
     this.#header = header;
@@ -26,11 +31,18 @@ export class StateDecoder {
     return this.#due;
   }
 
+  /** The ordinal of the frame of the last CANO, or null where no snapshot may come. */
+  get canonical(): number | null {
+    return this.#canonical?.frame ?? null;
+  }
+
   /** The state that a chunk makes, held against its CRC, or null of a chunk that makes none. */
   decode(chunk: Chunk): State | null {
     switch (chunk.type) {
       case "CANO":
         return this.#keep(this.#proveCanonical(chunk));
+      case "SNAP":
+        return this.#keep(this.#proveSnapshot(chunk));
       case "FRAM":
         return this.#keep(this.#proveFrame(chunk));
       case "INDX":
@@ -51,16 +63,34 @@ export class StateDecoder {
     }
   }
 
-  /** Go on at a CANO whose frame is `due`, or at TAIL, past critical chunks that were left out (11.4). */
+  /** Go on at a canonical frame whose ordinal is `due`, or at TAIL, past critical chunks that were left out (11.4). */
   resume(due: number | null): void {
     this.#state = null;
     this.#due = due;
     this.#record.leaveOut();
   }
 
+  /** Go on at a canonical frame that INDX, or who counted, has led to, behind so many frames and seek points (11.2). */
+  seek(frameCount: number, points: readonly SeekPoint[]): void {
+    this.#state = null;
+    this.#due = null;
+    this.#record = new StreamRecord(frameCount, points);
+  }
+
   #proveCanonical(chunk: Chunk): State {
     const canonical = parseCanonical(chunk.payload);
-    const state = this.#prove(decodeCanonical(canonical, this.#due, this.#header), canonical.stateCrc);
+    const gaussians = decodeCanonical(canonical, this.#due, this.#header);
+    const state = this.#prove(canonicalState(canonical.frame, gaussians, this.#header), canonical.stateCrc);
+    if (this.#header.snapshots) this.#canonical = { frame: canonical.frame, gaussians };
+    this.#record.addCanonical(chunk, state.ordinal);
+    return state;
+  }
+
+  #proveSnapshot(chunk: Chunk): State {
+    demand(this.#canonical !== null, "chunk-order", "SNAP comes before the first CANO");
+    const snapshot = parseSnapshot(chunk.payload);
+    const gaussians = decodeSnapshot(snapshot, this.#canonical, this.#due, this.#header);
+    const state = this.#prove(canonicalState(snapshot.frame, gaussians, this.#header), snapshot.stateCrc);
     this.#record.addCanonical(chunk, state.ordinal);
     return state;
   }

@@ -4,7 +4,8 @@ import type { Chunk } from "./chunks.js";
 import { Fields } from "./fields.js";
 import { demand } from "./reject.js";
 
-interface SeekPoint {
+/** Where a canonical frame is. */
+export interface SeekPoint {
   readonly offset: bigint;
   readonly sequence: number;
   readonly frame: number;
@@ -12,12 +13,18 @@ interface SeekPoint {
 
 /** What INDX and TAIL say of a stream, gathered while it is read. */
 export class StreamRecord {
-  readonly #seekPoints: SeekPoint[] = [];
-  #frameCount = 0;
+  readonly #seekPoints: SeekPoint[];
+  #frameCount: number;
   #indexOffset = 0n;
   #whole = true;
 
-  /** A CANO chunk was decoded, whose frame has the ordinal `frame`. */
+  /** A stream that is read from its beginning, or from behind so many frames and seek points. */
+  constructor(frameCount = 0, points: readonly SeekPoint[] = []) {
+    this.#frameCount = frameCount;
+    this.#seekPoints = [...points];
+  }
+
+  /** A CANO or a SNAP was decoded, whose frame has the ordinal `frame`. */
   addCanonical(chunk: Chunk, frame: number): void {
     this.#seekPoints.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
     this.#frameCount += 1;
@@ -55,7 +62,8 @@ export class StreamRecord {
   }
 }
 
-function parseIndex(payload: Uint8Array): SeekPoint[] {
+/** The seek points of INDX (5.9). */
+export function parseIndex(payload: Uint8Array): SeekPoint[] {
   const fields = new Fields(payload);
   const count = fields.u32("count");
   const points: SeekPoint[] = [];

@@ -90,7 +90,7 @@ export function applyUpdates(updates: Updates, scene: Scene, header: StreamHeade
 
 /** 13 rows of `count` residuals: which fields have any, then those of each field, row by row. */
 function decodeResiduals(section: Section, models: UpdateModels, count: number): Rows {
-  const members = decodeFields(section, models, count);
+  const members = decodeFields(section, models.fields, count);
   const rows: Int32Array[] = [];
   FIELD_SIZES.forEach((size, field) => {
     const sums = new Int32Array(count);
@@ -99,10 +99,10 @@ function decodeResiduals(section: Section, models: UpdateModels, count: number):
   return rows;
 }
 
-/** Of each field, the places among `count` where it was answered yes. */
-function decodeFields(section: Section, models: UpdateModels, count: number): Uint32Array[] {
+/** Of each field, the places among `count` where it was answered yes: the answers before are the context. */
+export function decodeFields(section: Section, models: readonly Model[], count: number): Uint32Array[] {
   const answers = new Int32Array(count);
-  return models.fields.map((model, field) => {
+  return models.map((model, field) => {
     const bits = section.plane(model, answers);
     bits.forEach((bit, i) => {
       answers[i] += bit * 2 ** field;
@@ -173,6 +173,6 @@ function nextRecency(recency: Int32Array, changed: Uint32Array): Int32Array {
   return next;
 }
 
-function indicesOfOnes(bits: Uint8Array): Uint32Array {
+export function indicesOfOnes(bits: Uint8Array): Uint32Array {
   return indicesWhere(bits.length, (i) => bits[i] === 1);
 }

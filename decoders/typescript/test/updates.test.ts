@@ -7,7 +7,6 @@ import { FEATURE_UPDATES } from "../src/constants.js";
 import { decodeStream } from "../src/decode.js";
 import { stateDigest } from "../src/digest.js";
 import type { StreamHeader } from "../src/header.js";
-import type { Model, Section } from "../src/planes.js";
 import { Rejection } from "../src/reject.js";
 import type { RejectId } from "../src/reject.js";
 import { turn } from "../src/rotation.js";
@@ -16,6 +15,7 @@ import { MemorySource } from "../src/source.js";
 import { applyUpdates, decodeUpdates, UpdateModels } from "../src/updates.js";
 import type { Updates } from "../src/updates.js";
 import { chunk, chunkOffsets } from "./edits.js";
+import { classPlanes, scripted } from "./script.js";
 import { streamBytes, table } from "./spec.js";
 
 const HEADER = { translationStep: 7, rotationUnity: 100, levelCount: 3, rotationComponents: 3 } as StreamHeader;
@@ -41,32 +41,6 @@ function updatesOf(changed: number[], leaving: number[], ...given: [number, numb
   const residuals = Array.from({ length: 13 }, () => new Int32Array(changed.length));
   for (const [row, place, residual] of given) residuals[row][place] = residual;
   return { changed: Uint32Array.from(changed), leaving: Uint32Array.from(leaving), residuals };
-}
-
-/** A section whose planes have these bits; it holds the contexts that it is asked for against those expected. */
-function scripted(script: readonly (readonly [Model, number[], number[]])[]): Section {
-  let next = 0;
-  const plane = (model: Model, contexts: Int32Array) => {
-    if (contexts.length === 0) return new Uint8Array(0);
-    const [expected, expectedContexts, bits] = script[next++];
-    const place = `plane ${next - 1}`;
-    assert.equal(model, expected, place);
-    assert.deepEqual(Array.from(contexts), expectedContexts, place);
-    return Uint8Array.from(bits);
-  };
-  const finish = () => assert.equal(next, script.length);
-  return { plane, finish } as unknown as Section;
-}
-
-/** The planes of a class of 4 bits: each number in its outer context. */
-function classPlanes(model: Model, outer: number[], classes: number[]): [Model, number[], number[]][] {
-  let nodes = outer.map(() => 1);
-  return [3, 2, 1, 0].map((bit) => {
-    const contexts = outer.map((context, i) => 16 * context + nodes[i]);
-    const bits = classes.map((size) => (size >> bit) & 1);
-    nodes = nodes.map((node, i) => 2 * node + bits[i]);
-    return [model, contexts, bits];
-  });
 }
 
 test("the planes of 8.8 are asked in their order and contexts", () => {
@@ -161,8 +135,8 @@ test("FRAM has updates if and only if HEAD says so, and without any the states a
   }
 });
 
-test("other bits of incompatible_features are refused, also beside that of updates", () => {
-  for (const features of [1, 4, 2 ** 31, FEATURE_UPDATES + 1])
+test("unknown bits of incompatible_features are refused, also beside that of updates", () => {
+  for (const features of [1, 8, 2 ** 31, FEATURE_UPDATES + 1])
     assert.deepEqual(outcome(rebuilt("B", features, withoutChanges)), [[], "unsupported-feature"]);
 });
 

@@ -1,0 +1,50 @@
+"""Snapshots made by hand, and patterns that fill them (SPEC 7.9)."""
+
+from collections.abc import Iterable
+
+from making.frames import Survivor
+from making.payloads import Head
+from making.scenes import between, pick
+
+FIELDS = {
+    "position": range(3),
+    "rotation": range(3, 7),
+    "log-scales": range(7, 10),
+    "opacity": range(10, 11),
+    "sh-dc": range(11, 14),
+}
+NEEDS = {"needs": "snapshots"}
+"""Decoders of 1.0 are not asked for these streams: they refuse them."""
+
+
+def snapping(**fields: object) -> Head:
+    """Return the HEAD of a stream with snapshots."""
+    return Head(**{"version_minor": 1, "incompatible_features": 4} | fields)  # type: ignore[arg-type]
+
+
+def differences(**said: tuple[int, ...] | int) -> tuple[int, ...]:
+    """Return the 14 differences of fields, `sh_dc` for SH DC; what is not named is 0."""
+    rows = [0] * 14
+    for name, values in said.items():
+        field = FIELDS[name.replace("_", "-")]
+        rows[field.start : field.stop] = [values] if isinstance(values, int) else values
+    return tuple(rows)
+
+
+def survive(which: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
+    """Return survivors that differ in some fields each; the index of a rotation stays."""
+    return tuple(_draw(i, seed) for i in which)
+
+
+def _draw(i: int, seed: int) -> Survivor:
+    rows = [between(-5, 5, seed, i, 2, row) for row in range(14)]
+    rows[3] = 0
+    for number, field in enumerate(FIELDS.values()):
+        if pick(seed, i, 3, number) % 2:
+            rows[field.start : field.stop] = [0] * len(field)
+    return Survivor(i, tuple(rows))
+
+
+def as_they_were(which: Iterable[int]) -> tuple[Survivor, ...]:
+    """Return survivors that do not differ."""
+    return tuple(Survivor(i) for i in which)

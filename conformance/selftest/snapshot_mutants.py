@@ -1,0 +1,104 @@
+"""Mistakes in snapshots (SPEC 7.9, 8.9, 11)."""
+
+from mutant import Mutant, mutant
+
+_PLANES = "format/snapshot_planes.py"
+_FRAMES = "decoder/frames.py"
+_STREAM = "decoder/decode_stream.py"
+_SEEK = "decoder/seek.py"
+_RESYNC = "format/resync.py"
+_CONTAINER = "format/container.py"
+
+MUTANTS: tuple[Mutant, ...] = (
+    mutant(
+        "survivors in the order of the CANO",
+        _PLANES,
+        '    return np.argsort(interleave(offsets), kind="stable")\n',
+        "    return np.arange(gaussians.count)\n",
+    ),
+    mutant(
+        "newborn before survivors",
+        _PLANES,
+        '    return np.argsort(interleave(offsets), kind="stable")\n',
+        '    return np.argsort(interleave(offsets)[::-1], kind="stable")[::-1]\n',
+    ),
+    mutant(
+        "positions not less those before",
+        _PLANES,
+        "            coded[field, there] = np.cumsum(steps, axis=1)\n",
+        "            coded[field, there] = steps\n",
+    ),
+    mutant(
+        "components of another index added",
+        _PLANES,
+        "    sums[components, turned] = rows[components, turned]\n",
+        "",
+    ),
+    mutant(
+        "index of a rotation not modulo 4",
+        _PLANES,
+        "    sums[index] %= 1 << ROTATION_INDEX_BITS\n",
+        "    sums[index] = np.minimum(sums[index], 3)\n",
+    ),
+    mutant(
+        "fields of survivors by themselves",
+        _PLANES,
+        'planes.code(f"survivors, {name}", answers, differs)',
+        'planes.code(f"survivors, {name}", 0 * answers, differs)',
+    ),
+    mutant(
+        "differences without those before",
+        _PLANES,
+        "        so_far += np.abs(coded[place])\n",
+        "",
+    ),
+    mutant(
+        "snapshots of any width",
+        _PLANES,
+        "    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:",
+        "    if False:",
+    ),
+    mutant(
+        "a snapshot without Gaussians",
+        _FRAMES,
+        '    if count == 0:\n        message = "a snapshot',
+        '    if count < 0:\n        message = "a snapshot',
+    ),
+    mutant(
+        "snapshots of any CANO",
+        _STREAM,
+        "        if snapshot.canonical != self.reference.frame:",
+        "        if False:",
+    ),
+    mutant(
+        "snapshots of the snapshot before",
+        _STREAM,
+        "        gaussians = self.reference.gaussians\n",
+        "        from quarc_ref.encoder.regrid import put_on_grid\n"
+        "        gaussians = put_on_grid(self._state.scene)\n",
+    ),
+    mutant(
+        "snapshots without their CANO after a seek",
+        _SEEK,
+        "    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))\n",
+        "    place = points[0]\n",
+    ),
+    mutant(
+        "resumed at any snapshot",
+        _RESYNC,
+        "        if header.kind == container.SNAP and canonical_frame(",
+        "        if header.kind == b'none' and canonical_frame(",
+    ),
+    mutant(
+        "never resumed at a snapshot",
+        _RESYNC,
+        "            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES\n",
+        "            return False\n",
+    ),
+    mutant(
+        "snapshots in every stream",
+        _CONTAINER,
+        "        is_known = stream is not None and stream.snapshots\n",
+        "        is_known = True\n",
+    ),
+)

@@ -1,0 +1,50 @@
+"""A camera of a stream and of a capture: SPEC 5.6."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera: one of the `came` chunk, and of a capture (SPEC 5.6).
+
+    Pixel (0, 0) has its center at (0.5, 0.5). The camera looks along its +z,
+    with x to the right and y down.
+
+    Attributes:
+        name: As the capture names it.
+        width: Pixels.
+        height: Pixels.
+        fx: Focal length, pixels.
+        fy: Focal length, pixels.
+        cx: Principal point, pixels.
+        cy: Principal point, pixels.
+        rotation: World to camera, nine numbers row by row.
+        translation: World to camera, world units.
+        near: Least depth of the scene, world units (SPEC 10.3).
+        held_out: Whether the encoder left it out of training.
+    """
+
+    name: str
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    rotation: tuple[float, ...]
+    translation: tuple[float, ...]
+    near: float
+    held_out: bool
+
+    def __post_init__(self) -> None:
+        numbers = (self.fx, self.fy, self.cx, self.cy, *self.rotation, *self.translation, self.near)
+        if not all(map(math.isfinite, numbers)):
+            message = f"camera {self.name} has a number that is not finite"
+            raise ValueError(message)
+        if len(self.rotation) != 9 or len(self.translation) != 3:
+            message = f"camera {self.name} needs 9 numbers of rotation and 3 of translation"
+            raise ValueError(message)
+        if min(self.width, self.height, self.fx, self.fy, self.near) <= 0:
+            message = f"camera {self.name} needs positive sizes, focal lengths and near bound"
+            raise ValueError(message)

@@ -1,0 +1,159 @@
+"""Snapshots from the closed loop to every way into a stream (SPEC 7.9, 11)."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import Gap, decode, recover
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.encoder import EncodeOptions
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.config import CanonicalSettings, make_header
+from quarc_ref.encoder.stream_file import encode_file
+from quarc_ref.format import container
+from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.records import StreamHeader
+from tests.editing.edits import cut_bytes, join_bytes
+from tests.encoder.toys import SMALL, make_capture
+from tests.streams import (
+    CAMERA,
+    CountedSource,
+    make_births,
+    make_gaussians,
+    make_symbols,
+    make_updates,
+)
+
+_HEADER = StreamHeader(seed=3, gaussians_per_anchor=4, updates=True, snapshots=True)
+_SNAPSHOTS, _CANONICAL, _FRAMES = (3, 6, 11), 8, 13
+
+
+def _make() -> tuple[bytes, list[str]]:
+    sink = io.BytesIO()
+    loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
+    states = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
+    for frame in range(1, _FRAMES):
+        begun = loop.begin_frame(1)
+        loop.commit_motion(make_symbols(begun, frame), make_updates(begun, frame))
+        commit = loop.commit_births
+        if frame in _SNAPSHOTS:
+            commit = loop.commit_frame_as_snapshot
+        elif frame == _CANONICAL:
+            commit = loop.commit_frame_as_canonical
+        states.append(commit(make_births(begun, 2, frame) if frame % 3 else None))
+    loop.finish()
+    return sink.getvalue(), [compute_digest(state.scene) for state in states]
+
+
+_DATA, _DIGESTS = _make()
+_CHUNKS = list(split_chunks(_DATA))
+
+
+def _digests(data: bytes, start: int = 0, stop: int | None = None) -> list[str]:
+    return [compute_digest(scene) for scene in decode(data, start, stop)]
+
+
+def test_a_stream_with_snapshots_is_decoded_as_it_was_written():
+    assert [c.kind for c in _CHUNKS].count(container.SNAP) == len(_SNAPSHOTS)
+    assert _digests(_DATA) == _DIGESTS
+
+
+@pytest.mark.parametrize("frame", range(_FRAMES))
+@pytest.mark.parametrize("indexed", [True, False])
+def test_every_frame_is_come_to_by_one_canonical_frame_and_one_snapshot(frame, indexed):
+    source = CountedSource(_DATA if indexed else _DATA[: _CHUNKS[-2].offset])
+
+    scene = next(iter(decode(source, frame, frame + 1)))
+
+    assert compute_digest(scene) == _DIGESTS[frame]
+    read = {
+        chunk.kind
+        for chunk in _CHUNKS
+        if chunk.kind in (container.CANO, container.SNAP)
+        and any(begin <= chunk.offset + 40 < begin + size for begin, size in source.reads)
+    }
+    came_by = max(each for each in (0, _CANONICAL, *_SNAPSHOTS) if each <= frame)
+    assert (container.SNAP in read) == (came_by in _SNAPSHOTS)
+
+
+@pytest.mark.parametrize("start", [0, _CANONICAL, *_SNAPSHOTS])
+@pytest.mark.parametrize("stop", [7, 12, None])
+def test_a_cut_begins_at_a_snapshot_too_and_keeps_every_digest(start, stop):
+    if stop is not None and stop <= start:
+        return
+
+    part = cut_bytes(_DATA, start, stop)
+
+    assert _digests(part) == _DIGESTS[start:stop]
+    assert next(c.kind for c in split_chunks(part) if c.kind in container.FRAMES) == container.CANO
+
+
+def test_later_snapshots_of_a_cut_stay_snapshots():
+    kinds = [chunk.kind for chunk in split_chunks(cut_bytes(_DATA, 3, None))]
+
+    assert kinds.count(container.SNAP) == 2
+
+
+def test_parts_are_joined_to_the_whole():
+    parts = [cut_bytes(_DATA, 0, 6), cut_bytes(_DATA, 6, None)]
+
+    assert _digests(join_bytes(*parts)) == _DIGESTS
+
+
+@pytest.mark.parametrize("number", range(3, len(_CHUNKS) - 2))
+def test_after_damage_decoding_goes_on_at_a_snapshot_whose_canonical_frame_is_there(number):
+    damaged = bytearray(_DATA)
+    damaged[_CHUNKS[number].offset + 25] ^= 1
+
+    found = [each for each in recover(bytes(damaged)) if not isinstance(each, Gap)]
+
+    lost = number - 3
+    after = next((f for f in sorted((*_SNAPSHOTS, _CANONICAL)) if f > lost), _FRAMES)
+    if lost in (0, _CANONICAL):  # snapshots of a CANO that is lost are lost with it
+        after = _CANONICAL if lost == 0 else _FRAMES
+    assert [scene.frame for scene in found] == [*range(lost), *range(after, _FRAMES)]
+    assert all(compute_digest(scene) == _DIGESTS[scene.frame] for scene in found)
+
+
+def test_snapshots_need_a_stream_that_has_them():
+    loop = ClosedLoop(io.BytesIO(), replace(_HEADER, snapshots=False), (CAMERA,), {})
+    loop.commit_canonical(make_gaussians(_HEADER, 9), 0)
+    loop.commit_motion(make_symbols(loop.begin_frame(0)))
+
+    with pytest.raises(ValueError, match="no snapshots"):
+        loop.commit_frame_as_snapshot(None)
+
+
+def test_an_encode_with_snapshots_goes_on_to_the_same_bytes(tmp_path):
+    canonical = replace(SMALL.canonical, iterations=30, every=4, snapshot_every=2)
+    options = EncodeOptions(replace(SMALL, canonical=canonical), 7, "cpu")
+    encode_file(make_capture(7), tmp_path / "a.quarc", options)
+    whole = (tmp_path / "a.quarc").read_bytes()
+    chunks = [chunk for chunk in split_chunks(whole) if chunk.kind in container.FRAMES]
+
+    assert [chunk.kind.decode() for chunk in chunks] == [
+        *("CANO", "FRAM", "SNAP", "FRAM", "CANO", "FRAM", "SNAP")
+    ]
+    for place in (3, 6):
+        (tmp_path / "a.quarc").write_bytes(whole[: chunks[place].offset + 9])
+        encode_file(make_capture(7), tmp_path / "a.quarc", options)
+        assert (tmp_path / "a.quarc").read_bytes() == whole
+
+
+def test_snapshots_are_in_the_header_if_they_are_asked_for():
+    plain = make_header(SMALL, 30.0, 9)
+    asked = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_every=30))
+
+    assert (plain.snapshots, make_header(asked, 30.0, 9).snapshots) == (False, True)
+
+
+def test_what_a_frame_is_to_be_is_said_once():
+    settings = CanonicalSettings(every=6, snapshot_every=2)
+
+    kinds = [settings.kind_due(frame) for frame in range(8)]
+
+    assert np.array(kinds).tolist() == [
+        *(b"CANO", b"FRAM", b"SNAP", b"FRAM", b"SNAP", b"FRAM", b"CANO", b"FRAM")
+    ]
