@@ -17,6 +17,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from dataclasses import astuple
 from pathlib import Path
 
 import moving_stream
@@ -30,7 +31,7 @@ _COMMAND = "from quarc_ref.cli.app import main; main()"
 def make_stream(job: Job, cache: Path) -> Path:
     """Return the stream of a job, made if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
-    numbers = (job.gaussians, job.anchors_per, job.resample, job.births, job.frames)
+    numbers = (*astuple(job)[:-1], round(1000 * job.updated))
     maker = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
     path = cache / f"moving-{'-'.join(map(str, numbers))}-{maker}.quarc"
     if not path.exists():
@@ -115,6 +116,7 @@ def main() -> None:
         parser.add_argument("--anchors-per", type=int, default=4),
         parser.add_argument("--resample", type=int, default=2),
         parser.add_argument("--frames", type=int, default=101),
+        parser.add_argument("--updated", type=float, default=0.0, help="share of the Gaussians"),
         parser.add_argument("--threads", type=int, default=2),
         parser.add_argument("--plain", action="store_true", help="without compiled kernels"),
     ]
@@ -132,9 +134,8 @@ def main() -> None:
         if options.plot:
             plot(rows, options.plot)
     else:
-        job = Job(
-            options.gaussians, options.anchors_per, options.resample, options.births, options.frames
-        )
+        numbers = (options.gaussians, options.anchors_per, options.resample, options.births)
+        job = Job(*numbers, options.frames, options.updated)
         path = make_stream(job, options.cache)
         kernels = "plain" if options.plain else "compiled"
         if not options.plain:

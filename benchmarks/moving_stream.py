@@ -13,13 +13,19 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.decoder.digest import compute_state_crc
-from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
+from quarc_ref.decoder.frames import (
+    covers_all_fields,
+    decode_births,
+    decode_motion,
+    decode_updates,
+)
 from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update_context
 from quarc_ref.files import atomic_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.constants import LEVELS, RESIDUAL_ROWS
 from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
 from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import (
@@ -35,10 +41,13 @@ from quarc_ref.format.records import (
     StreamHeader,
 )
 from quarc_ref.format.stream_writer import StreamWriter
+from quarc_ref.format.update_planes import write_updates
+from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 _METER = 1 << 12
 _MOVERS = 8
 _SHARE_NOT_ZERO = 0.07
+_SHARE_OF_FIELDS = 0.5
 _NOTHING = Section(np.zeros(0, dtype=np.uint32))
 
 
@@ -52,6 +61,7 @@ class Job:
         resample: Frames from one sampling of anchors to the next.
         births: Newborn of every frame, and deaths.
         frames: With the canonical one.
+        updated: Share of the Gaussians that every frame updates; 0 for a stream of 1.0.
     """
 
     gaussians: int
@@ -59,6 +69,7 @@ class Job:
     resample: int = 2
     births: int = 150
     frames: int = 101
+    updated: float = 0.0
 
     def header(self) -> StreamHeader:
         """Return the header of a stream of the least level that serves."""
@@ -72,6 +83,7 @@ class Job:
             gaussians_per_anchor=self.anchors_per,
             resample_interval=self.resample,
             seed=1,
+            updates=self.updated > 0,
         )
 
 
@@ -180,7 +192,7 @@ def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]
             for number, level in enumerate(begun.known_anchors.levels)
         ]
         movers.advance(rng, header.translation_step)
-        state, payload = _make_frame(begun, symbols, job.births, rng)
+        state, payload = _make_frame(begun, symbols, job, rng)
         yield container.FRAM, payload
 
 
@@ -208,19 +220,33 @@ def _make_movers(state: State, rng: np.random.Generator) -> _Movers:
     return _Movers(centers, velocities, low)
 
 
+def _make_updates(state: State, share: float, rng: np.random.Generator) -> Updates:
+    """Return small changes of drawn Gaussians, each of some fields; none leaves."""
+    chosen = np.flatnonzero(rng.random(state.scene.count) < share)
+    residuals = rng.laplace(0, 2, (RESIDUAL_ROWS, chosen.size)).astype(np.int64)
+    for rows in UPDATE_FIELDS.values():
+        residuals[rows] *= rng.random(chosen.size) < _SHARE_OF_FIELDS
+    return Updates(chosen, np.zeros(chosen.size, dtype=np.bool_), residuals)
+
+
 def _make_frame(
-    begun: State, symbols: list[Int64], births: int, rng: np.random.Generator
+    begun: State, symbols: list[Int64], job: Job, rng: np.random.Generator
 ) -> tuple[State, bytes]:
     """Return the state of a frame and the payload of its chunk."""
+    births, updates = job.births, None
     contexts = motion_contexts(begun, previous=True)
     motion = write_motion(contexts, symbols, begun.motion_counts)
     moved = decode_motion(begun, motion, previous=True)
+    if job.updated:
+        drawn = _make_updates(moved, job.updated, rng)
+        updates = write_updates(update_context(moved), drawn, moved.update_counts)
+        moved = decode_updates(moved, updates)
     section = (
         write_births(_make_births(moved, births, rng), moved.birth_counts) if births else _NOTHING
     )
     state = decode_births(moved, section, births)
     crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
-    chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc)
+    chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc, updates)
     return state, wire.build_frame(chunk)
 
 

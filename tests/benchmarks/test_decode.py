@@ -3,6 +3,7 @@ import pytest
 import decode
 from moving_stream import Job, write_moving_stream
 from quarc_ref.decoder import decode as decode_stream
+from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.evaluation.decode_speed import measure_speed
 
 
@@ -50,3 +51,13 @@ def test_the_table_has_a_row_to_each_measurement(stream):
 
     assert len(lines) == 4
     assert len({line.count("|") for line in lines}) == 1
+
+
+def test_a_share_of_the_gaussians_is_updated_where_that_is_asked_for(tmp_path):
+    path = tmp_path / "updated.quarc"
+
+    write_moving_stream(path, Job(600, births=5, frames=4, updated=0.1))
+
+    states = list(decode_states(path.read_bytes()))[1:]
+    assert all(30 < state.updates.count < 90 for state in states if state.updates)
+    assert all(state.scene.header.updates for state in states)
