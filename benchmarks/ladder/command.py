@@ -1,0 +1,162 @@
+"""The command: what it starts from, which rungs are wanted, and the table of them."""
+
+import argparse
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from kept_files import keep_file
+from ladder.rows import Ladder, Task, list_tasks
+from ladder.rungs import RUNGS
+from ladder.tables import format_rows
+from paper.unquantized import open_studio
+from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.faults import UsageError
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder.state import State
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.presets import PRESETS, list_settings
+from quarc_ref.encoder.progress import Silence
+from quarc_ref.encoder.threads import fixed_threads
+from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
+from quarc_ref.format.errors import QuarcError
+from studies import ProgressLines, note
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """What all rungs begin at.
+
+    Attributes:
+        capture: Opened as the stream needs it.
+        state: The decoded frame.
+        ladder: Its rows.
+    """
+
+    capture: Capture
+    state: State
+    ladder: Ladder
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Returns:
+        0; 2 if what is asked for cannot be, 130 after Ctrl-C.
+    """
+    arguments = _parse_arguments(words)
+    tasks = list_tasks([RUNGS[name] for name in arguments.rungs], arguments.ahead,
+                       arguments.iterations)  # fmt: skip
+    try:
+        config = configure(arguments.preset, arguments.set, arguments.seed)
+        with fixed_threads():
+            start = _open_start(arguments, config)
+            print(_climb(start, tasks, config, arguments.out), end="")
+    except (UsageError, MismatchError, CaptureError, QuarcError, OSError) as error:
+        note(f"ladder.py: {error}")
+        return 2
+    except KeyboardInterrupt:
+        note("interrupted: the same command goes on with the rows that are missing")
+        return 130
+    return 0
+
+
+def _climb(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
+    """Make the rows that are missing, and keep the table of all; return it."""
+    studio = open_studio(start.capture, "cpu", config.seed, Silence())
+    start.ladder.climb(tasks, studio)
+    rows = [row for task in tasks if (row := start.ladder.recall(task)) is not None]
+    rows.sort(key=lambda row: (row["ahead"], row["iterations"]))
+    table = format_rows(rows)
+    keep_file(folder / "ladder.md", table.encode())
+    return table
+
+
+def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
+    """Return what all rungs begin at; frames that no stream has are encoded.
+
+    Raises:
+        MismatchError: The stream cannot be measured on the capture, or lacks the frame.
+        CaptureError: The capture cannot be read, or is too short.
+        QuarcError: The stream is malformed, or cannot be made.
+        OSError: A file cannot be read or written.
+    """
+    path = arguments.stream or _provide_stream(arguments, config)
+    data = path.read_bytes()
+    summary = inspect_stream(data)
+    capture = open_same_capture(summary, arguments.capture)
+    last = arguments.frame + max(arguments.ahead)
+    if last >= capture.frame_count:
+        message = f"frame {last} of a capture of {capture.frame_count}"
+        raise TooFewFramesError(message)
+    state = next(decode_states(data, arguments.frame, arguments.frame + 1), None)
+    if state is None:
+        message = f"the stream has no frame {arguments.frame}"
+        raise MismatchError(message)
+    origin = hashlib.sha256(data).hexdigest()
+    ladder = Ladder(capture, summary.cameras, state, origin, config, arguments.out)
+    return Start(capture, state, ladder)
+
+
+def _provide_stream(arguments: argparse.Namespace, config: EncoderConfig) -> Path:
+    """Return a stream up to the frame that all begin at, encoded if it is not there yet."""
+    capture = open_capture(arguments.capture, CaptureOptions(held_out=tuple(arguments.held_out)))
+    names = [capture.cameras[index].name for index in capture.held_out]
+    settings = [[name, f"{value}"] for name, value in list_settings(config)]
+    said = json.dumps([capture.fingerprint, names, arguments.frame, settings])
+    path: Path = arguments.out / f"start.{hashlib.sha256(said.encode()).hexdigest()[:12]}.quarc"
+    if not path.is_file():
+        note(f"encoding up to frame {arguments.frame}: --stream FILE spares that")
+        sink, lines = io.BytesIO(), ProgressLines("start")
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        options = EncodeOptions(
+            config, arguments.frame + 1, "cpu", lines, path.with_suffix(".training"), checks=False
+        )
+        encode(capture, sink, options)
+        keep_file(path, sink.getvalue())
+    return path
+
+
+def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="ladder.py", description="What binds the picture of a frame, field by field."
+    )
+    add = parser.add_argument
+    add("capture", type=Path, metavar="CAPTURE")
+    add("--stream", type=Path, metavar="FILE", help="made from the capture; none: encode one")
+    add("--frame", type=_count, default=0, metavar="T", help="decoded, to begin at")
+    add("--ahead", type=_positive, nargs="+", default=[1, 5], help="frames from there to what fits")
+    add("--iterations", type=_positive, nargs="+", default=[300, 1000])
+    add("--rungs", nargs="+", choices=list(RUNGS), default=list(RUNGS), metavar="NAME",
+        help=f"of {', '.join(RUNGS)}")  # fmt: skip
+    add("--out", type=Path, default=Path("out/ladder"), metavar="DIR", help="rows and table")
+    add("--preset", choices=sorted(PRESETS), default="main")
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")
+    add("--held-out", action="append", default=[], metavar="CAMERA", help="where none is given "
+        "by a stream")  # fmt: skip
+    add("--seed", type=_count, default=0)
+    return parser.parse_args(words)
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        message = f"{number} is below 0"
+        raise argparse.ArgumentTypeError(message)
+    return number
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        message = f"{number} is below 1"
+        raise argparse.ArgumentTypeError(message)
+    return number

@@ -1,0 +1,123 @@
+"""A rung fitted: from standing still, in floats, at no price."""
+
+from dataclasses import dataclass, replace
+
+import torch
+from torch import Tensor
+
+from ladder.dying import choose_dying
+from ladder.rungs import Rung
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.state import State
+from quarc_ref.encoder.canonical import canonical_rates
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.losses import photometric_loss
+from quarc_ref.encoder.motion import fit_motion
+from quarc_ref.encoder.straight_through import translation_step, without_rounding
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.surrogate import Following, deform
+from quarc_ref.encoder.trainable import Attributes, Trainer, fall_along_cosine, from_splats
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.records import StreamHeader
+
+Rates = list[float]  # in the order of `Attributes`
+
+_ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
+_TRANSLATION, _ROTATION, *_, _REST = range(len(_ORDER))
+_DIES_AT = 0.5  # of the iterations: the others have the rest to take its place
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """What a rung came to.
+
+    Attributes:
+        attributes: `K` rows, in floats.
+        alive: `[K]` which Gaussians of the start these are.
+        symbols: `[c, a]` of each level, where anchors moved; None where they stood still.
+    """
+
+    attributes: Attributes
+    alive: Tensor
+    symbols: list[Int64] | None = None
+
+
+def fit_rung(
+    studio: Studio, begun: State, rung: Rung, iterations: int, config: EncoderConfig
+) -> Fitted:
+    """Fit a rung to the pictures of a frame.
+
+    Args:
+        studio: Views, renderer and draws.
+        begun: After `begin_frame`; its scene has the ordinal of the frame to fit.
+        rung: What is free.
+        iterations: How many.
+        config: Rates and losses.
+    """
+    start = from_splats(dequantize(begun.scene), studio.device)
+    everyone = torch.arange(begun.scene.count, device=studio.device)
+    if "anchors" in rung.free:
+        return _fit_anchors(studio, begun, start, everyone, iterations, config)
+    return _fit_single(studio, begun.scene, start, everyone, rung, iterations, config)
+
+
+def _fit_anchors(
+    studio: Studio,
+    begun: State,
+    start: Attributes,
+    everyone: Tensor,
+    iterations: int,
+    config: EncoderConfig,
+) -> Fitted:
+    free = replace(config.motion, iterations=iterations, price_weight=0.0, momentum=0.0)
+    with without_rounding():
+        motion = fit_motion(studio, begun, begun, free)
+    header = begun.scene.header
+    sums = Following(begun.known_anchors, studio.device).sum_levels(motion.residuals)
+    shifts, turns = sums[:, :3] * translation_step(header), sums[:, 3:] / header.rotation_unity
+    return Fitted(deform(start, shifts, turns, header).detached(), everyone, motion.symbols)
+
+
+def _fit_single(
+    studio: Studio,
+    scene: Scene,
+    start: Attributes,
+    alive: Tensor,
+    rung: Rung,
+    iterations: int,
+    config: EncoderConfig,
+) -> Fitted:
+    frame, rates = scene.frame, _choose_rates(rung, scene.header, config, studio.extent)
+    trainer = Trainer(start, tuple(rates))
+    views = studio.views.shuffled(studio.generator(frame, "ladder"))
+    for step in range(iterations):
+        if "deaths" in rung.free and step == round(_DIES_AT * iterations):
+            dying = choose_dying(studio, trainer.attributes.detached(), frame, config.motion.dssim)
+            alive = alive[~dying]
+            trainer.replace_rows(~dying, start.rows(alive[:0]))
+        left = fall_along_cosine(step, iterations, config.motion.rate_end)
+        trainer.set_rates([rate * left for rate in rates])
+        view = next(views)
+        rendering = studio.render(trainer.attributes.activated(), view)
+        truth = studio.truth(view, frame)
+        loss = photometric_loss(rendering.image, truth, config.motion.dssim)
+        trainer.step(loss, rendering.means2d)
+        studio.progress.advance("ladder", step + 1, iterations)
+    return Fitted(trainer.attributes.detached(), alive)
+
+
+def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, extent: float) -> Rates:
+    """Return the rate of each attribute, 0 where nothing is free.
+
+    A Gaussian on its own moves and turns as fast as all its anchors together would move it;
+    all else changes as fast as in canonical training.
+    """
+    rates = list(canonical_rates(config.canonical, extent))
+    if not rung.canonical_rates:
+        motion = config.motion
+        levels = sum(motion.level_rate**level for level in range(header.level_count))
+        translation = motion.step_rate * translation_step(header) or motion.rate
+        rates[_TRANSLATION], rates[_ROTATION] = translation * levels, motion.rate * levels
+    rates[_REST] *= rung.rest_factor
+    return [rate * (name in rung.free) for name, rate in zip(_ORDER, rates, strict=True)]

@@ -1,0 +1,173 @@
+"""A fitted rung in the steps of the codes: what the decoder would make of it, and its bytes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ladder.fitting import Fitted
+from quarc_ref.decoder.dequantize import Splats, dequantize
+from quarc_ref.decoder.reconstruct import motion_contexts, move
+from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update, update_context
+from quarc_ref.encoder.straight_through import translation_step
+from quarc_ref.encoder.trainable import Attributes, from_splats
+from quarc_ref.evaluation.estimate import estimate_bits, estimate_updates
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import (
+    CODE_LIMIT,
+    RECENCY_LIMIT,
+    RESIDUAL_ROWS,
+    ROTATION_UNITY_LIMIT,
+    SYMBOL_LIMIT,
+)
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import SH_REST
+from quarc_ref.format.update_planes import write_updates
+from quarc_ref.format.updates import CODES, TRANSLATION, TURN, UPDATE_FIELDS, Updates
+
+Changes = dict[str, int]  # Gaussians of which a field changes, by its name
+
+_LEAST_W = 1e-6
+_REST_NAME = "SH rest"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rounded:
+    """A rung in steps.
+
+    Attributes:
+        splats: As decoded.
+        coded_bytes: Of anchors' symbols, or of updates without SH rest, as the format
+            codes them, contexts knowing nothing at first.
+        estimated_bytes: Zero-order estimate of the same updates; None of anchors.
+        rest_bytes: Zero-order estimate of SH rest, which no update has.
+        changed: How many Gaussians change, under `any`, and of which each field does;
+            `deaths`, how many leave.
+    """
+
+    splats: Splats
+    coded_bytes: int
+    estimated_bytes: float | None
+    rest_bytes: float
+    changed: Changes
+
+
+def allow_updates(state: State) -> State:
+    """Return a state as if its stream had updates, and no Gaussian were changed of late."""
+    header = replace(state.scene.header, updates=True)
+    recency = np.full(state.scene.count, RECENCY_LIMIT, dtype=np.int16)
+    return replace(state, scene=replace(state.scene, header=header), recency=recency)
+
+
+def round_rung(begun: State, fitted: Fitted) -> Rounded:
+    """Return what is left of a rung in steps.
+
+    Args:
+        begun: That the rung was fitted from, of `allow_updates`.
+        fitted: The rung.
+
+    Raises:
+        StateError: A Gaussian is off the lattice.
+        EncodeError: A residual is beyond what the format carries.
+    """
+    if fitted.symbols is not None:
+        return _round_motion(begun, fitted.symbols)
+    levels = begun.known_anchors.levels
+    planes = begun.scene.header.symbol_planes
+    unmoved = [np.zeros((planes, level.owners.size), dtype=np.int64) for level in levels]
+    return _round_updates(move(begun, unmoved), fitted)
+
+
+def to_splats(attributes: Attributes) -> Splats:
+    """Return attributes in floats as evaluation draws them."""
+    with torch.no_grad():
+        unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
+        sh = torch.cat([attributes.sh_dc, attributes.sh_rest], dim=1)
+        rows = (attributes.means, unit, attributes.log_scales, attributes.opacities, sh)
+        return Splats(*(np.ascontiguousarray(each.cpu().numpy()) for each in rows))
+
+
+def _round_motion(begun: State, symbols: list[Int64]) -> Rounded:
+    within = [np.clip(level, -SYMBOL_LIMIT, SYMBOL_LIMIT) for level in symbols]
+    section = write_motion(motion_contexts(begun, previous=False), within, begun.motion_counts)
+    moved = move(begun, within)
+    changed = {"any": int(np.any(moved.motion, axis=0).sum()), "deaths": 0}
+    return Rounded(dequantize(moved.scene), section.byte_count(), None, 0.0, changed)
+
+
+def _round_updates(moved: State, fitted: Fitted) -> Rounded:
+    updates, rest = find_updates(moved, fitted)
+    section = write_updates(update_context(moved), updates, moved.update_counts)
+    left = update(moved, updates).scene
+    codes = left.codes.copy()
+    alive = fitted.alive.cpu().numpy()
+    if codes.shape[0] > SH_REST.start:
+        wide = codes[SH_REST].astype(np.int64) + rest[:, alive]
+        codes[SH_REST] = np.clip(wide, -CODE_LIMIT, CODE_LIMIT).astype(np.int16)
+    there = np.any(rest, axis=0)
+    changed = _count_changes(updates) | {_REST_NAME: int(there.sum())}
+    changed["any"] = int(np.union1d(updates.gaussians, np.flatnonzero(there)).size)
+    estimated = estimate_updates(updates, moved.scene.count)
+    bits = estimate_bits(there[None].astype(np.int64)) + estimate_bits(rest[:, there])
+    splats = dequantize(replace(left, codes=codes))
+    return Rounded(splats, section.byte_count(), estimated, bits / 8, changed)
+
+
+def find_updates(moved: State, fitted: Fitted) -> tuple[Updates, Int64]:
+    """Return the nearest updates to a fitted rung, and what they lack: `[9, N]` of SH rest."""
+    scene, header = moved.scene, moved.scene.header
+    alive = fitted.alive.cpu().numpy()
+    start = from_splats(dequantize(scene), torch.device("cpu"))
+    before, after = (
+        [np.float64(tensor.cpu().numpy()) for tensor in each.tensors()]
+        for each in (start.rows(fitted.alive.cpu()), fitted.attributes)
+    )
+    limit = ROTATION_UNITY_LIMIT
+    turns = _find_turns(before[1], after[1]) * header.rotation_unity
+    residuals = np.zeros((RESIDUAL_ROWS, scene.count), dtype=np.int64)
+    rest = np.zeros((SH_REST.stop - SH_REST.start, scene.count), dtype=np.int64)
+    residuals[TRANSLATION, alive] = _steps(after[0] - before[0], translation_step(header))
+    residuals[TURN, alive] = np.clip(_steps(turns, 1.0), -limit, limit)
+    coded = zip(
+        ("log-scales", "opacity", "SH DC"),
+        (header.log_scale_step, header.opacity_step, header.sh_dc_step),
+        range(2, 5),
+        strict=True,
+    )
+    for name, step, number in coded:
+        residuals[UPDATE_FIELDS[name], alive] = _steps(after[number] - before[number], step)
+    if header.sh_degree:
+        rest[:, alive] = _steps(after[5] - before[5], header.sh_rest_step)
+    codes = scene.codes[: CODES.stop - CODES.start].astype(np.int64)
+    within = np.clip(codes + residuals[CODES], -CODE_LIMIT, CODE_LIMIT)
+    residuals[CODES] = within - codes
+    dies = np.ones(scene.count, dtype=np.bool_)
+    dies[alive] = False
+    chosen = np.flatnonzero(dies | np.any(residuals, axis=0))
+    return Updates(chosen, dies[chosen], residuals[:, chosen] * ~dies[chosen]), rest
+
+
+def _find_turns(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `[K, 3]` from the identity what turns rotations `[K, 4]` into others (SPEC 7.8)."""
+    first, last = (Rotation.from_quat(np.roll(each, -1, axis=1)) for each in (before, after))
+    quaternions = (first.inv() * last).as_quat()
+    w = quaternions[:, 3:]
+    turns: NDArray[np.float64] = quaternions[:, :3] / np.where(np.abs(w) < _LEAST_W, _LEAST_W, w)
+    return turns
+
+
+def _steps(values: NDArray[np.float64], step: float) -> Int64:
+    """Return `[c, K]` the multiples of a step nearest to values `[K, ...]`."""
+    rows: Int64 = np.rint(values.reshape(len(values), -1).T / step).astype(np.int64)
+    return rows
+
+
+def _count_changes(updates: Updates) -> Changes:
+    changed = {
+        name: int(np.any(updates.residuals[rows], axis=0).sum())
+        for name, rows in UPDATE_FIELDS.items()
+    }
+    return changed | {"deaths": int(updates.dies.sum())}

@@ -1,0 +1,143 @@
+"""A row: one rung, fitted to one frame for so many iterations, measured and kept."""
+
+import hashlib
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ladder.fitting import fit_rung
+from ladder.judging import Judge
+from ladder.rounding import allow_updates, round_rung, to_splats
+from ladder.rungs import STILL, Rung
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder.reconstruct import begin_frame
+from quarc_ref.decoder.state import State
+from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.first_frame import settle_exposures
+from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.studio import Studio
+from quarc_ref.format.records import Camera
+from studies import Row, keep_row, note, recall_row
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One fit.
+
+    Attributes:
+        rung: What is free.
+        ahead: Frames from the decoded one to the one that is fitted.
+        iterations: How many; 0 for the rung on which nothing is free.
+    """
+
+    rung: Rung
+    ahead: int
+    iterations: int
+
+    @property
+    def name(self) -> str:
+        """What tells it from the other tasks."""
+        return f"ahead{self.ahead}.{self.rung.name}.{self.iterations}"
+
+
+def list_tasks(
+    rungs: Sequence[Rung], ahead: Sequence[int], iterations: Sequence[int]
+) -> list[Task]:
+    """Return all fits, the short ones first."""
+    tasks = [
+        Task(rung, far, 0 if rung.name == STILL else count)
+        for count in sorted(iterations)
+        for far in ahead
+        for rung in rungs
+    ]
+    return list(dict.fromkeys(tasks))
+
+
+class Ladder:
+    """The rows of a ladder.
+
+    Args:
+        capture: Whose frames are fitted.
+        cameras: As the stream has them.
+        state: The decoded frame that all begin at.
+        origin: Tells the bytes that it was decoded from.
+        config: Rates and losses.
+        folder: Where rows are kept.
+    """
+
+    def __init__(
+        self,
+        capture: Capture,
+        cameras: Sequence[Camera],
+        state: State,
+        origin: str,
+        config: EncoderConfig,
+        folder: Path,
+    ) -> None:
+        self._capture, self._cameras, self._folder = capture, cameras, folder
+        self._state, self._config = state, config
+        settings = [[name, f"{value}"] for name, value in list_settings(config)]
+        self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
+
+    def recall(self, task: Task) -> Row | None:
+        """Return the row of a task that was kept; None if there is none, or one of others."""
+        return recall_row(self._path(task), self._key(task))
+
+    def climb(self, tasks: Sequence[Task], studio: Studio) -> None:
+        """Make the rows that are missing.
+
+        Raises:
+            CaptureError: A picture cannot be read.
+            StateError: A Gaussian has left the lattice.
+            EncodeError: A residual is beyond what the format carries.
+        """
+        waiting = [task for task in tasks if self.recall(task) is None]
+        note(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
+        if not waiting:
+            return
+        settle_exposures(studio, self._state)
+        judge = Judge(self._capture, self._cameras)
+        for number, task in enumerate(waiting):
+            note(f"{task.name}: begun, {number} of {len(waiting)} are over")
+            row = self._make(task, studio, judge)
+            keep_row(self._path(task), self._key(task), row)
+            moving = row["floats"]["training"]["moving_gain_psnr"]
+            said = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
+            note(f"{task.name}: {said}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s")
+
+    def _make(self, task: Task, studio: Studio, judge: Judge) -> Row:
+        frame = self._state.scene.frame + task.ahead
+        begun = allow_updates(begin_frame(self._state, 0))
+        begun = replace(begun, scene=replace(begun.scene, frame=frame))
+        started = time.monotonic()
+        fitted = fit_rung(studio, begun, task.rung, task.iterations, self._config)
+        seconds = time.monotonic() - started
+        rounded = round_rung(begun, fitted)
+        return {
+            "rung": task.rung.name,
+            "title": task.rung.title,
+            "free": sorted(task.rung.free),
+            "frame": self._state.scene.frame,
+            "ahead": task.ahead,
+            "iterations": task.iterations,
+            "gaussians": self._state.scene.count,
+            "changed": rounded.changed,
+            "coded_bytes": rounded.coded_bytes,
+            "estimated_bytes": rounded.estimated_bytes,
+            "rest_bytes": rounded.rest_bytes,
+            "floats": judge.measure(to_splats(fitted.attributes), frame),
+            "rounded": judge.measure(rounded.splats, frame),
+            "seconds": seconds,
+        }
+
+    def _path(self, task: Task) -> Path:
+        return self._folder / "rows" / f"{task.name}.json"
+
+    def _key(self, task: Task) -> str:
+        """Return a digest of all that the row depends on but the code."""
+        rung = task.rung
+        rung_said = [sorted(rung.free), rung.canonical_rates, rung.rest_factor]
+        said = [*self._origin, rung_said, task.ahead, task.iterations]
+        return hashlib.sha256(json.dumps(said).encode()).hexdigest()

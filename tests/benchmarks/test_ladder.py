@@ -1,0 +1,300 @@
+"""The ladder on a toy capture, with training that is hardly any."""
+
+import json
+from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+
+from ladder import command
+from ladder.dying import choose_dying
+from ladder.fitting import Fitted, fit_rung
+from ladder.judging import Judge
+from ladder.rounding import allow_updates, find_updates, round_rung, to_splats
+from ladder.rows import Ladder, Task, list_tasks
+from ladder.rungs import RUNGS
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, move
+from quarc_ref.encoder.canonical import canonical_rates
+from quarc_ref.encoder.quantize import quantize_gaussians
+from quarc_ref.encoder.straight_through import position_step, translation_step
+from quarc_ref.encoder.surrogate import turn
+from quarc_ref.encoder.trainable import Attributes, from_splats
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.updates import UPDATE_FIELDS
+from tests.datasets import scenes
+from tests.encoder.toys import SMALL, make_capture, make_splats, make_studio
+
+HASTY = replace(SMALL, motion=replace(SMALL.motion, rate=2e-3))  # blobs go 0.05 a frame
+NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
+FREE = {
+    "still": (),
+    "own": ("means",),
+    "opacity": ("means", "opacities"),
+    "dc": ("means", "opacities", "sh_dc"),
+    "rest": ("means", "opacities", "sh_dc", "sh_rest"),
+    "scales": ("means", "opacities", "sh_dc", "sh_rest", "log_scales"),
+    "all": NAMES,
+    "carried": tuple(name for name in NAMES if name != "sh_rest"),
+    "turned": ("means", "rotations"),
+}
+TINY = [
+    "--preset", "demo", "--iterations", "2", "--ahead", "1", "--rungs", "still", "all",
+    *("--set", "canonical.iterations=3"),
+]  # fmt: skip
+
+
+def _state():
+    header = StreamHeader(gaussians_per_anchor=4)
+    start = from_splats(make_splats(0), torch.device("cpu"))
+    return begin_canonical(header, 0, quantize_gaussians(start, header))
+
+
+def _begun(ahead=1):
+    begun = allow_updates(begin_frame(_state(), 0))
+    return replace(begun, scene=replace(begun.scene, frame=ahead))
+
+
+def _moved():
+    begun = _begun()
+    levels = begun.known_anchors.levels
+    return move(begun, [np.zeros((6, level.owners.size), dtype=np.int64) for level in levels])
+
+
+def _start(begun):
+    return from_splats(dequantize(begun.scene), torch.device("cpu"))
+
+
+def _fit(name, iterations=8, config=HASTY):
+    begun = _begun()
+    return begun, fit_rung(make_studio(), begun, RUNGS[name], iterations, config)
+
+
+def _moving(splats, frame=1):
+    capture = make_capture()
+    return Judge(capture, capture.cameras).measure(splats, frame)["training"]["moving_gain_psnr"]
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_only_what_is_free_changes(name):
+    begun, fitted = _fit(name)
+    start = _start(begun).rows(fitted.alive)
+
+    for field in NAMES:
+        changed = not torch.equal(getattr(fitted.attributes, field), getattr(start, field))
+        assert changed == (field in FREE[name]), field
+
+
+def test_every_rung_that_is_drawn_is_listed():
+    assert list(RUNGS)[:9] == [
+        "still", "anchors", "own", "deaths", "opacity", "dc", "rest", "scales", "all"
+    ]  # fmt: skip
+    assert RUNGS["all"].free - RUNGS["carried"].free == {"SH rest"}
+    assert RUNGS["all"].free - {"deaths", "SH rest"} == set(UPDATE_FIELDS)
+
+
+@pytest.mark.parametrize("name", ["anchors", "own"])
+def test_what_moves_on_its_own_or_by_anchors_comes_nearer_to_the_later_frame(name):
+    begun, fitted = _fit(name, 30)
+    still = _moving(dequantize(begun.scene))
+
+    assert _moving(to_splats(fitted.attributes)) > still + 1
+    assert _moving(round_rung(begun, fitted).splats) > still + 1
+
+
+def test_anchors_in_floats_are_near_what_the_decoder_makes_of_their_symbols():
+    begun, fitted = _fit("anchors", 30)
+    header, splats = begun.scene.header, round_rung(begun, fitted).splats
+    apart = np.abs(splats.positions - to_splats(fitted.attributes).positions)
+
+    assert apart.max() <= (header.level_count / 2 + 1) * translation_step(header)
+    assert apart.max() > 0
+
+
+def test_the_price_on_motion_is_left_out():
+    dear = replace(HASTY, motion=replace(HASTY.motion, price_weight=1e6))
+
+    assert torch.equal(
+        _fit("anchors", config=dear)[1].attributes.means, _fit("anchors")[1].attributes.means
+    )
+
+
+def _with_blemish():
+    """The toys' attributes in frame 0, and one Gaussian that is in nobody's picture."""
+    start = from_splats(make_splats(0), torch.device("cpu"))
+    blemish = start.rows(torch.tensor([len(start.means) - 1]))
+    blemish = replace(blemish, means=torch.tensor([[0.0, 0.0, -0.9]]), sh_dc=9 + 0 * blemish.sh_dc)
+    return start.joined(replace(blemish, log_scales=blemish.log_scales + 1))
+
+
+def test_only_who_is_in_the_way_dies():
+    dying = choose_dying(make_studio(), _with_blemish(), 0, 0.2)
+
+    assert dying.nonzero().tolist() == [[len(dying) - 1]]
+
+
+def test_the_dead_leave_at_half_time_and_the_others_keep_their_opacity(monkeypatch):
+    begun = _begun()
+    count, steps = begun.scene.count, []
+    dead = torch.arange(count) < 3
+    monkeypatch.setattr("ladder.fitting.choose_dying", lambda *_: dead)
+    studio = replace(make_studio(), progress=SimpleNamespace(advance=lambda *at: steps.append(at)))
+
+    fitted = fit_rung(studio, begun, RUNGS["deaths"], 8, HASTY)
+    rounded = round_rung(begun, fitted)
+
+    assert fitted.alive.tolist() == list(range(3, count))
+    assert torch.equal(fitted.attributes.opacities, _start(begun).opacities[3:])
+    assert rounded.changed["deaths"] == 3
+    assert rounded.splats.positions.shape[0] == count - 3
+    assert [done for _, done, _ in steps] == list(range(1, 9))
+
+
+def test_nobody_who_moves_alone_dies():
+    assert len(_fit("own")[1].alive) == _begun().scene.count
+
+
+def test_what_is_whole_steps_off_is_found_in_these_steps_and_decoded_to_it():
+    moved = _moved()
+    header, start = moved.scene.header, _start(moved)
+    rng = np.random.default_rng(5)
+    asked = rng.integers(-40, 41, (moved.scene.count, 22)).astype(np.float32)
+    steps = torch.from_numpy(asked)
+    wanted = Attributes(
+        start.means + steps[:, :3] * translation_step(header),
+        2 * turn(start.rotations, steps[:, 3:6] / header.rotation_unity),
+        start.log_scales + steps[:, 6:9] * header.log_scale_step,
+        start.opacities + steps[:, 9] * header.opacity_step,
+        start.sh_dc + steps[:, None, 10:13] * header.sh_dc_step,
+        start.sh_rest + steps[:, 13:].reshape(-1, 3, 3) * header.sh_rest_step,
+    )
+    fitted = Fitted(wanted, torch.arange(moved.scene.count))
+
+    updates, rest = find_updates(moved, fitted)
+    decoded, floats = round_rung(_begun(), fitted).splats, to_splats(wanted)
+
+    assert np.array_equal(updates.residuals, asked[updates.gaussians, :13].T)
+    assert np.array_equal(rest, asked[:, 13:].T)
+    for name in ("positions", "log_scales", "opacities", "sh"):
+        assert np.allclose(getattr(decoded, name), getattr(floats, name), atol=1e-4), name
+    assert np.allclose(np.abs((decoded.rotations * floats.rotations).sum(axis=1)), 1, atol=1e-5)
+
+
+def test_what_changes_by_less_than_half_a_step_costs_next_to_nothing():
+    begun, fitted = _fit("still", 0)
+    nudge = position_step(begun.scene.header) * 1e-3
+    near = replace(fitted.attributes, means=fitted.attributes.means + nudge)
+
+    rounded = round_rung(begun, replace(fitted, attributes=near))
+
+    assert rounded.changed["any"] == 0
+    assert rounded.coded_bytes <= 8
+    assert rounded.rest_bytes == 0
+
+
+def test_bytes_grow_with_what_changes_and_those_of_sh_rest_stand_apart():
+    begun, fitted = _fit("carried")
+    carried = round_rung(begun, fitted)
+    start = fitted.attributes
+    brighter = replace(start, sh_rest=start.sh_rest + begun.scene.header.sh_rest_step)
+    more = round_rung(begun, replace(fitted, attributes=brighter))
+
+    assert carried.coded_bytes > round_rung(*_fit("own")).coded_bytes > 0
+    assert (carried.rest_bytes, more.coded_bytes) == (0, carried.coded_bytes)
+    assert more.changed["SH rest"] == len(fitted.alive)
+
+
+def test_a_gaussian_on_its_own_is_as_fast_as_its_anchors_together():
+    levels = 1 + 2 + 4  # SMALL doubles the rate from level to level
+    begun, fitted = _fit("own", 1)
+    shift = (fitted.attributes.means - _start(begun).means).abs().max()
+    assert float(shift) == pytest.approx(levels * HASTY.motion.rate, rel=1e-3)
+
+    _, slow = _fit("slow", 1)
+    shift = (slow.attributes.means - _start(begun).means).abs().max()
+    rate = canonical_rates(HASTY.canonical, make_studio().extent)[0]
+    assert float(shift) == pytest.approx(rate, rel=1e-2)
+
+
+def test_sh_rest_may_be_trained_as_fast_as_dc():
+    ratio = canonical_rates(SMALL.canonical, 1.0)[4] / canonical_rates(SMALL.canonical, 1.0)[5]
+
+    assert RUNGS["fast-rest"].rest_factor == pytest.approx(ratio)
+    slow, fast = (_fit(name)[1].attributes.sh_rest.abs().max() for name in ("all", "fast-rest"))
+    assert fast > 5 * slow
+
+
+def test_standing_still_is_listed_once_and_short_fits_come_first():
+    rungs = [RUNGS["still"], RUNGS["own"]]
+
+    assert [task.name for task in list_tasks(rungs, [1, 5], [30, 10])] == [
+        "ahead1.still.0", "ahead1.own.10", "ahead5.still.0", "ahead5.own.10",
+        "ahead1.own.30", "ahead5.own.30",
+    ]  # fmt: skip
+
+
+def test_rows_that_are_there_are_not_made_again(tmp_path):
+    capture = make_capture()
+    begin = partial(Ladder, capture, capture.cameras, _state())
+    task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
+    begin("here", HASTY, tmp_path).climb([task], make_studio())
+    path = tmp_path / "rows" / "ahead1.own.3.json"
+    written = path.read_bytes()
+
+    again = begin("here", HASTY, tmp_path)
+    again.climb([task, other], make_studio())
+
+    assert path.read_bytes() == written
+    assert again.recall(task) == json.loads(written)
+    assert again.recall(other)["iterations"] == 4
+    assert begin("elsewhere", HASTY, tmp_path).recall(task) is None
+    assert begin("here", SMALL, tmp_path).recall(task) is None
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ladder") / "plane"
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+def test_the_command_encodes_where_to_begin_and_goes_on(folder, tmp_path, capsys):
+    words = [str(folder), "--out", str(tmp_path), *TINY]
+    assert command.main(words) == 0
+    first = capsys.readouterr()
+    (stream,) = tmp_path.glob("*.quarc")
+
+    assert command.main([*words, "--stream", str(stream)]) == 0
+    again = capsys.readouterr()
+
+    assert "2 of 2 rows are there already" in again.err
+    assert again.out == first.out
+    head, _, still, everything = first.out.strip().splitlines()
+    assert head.startswith("| ahead | iterations | free |")
+    assert still.startswith("| 1 | 0 | nothing |")
+    assert everything.startswith("| 1 | 2 | + rotations, which is all |")
+    assert (tmp_path / "ladder.md").read_text() == first.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--frame", "1"], "no frame 1"),
+        (["--ahead", "7"], "frame 7 of a capture of 3"),
+        (["--set", "motion.speed=1"], "no setting 'motion.speed'"),
+        (["--stream", "nowhere.quarc"], "nowhere.quarc"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line(folder, tmp_path, capsys, words, said):
+    assert command.main([str(folder), "--out", str(tmp_path), *TINY]) == 0
+    (stream,) = tmp_path.glob("*.quarc")
+    capsys.readouterr()
+
+    given = [str(folder), "--out", str(tmp_path), *TINY, "--stream", str(stream), *words]
+    assert command.main(given) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("ladder.py: ")
+    assert said in error
+    assert error.count("\n") == 1
