@@ -6,6 +6,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from torch import Tensor
 
 from ladder.fitting import Fitted
 from quarc_ref.decoder.dequantize import Splats, dequantize
@@ -24,9 +25,9 @@ from quarc_ref.format.constants import (
     SYMBOL_LIMIT,
 )
 from quarc_ref.format.motion_planes import write_motion
-from quarc_ref.format.records import SH_REST
+from quarc_ref.format.records import SH_REST, StreamHeader
 from quarc_ref.format.update_planes import write_updates
-from quarc_ref.format.updates import CODES, TRANSLATION, TURN, UPDATE_FIELDS, Updates
+from quarc_ref.format.updates import CODES, TURN, UPDATE_FIELDS, Updates
 
 Changes = dict[str, int]  # Gaussians of which a field changes, by its name
 
@@ -118,36 +119,41 @@ def _round_updates(moved: State, fitted: Fitted) -> Rounded:
 
 def find_updates(moved: State, fitted: Fitted) -> tuple[Updates, Int64]:
     """Return the nearest updates to a fitted rung, and what they lack: `[9, N]` of SH rest."""
-    scene, header = moved.scene, moved.scene.header
-    alive = fitted.alive.cpu().numpy()
-    start = from_splats(dequantize(scene), torch.device("cpu"))
-    before, after = (
-        [np.float64(tensor.cpu().numpy()) for tensor in each.tensors()]
-        for each in (start.rows(fitted.alive.cpu()), fitted.attributes)
-    )
-    limit = ROTATION_UNITY_LIMIT
-    turns = _find_turns(before[1], after[1]) * header.rotation_unity
-    residuals = np.zeros((RESIDUAL_ROWS, scene.count), dtype=np.int64)
+    scene, alive = moved.scene, fitted.alive.cpu().numpy()
+    start = from_splats(dequantize(scene), torch.device("cpu")).rows(fitted.alive.cpu())
+    found = _find_residuals(start, fitted.attributes, scene.header)
     rest = np.zeros((SH_REST.stop - SH_REST.start, scene.count), dtype=np.int64)
-    residuals[TRANSLATION, alive] = _steps(after[0] - before[0], translation_step(header))
-    residuals[TURN, alive] = np.clip(_steps(turns, 1.0), -limit, limit)
-    coded = zip(
-        ("log-scales", "opacity", "SH DC"),
-        (header.log_scale_step, header.opacity_step, header.sh_dc_step),
-        range(2, 5),
-        strict=True,
-    )
-    for name, step, number in coded:
-        residuals[UPDATE_FIELDS[name], alive] = _steps(after[number] - before[number], step)
-    if header.sh_degree:
-        rest[:, alive] = _steps(after[5] - before[5], header.sh_rest_step)
+    if scene.header.sh_degree:
+        rest[:, alive] = found[RESIDUAL_ROWS:]
+    residuals = np.zeros((RESIDUAL_ROWS, scene.count), dtype=np.int64)
+    residuals[:, alive] = found[:RESIDUAL_ROWS]
+    residuals[TURN] = np.clip(residuals[TURN], -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)
     codes = scene.codes[: CODES.stop - CODES.start].astype(np.int64)
-    within = np.clip(codes + residuals[CODES], -CODE_LIMIT, CODE_LIMIT)
-    residuals[CODES] = within - codes
+    residuals[CODES] = np.clip(codes + residuals[CODES], -CODE_LIMIT, CODE_LIMIT) - codes
     dies = np.ones(scene.count, dtype=np.bool_)
     dies[alive] = False
     chosen = np.flatnonzero(dies | np.any(residuals, axis=0))
-    return Updates(chosen, dies[chosen], residuals[:, chosen] * ~dies[chosen]), rest
+    return Updates(chosen, dies[chosen], residuals[:, chosen]), rest
+
+
+def _find_residuals(before: Attributes, after: Attributes, header: StreamHeader) -> Int64:
+    """Return `[13 + 9, K]` what leads from attributes to others, in steps: SH rest is last."""
+    turns = _find_turns(_to_floats(before.rotations), _to_floats(after.rotations))
+    planes = [
+        (_to_floats(after.means - before.means), translation_step(header)),
+        (turns, 1 / header.rotation_unity),
+        (_to_floats(after.log_scales - before.log_scales), header.log_scale_step),
+        (_to_floats(after.opacities - before.opacities), header.opacity_step),
+        (_to_floats(after.sh_dc - before.sh_dc), header.sh_dc_step),
+        (_to_floats(after.sh_rest - before.sh_rest), header.sh_rest_step),
+    ]
+    rows = [np.rint(values.reshape(len(values), -1).T / step) for values, step in planes]
+    return np.concatenate(rows).astype(np.int64)
+
+
+def _to_floats(tensor: Tensor) -> NDArray[np.float64]:
+    floats: NDArray[np.float64] = tensor.detach().cpu().numpy().astype(np.float64)
+    return floats
 
 
 def _find_turns(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -157,12 +163,6 @@ def _find_turns(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDAr
     w = quaternions[:, 3:]
     turns: NDArray[np.float64] = quaternions[:, :3] / np.where(np.abs(w) < _LEAST_W, _LEAST_W, w)
     return turns
-
-
-def _steps(values: NDArray[np.float64], step: float) -> Int64:
-    """Return `[c, K]` the multiples of a step nearest to values `[K, ...]`."""
-    rows: Int64 = np.rint(values.reshape(len(values), -1).T / step).astype(np.int64)
-    return rows
 
 
 def _count_changes(updates: Updates) -> Changes:
