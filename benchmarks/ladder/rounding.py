@@ -57,7 +57,9 @@ class Rounded:
 
 
 def allow_updates(state: State) -> State:
-    """Return a state as if its stream had updates, and no Gaussian were changed of late."""
+    """Return a state as it is in a stream with updates; of one without, nobody has had any."""
+    if state.scene.header.updates:
+        return state
     header = replace(state.scene.header, updates=True)
     recency = np.full(state.scene.count, RECENCY_LIMIT, dtype=np.int16)
     return replace(state, scene=replace(state.scene, header=header), recency=recency)

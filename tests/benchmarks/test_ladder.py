@@ -183,6 +183,15 @@ def test_what_is_whole_steps_off_is_found_in_these_steps_and_decoded_to_it():
     assert np.allclose(np.abs((decoded.rotations * floats.rotations).sum(axis=1)), 1, atol=1e-5)
 
 
+def test_a_stream_without_updates_is_taken_as_one_of_which_nobody_had_any():
+    state = _state()
+    allowed = allow_updates(state)
+
+    assert allowed.scene.header.updates
+    assert set(allowed.known_recency) == {3}
+    assert allow_updates(allowed) is allowed
+
+
 def test_what_changes_by_less_than_half_a_step_costs_next_to_nothing():
     begun, fitted = _fit("still", 0)
     nudge = position_step(begun.scene.header) * 1e-3
