@@ -9,7 +9,7 @@ from quarc_ref.evaluation.color_correction import GAIN
 from quarc_ref.evaluation.quality import average, finite
 from quarc_ref.evaluation.regions import choose_frames, find_background
 from quarc_ref.evaluation.views import measure_views
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 
 GROUPS = ("training", "held_out")
 FIGURES = ("gain_psnr", "moving_gain_psnr", "static_gain_psnr", "psnr", "gain_ssim")

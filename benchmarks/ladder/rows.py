@@ -18,7 +18,7 @@ from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.first_frame import settle_exposures
 from quarc_ref.encoder.presets import list_settings
 from quarc_ref.encoder.studio import Studio
-from quarc_ref.format.records import Camera
+from quarc_ref.format.cameras import Camera
 from studies import Row, keep_row, note, recall_row
 
 
