@@ -79,7 +79,7 @@ MUTANTS = (
     mutant(
         "box of positions unchecked",
         _GAUSSIANS,
-        "if keys.min() < 0 or keys.max() >> (3 * chunk.axis_bits):",
+        "if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):",
         "if False:",
     ),
     mutant(

@@ -8,7 +8,7 @@ _ROTATION = "decoder/rotation.py"
 _STREAM = "decoder/decode_stream.py"
 _TURNING = "turning = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
-_CANONICAL = "        self._state = decode_canonical(self.header, canonical, self._prove)\n"
+_CANONICAL = "        self._state = decode(chunk, self._sought)\n"
 _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (

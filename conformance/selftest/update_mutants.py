@@ -12,14 +12,14 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "updates left out",
         _FRAMES,
-        "updated = moved if chunk.updates is None else decode_updates(moved, chunk.updates)",
-        "updated = moved",
+        "updated = decode_updates(moved, chunk.updates, state.scene)",
+        "pass",
     ),
     mutant(
         "updates read by minor version",
         _WIRE,
-        "parsed.updates = bool(version.incompatible_features & constants.FEATURE_UPDATES)",
-        "parsed.updates = version.version_minor == 1",
+        "        parsed[name] = bool(version.incompatible_features & bit)\n",
+        "        parsed[name] = version.version_minor == 1 and bit != 4\n",
     ),
     mutant("all Gaussians may leave", _UPDATES, "if gone.size == state.scene.count:", "if False:"),
     mutant(
@@ -122,8 +122,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "counts of updates begun anew in every frame",
         _FRAMES,
-        "return update(replace(state, update_counts=counts), updates)",
-        "return update(state, updates)",
+        "return update(replace(state, update_counts=counts), updates, before)",
+        "return update(state, updates, before)",
     ),
     mutant(
         "changes without the motion",

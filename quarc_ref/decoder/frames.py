@@ -82,10 +82,7 @@ def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
     if count == 0:
         message = "a canonical frame without Gaussians"
         raise CountError(message)
-    if count > header.limits.gaussians:
-        message = f"{count} Gaussians are too many for level {header.level}"
-        raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
+    _require_within_level(header, count)
     with stage("entropy"):
         return read_canonical(chunk, header.code_planes)
 
@@ -111,20 +108,14 @@ def decode_snapshot(
     Raises:
         BitstreamError: What is wrong with the chunk.
     """
-    if chunk.newborn_count > header.limits.gaussians:
-        message = f"{chunk.newborn_count} Gaussians are too many for level {header.level}"
-        raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.gaussians, chunk.newborn_count, "Gaussians")
+    _require_within_level(header, chunk.newborn_count)
     with stage("entropy"):
         snapshot = read_snapshot(chunk, canonical)
     count = snapshot.gaussians.count
     if count == 0:
         message = "a snapshot without Gaussians"
         raise CountError(message)
-    if count > header.limits.gaussians:
-        message = f"{count} Gaussians are too many for level {header.level}"
-        raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
+    _require_within_level(header, count)
     state = make_canonical(header, chunk.frame, snapshot.gaussians, chunk.state_crc, prove)
     return state, snapshot.roots
 
@@ -167,7 +158,9 @@ def decode_frame(state: State, chunk: FrameChunk, prove: Prove | None = None) ->
         bear_decoded = _start_births(state, chunk.births, chunk.birth_count)
         begun = begin_frame(state, chunk.death_count, room, meanwhile=True)
         moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
-        updated = moved if chunk.updates is None else decode_updates(moved, chunk.updates)
+        updated = moved
+        if chunk.updates is not None:
+            updated = decode_updates(moved, chunk.updates, state.scene)
         grown = bear_decoded(updated)
     (prove or prove_state)(grown.scene, chunk.state_crc)
     return grown
@@ -193,12 +186,13 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
         return move(replace(state, motion_counts=counts), symbols)
 
 
-def decode_updates(state: State, section: Section) -> State:
+def decode_updates(state: State, section: Section, before: Scene | None = None) -> State:
     """Return the state with the updates of a section (SPEC 7.8).
 
     Args:
         state: After `decode_motion`, of a stream with updates.
         section: The frame's updates.
+        before: As for `updates.update`.
 
     Raises:
         BitstreamError: What is wrong with the section.
@@ -206,7 +200,7 @@ def decode_updates(state: State, section: Section) -> State:
     with stage("entropy"):
         updates, counts = read_updates(section, update_context(state), state.update_counts)
     with stage("updates"):
-        return update(replace(state, update_counts=counts), updates)
+        return update(replace(state, update_counts=counts), updates, before)
 
 
 def decode_births(state: State, section: Section, count: int) -> State:
@@ -259,6 +253,14 @@ def _start_births(state: State, section: Section, count: int) -> Callable[[State
 def covers_all_fields(scene: Scene) -> bool:
     """Tell whether a frame's CRC covers the codes too (SPEC 9.2)."""
     return scene.phase % scene.header.full_crc_interval == 0
+
+
+def _require_within_level(header: StreamHeader, count: int) -> None:
+    """Refuse a canonical frame of too many Gaussians (SPEC 3.2)."""
+    if count > header.limits.gaussians:
+        message = f"{count} Gaussians are too many for level {header.level}"
+        raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
 
 
 def _decline_beyond(most: int, count: int, what: str) -> None:

@@ -42,12 +42,14 @@ def update_context(state: State) -> UpdateContext:
     return UpdateContext(state.motion, state.known_recency)
 
 
-def update(state: State, updates: Updates) -> State:
+def update(state: State, updates: Updates, before: Scene | None = None) -> State:
     """Return the state with single Gaussians changed (SPEC 7.8).
 
     Args:
         state: After `move`, of a stream with updates.
         updates: In steps.
+        before: Scene of the frame before, if the state is of no further use to anybody: then
+            what the two do not share is written to and not copied.
 
     Raises:
         CountError: No Gaussian would be left.
@@ -64,7 +66,7 @@ def update(state: State, updates: Updates) -> State:
         return replace(state, recency=recency, updates=updates)
     left = updates.gaussians[~updates.dies]
     left -= np.searchsorted(gone, left)
-    scene = _change(state, gone, left, updates.residuals[:, ~updates.dies])
+    scene = _change(state, gone, left, updates.residuals[:, ~updates.dies], before)
     anchors = state.known_anchors
     binding = remove(anchors.binding, gone)
     return replace(
@@ -77,12 +79,20 @@ def update(state: State, updates: Updates) -> State:
     )
 
 
-def _change(state: State, gone: Int64, left: Int64, residuals: Int64) -> Scene:
+def _change(
+    state: State, gone: Int64, left: Int64, residuals: Int64, before: Scene | None
+) -> Scene:
     """Return the scene without the Gaussians `[g]`, those of indices `[n]` then changed."""
     scene, room = state.scene, state.room
-    positions = _fresh(scene.positions, gone, room)
-    rotations = _fresh(scene.rotations, gone, room)
-    codes = _fresh(scene.codes, gone, room)
+
+    def fresh(planes: NDArray[_Number], shared: NDArray[_Number] | None) -> NDArray[_Number]:
+        if before is not None and planes is not shared and gone.size == 0:
+            return planes
+        return _fresh(planes, gone, room)
+
+    positions = fresh(scene.positions, None)
+    rotations = fresh(scene.rotations, None)
+    codes = fresh(scene.codes, None if before is None else before.codes)
     ids = _without(scene.ids[None], gone, room)[0] if gone.size else scene.ids
     positions[:, left] = _moved(positions[:, left], residuals[TRANSLATION], scene)
     turning = np.flatnonzero(np.any(residuals[TURN], axis=0))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Bits, Int16, Int64
 from quarc_ref.format.constants import (
     CLASS_BITS,
@@ -105,6 +106,10 @@ def _walk_updates(
 
 def _changes_contexts(context: UpdateContext) -> Int64:
     """Return `[N]` 4 M + R: how far each Gaussian was moved, and how lately it was changed."""
+    kernels = load_kernels(_KERNELS, context.recency.size)
+    if kernels is not None:
+        found: Int64 = kernels.find_contexts(context.motion, context.recency)
+        return found
     contexts = context.recency.astype(np.int64)
     moved = np.flatnonzero(np.bitwise_or.reduce(context.motion, axis=0))
     far = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)
@@ -130,5 +135,6 @@ def _walk_fields(planes: Planes, residuals: Int64) -> Int64:
     return coded
 
 
+_KERNELS = "quarc_ref.format.update_kernels"
 _VALUES = "updates, residuals"
 _FAR = 3

@@ -17,11 +17,12 @@ from quarc_ref.decoder.reconstruct import (
     move,
 )
 from quarc_ref.decoder.rotation import normalize_sums, turn
+from quarc_ref.decoder.updates import update
 from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with, threading_by
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import DegenerateRotationError, PositionRangeError
 from tests import strategies
-from tests.streams import make_births, make_gaussians, make_symbols
+from tests.streams import make_births, make_gaussians, make_symbols, make_updates
 
 pytest.importorskip("numba")
 
@@ -35,6 +36,9 @@ def _run(header, count, seed, kernels, threads=1, room=0):
             begun = begin_frame(state, min(3, count - 1), room, meanwhile=frame > 1)
             contexts = motion_contexts(begun, previous=True)
             moved = move(begun, make_symbols(begun, seed + frame))
+            if header.updates:
+                spare = state.scene if frame == 2 else None
+                moved = update(moved, make_updates(moved, seed + frame), spare)
             state = bear(moved, make_births(moved, 4, seed + frame))
             shown += [context.previous.tolist() for context in contexts]
             shown += [state.motion.tolist(), begun.known_anchors.binding.tolist()]
