@@ -38,6 +38,7 @@ _PARSERS = {
     "HEAD": wire.parse_stream_header,
     "CANO": wire.parse_canonical,
     "FRAM": wire.parse_frame,
+    "SNAP": wire.parse_snapshot,
     "came": wire.parse_cameras,
     "meta": wire.parse_metadata,
     "INDX": wire.parse_index,

@@ -79,9 +79,9 @@ def test_a_header_crc_is_of_the_sixteen_bytes_before_it():
     assert header[16:] == zlib.crc32(header[:16]).to_bytes(4, "little")
 
 
-def _is_refused(kind: bytes) -> type[Exception] | None:
+def _is_refused(kind: bytes, stream: StreamHeader | None = None) -> type[Exception] | None:
     try:
-        check_type(ChunkHeader(kind, 1, 0, 0))
+        check_type(ChunkHeader(kind, 1, 0, 0), stream)
     except (BadChunkTypeError, UnknownCriticalError) as error:
         return type(error)
     return None
@@ -90,7 +90,7 @@ def _is_refused(kind: bytes) -> type[Exception] | None:
 @pytest.mark.parametrize(
     ("kinds", "error"),
     [
-        (container.KNOWN, None),
+        ([kind for kind in container.KNOWN if kind != container.SNAP], None),
         ([b"abcd", b"aBcd", b"zZzz", b"indx"], None),
         ([b"SNAP", b"SnAP", b"CaNO", b"ZZZZ"], UnknownCriticalError),
         ([b"SNaP", b"SNAp", b"me1a", b"\0\0\0\0", b"meT\xe4", b"mETA"], BadChunkTypeError),
@@ -98,6 +98,11 @@ def _is_refused(kind: bytes) -> type[Exception] | None:
 )
 def test_types_are_told_by_the_case_of_their_letters(kinds, error):
     assert [_is_refused(kind) for kind in kinds] == [error] * len(kinds)
+
+
+def test_a_snapshot_is_known_where_a_stream_has_snapshots():
+    assert _is_refused(container.SNAP, StreamHeader()) is UnknownCriticalError
+    assert _is_refused(container.SNAP, StreamHeader(snapshots=True)) is None
 
 
 @pytest.mark.parametrize(

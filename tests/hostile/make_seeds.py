@@ -25,7 +25,14 @@ from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.gaussian_planes import write_births
 from quarc_ref.format.records import SH_DC, Births, StreamHeader
 from tests.datasets import forgeries, scenes
-from tests.streams import CAMERA, make_births, make_gaussians, make_symbols, rebuild_stream
+from tests.streams import (
+    CAMERA,
+    make_births,
+    make_gaussians,
+    make_symbols,
+    make_updates,
+    rebuild_stream,
+)
 
 FOLDER = Path(__file__).parent / "seeds"
 
@@ -34,17 +41,26 @@ _FULL = StreamHeader(rotation_components=4, gaussians_per_anchor=1, full_crc_int
 
 
 def _make(
-    header: StreamHeader, count: int, frames: int, *, births: int = 0, canonical_every: int = 99
+    header: StreamHeader,
+    count: int,
+    frames: int,
+    *,
+    births: int = 0,
+    canonical_every: int = 99,
+    snapshot_every: int = 99,
 ) -> bytes:
     sink = io.BytesIO()
     loop = ClosedLoop(sink, header, (CAMERA,), {"title": "seed"})
     loop.commit_canonical(make_gaussians(header, count), frame=0)
     for frame in range(1, frames):
         begun = loop.begin_frame(min(1, loop.state.scene.count - 1))
-        moved = loop.commit_motion(make_symbols(begun, frame, share=0.8))
+        updates = make_updates(begun, frame, share=0.8) if header.updates else None
+        moved = loop.commit_motion(make_symbols(begun, frame, share=0.8), updates)
         newborn = make_births(moved, births, frame) if births else None
         if frame % canonical_every == 0:
             loop.commit_frame_as_canonical(newborn)
+        elif frame % snapshot_every == 0:
+            loop.commit_frame_as_snapshot(newborn)
         else:
             loop.commit_births(newborn)
     loop.finish()
@@ -81,6 +97,12 @@ def streams() -> Iterator[tuple[str, bytes]]:
     yield "births", _bare(_make(replace(_TINY, resample_interval=1), 2, 3, births=1))
     yield "full", _bare(_make(_FULL, 5, 3, births=2))
     yield "cut_in_two", _make(_TINY, 2, 3, canonical_every=2)
+    updating, snapping = replace(_TINY, updates=True), replace(_TINY, snapshots=True)
+    yield "updated", _bare(_make(updating, 3, 3))
+    yield "updated_full", _bare(_make(replace(_FULL, updates=True), 6, 3, births=2))
+    yield "snapshot", _make(snapping, 3, 4, snapshot_every=2)
+    both = replace(_FULL, updates=True, snapshots=True)
+    yield "snapshot_full", _make(both, 5, 4, births=1, snapshot_every=2)
     yield "unknown", _with_unknown(_make(_TINY, 1, 2))
     for name, change in _BEYOND.items():
         yield f"beyond_{name}", _bear_beyond(_bare(_make(_TINY, 1, 2)), change)
@@ -118,6 +140,10 @@ def _head(header: StreamHeader) -> bytes:
 def files() -> Iterator[tuple[str, bytes]]:
     """Yield path, from the folder of seeds on, and bytes of every seed that is no COLMAP model."""
     yield from ((f"streams/{name}.quarc", data) for name, data in streams())
+    snapping = replace(_TINY, snapshots=True)
+    for chunk in split_chunks(_make(snapping, 2, 4, canonical_every=3, snapshot_every=2)):
+        if chunk.kind == container.SNAP:
+            yield "payloads/SNAP.bin", chunk.payload
     for chunk in split_chunks(_make(_TINY, 2, 3, canonical_every=2)):
         yield f"payloads/{chunk.kind.decode()}.bin", chunk.payload
     shots = scenes.make_shots(2)

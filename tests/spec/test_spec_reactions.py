@@ -46,7 +46,8 @@ def test_a_reader_that_recovers_reacts_as_the_text_says(case: Case):
         assert met.value.reject_id == case.reject_id
         return
     frames, gaps = _recover(case.data)
-    assert [gap.reject_id for gap in gaps] == [case.reject_id]
+    at_the_end = ["truncated"] if case.reject_id == "tail-mismatch" else []
+    assert [gap.reject_id for gap in gaps] == [case.reject_id, *at_the_end]
     if case.reaction == "skip":
         assert frames == list(range(FRAME_COUNT))
         return
