@@ -4,7 +4,7 @@ from typing import Any
 
 from making.frames import Change, Coded, Survivor
 from making.payloads import pack_camera, pack_cameras
-from making.scenes import between, cloud, moving, newborn
+from making.scenes import between, cloud, moving, newborn, state_some
 from making.snapshot_scenes import FIELDS, NEEDS, as_they_were, differences, snapping, survive
 from making.streams import Stream
 from making.trap_making import set_traps, tell, telling
@@ -125,15 +125,9 @@ def _of_scenes() -> list[Valid]:
     ]
 
 
-def _state_some(_model: str, context: int, zeros: int, ones: int) -> int:
-    """State something near the truth, of various octaves."""
-    base = 60 + 3 * context % 59
-    return base + 120 if ones > zeros else base
-
-
 def _of_planes() -> list[Valid]:
     stated = Stream(snapping()).canonical(0, cloud(9, 90))
-    stated.snapshot(survive(range(8), 5), cloud(2, 91), _state_some)
+    stated.snapshot(survive(range(8), 5), cloud(2, 91), state_some)
     named = Stream(snapping()).canonical(0, cloud(9, 92))
     named.snapshot(Survivor(i, fields=31 - i) for i in range(9))
     roomy = Stream(snapping()).canonical(0, cloud(4, 93))

@@ -4,7 +4,7 @@ from typing import Any
 
 from making.frames import Change, Coded, Update
 from making.payloads import pack_camera, pack_cameras, pack_metadata
-from making.scenes import between, cloud, moving, newborn
+from making.scenes import between, cloud, moving, newborn, state_some
 from making.streams import Stream
 from making.update_scenes import FIELDS, NEEDS, drawn, leaving, of_all, residuals, updating
 from making.vectors import Outcome, Valid, valid
@@ -172,12 +172,6 @@ def _of_lives() -> list[Valid]:
     ]
 
 
-def _state_some(_model: str, context: int, zeros: int, ones: int) -> int:
-    """State something near the truth, of various octaves."""
-    base = 60 + 3 * context % 59
-    return base + 120 if ones > zeros else base
-
-
 def _of_planes() -> list[Valid]:
     still = Stream(updating()).canonical(0, cloud(7, 80))
     still.frame(Change(moving(6, 1))).frame().frame(Change(moving(6, 2))).end()
@@ -187,8 +181,8 @@ def _of_planes() -> list[Valid]:
     named.frame(Change(updates=empty)).frame(Change(updates=zeros))
     named.frame(Change(moving(6, 2), updates=drawn(7, 81))).end()
     stated = Stream(updating()).canonical(0, cloud(9, 82))
-    stated.frame(Change(moving(6, 1), updates=drawn(9, 82), stating=_state_some))
-    stated.frame(Change(moving(6, 2), updates=drawn(_count(stated), 3), stating=_state_some))
+    stated.frame(Change(moving(6, 1), updates=drawn(9, 82), stating=state_some))
+    stated.frame(Change(moving(6, 2), updates=drawn(_count(stated), 3), stating=state_some))
     wide = Stream(updating(translation_step=1)).canonical(0, cloud(24, 83))
     for frame in range(1, 4):
         rows = [[between(-(1 << (i % 9)), 1 << (i % 9), frame, i, r) for r in range(13)]

@@ -3,7 +3,7 @@
 from making.frames import Change, Coded
 from making.motion_streams import make_lives, make_motions
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
-from making.scenes import between, cloud, moving, newborn, only
+from making.scenes import between, cloud, moving, newborn, only, state_some
 from making.snapshot_streams import make_snapshots
 from making.streams import Stream
 from making.update_streams import make_updates
@@ -184,8 +184,8 @@ def _scenes() -> list[Valid]:
             "every context states a probability",
             "8.2-1",
             Stream(Head())
-            .canonical(0, cloud(9), _state_some)
-            .frame(Change(moving(6, 3), newborn([1, 2], 4), stating=_state_some))
+            .canonical(0, cloud(9), state_some)
+            .frame(Change(moving(6, 3), newborn([1, 2], 4), stating=state_some))
             .end(),
         ),
         valid(
@@ -217,12 +217,6 @@ def _rest() -> list[Coded]:
     return [
         Coded(g.position, g.rotation, g.codes[:7] + r) for g, r in zip(clouds, rest, strict=True)
     ]
-
-
-def _state_some(_model: str, context: int, zeros: int, ones: int) -> int:
-    """State something near the truth, of various octaves."""
-    base = 60 + 3 * context % 59
-    return base + 120 if ones > zeros else base
 
 
 def _state_ends(_model: str, context: int, zeros: int, ones: int) -> int | None:
