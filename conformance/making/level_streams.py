@@ -3,8 +3,9 @@
 import zlib
 from dataclasses import replace
 
-from making.frames import Change, Coded, Update, update_planes
+from making.changes import Change, Coded, Update
 from making.payloads import Frame, Head
+from making.planes import update_planes
 from making.scenes import cloud, moving
 from making.streams import Piece, Stream
 from making.update_scenes import NEEDS, updating

@@ -1,6 +1,6 @@
 """streams/: motion, births and deaths, one feature to a stream."""
 
-from making.frames import Change
+from making.changes import Change
 from making.payloads import Head
 from making.scenes import between, cloud, moving, newborn
 from making.streams import Stream

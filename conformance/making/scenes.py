@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from making.frames import Coded, Symbols
+from making.changes import Coded, Symbols
 
 _MIXER = 0x9E3779B1
 

@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+from making.changes import Survivor
 from making.fault_rows import RECOVERY_CLAUSES, count_frames, damaged_by
-from making.frames import Survivor, make_snapshot
+from making.frames import make_snapshot
 from making.payloads import Snapshot, pack_index
 from making.scenes import cloud
 from making.snapshot_scenes import NEEDS, as_they_were, differences, survive

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from making.frames import Survivor
+from making.changes import Survivor
 from making.payloads import Head
 from making.scenes import between, pick
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from making.frames import Change, Coded, Survivor
+from making.changes import Change, Coded, Survivor
 from making.payloads import pack_camera, pack_cameras
 from making.scenes import between, cloud, moving, newborn, state_some
 from making.snapshot_scenes import FIELDS, NEEDS, as_they_were, differences, snapping, survive

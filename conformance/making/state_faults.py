@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
+from making.changes import Change, Coded
 from making.fault_rows import CANO, FRAM, MOVED, Row, faults_at, with_fields
-from making.frames import Change, Coded, make_canonical, make_frame
+from making.frames import make_canonical, make_frame
 from making.scenes import cloud, moving, newborn
 from making.streams import Piece
 from making.vectors import Outcome, Valid, Vector, broken

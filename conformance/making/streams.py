@@ -10,16 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from making.frames import (
-    Change,
-    Coded,
-    State,
-    Survivor,
-    make_canonical,
-    make_frame,
-    make_snapshot,
-    say_nothing,
-)
+from making.changes import Change, Coded, Survivor, say_nothing
+from making.frames import make_canonical, make_frame, make_snapshot
 from making.payloads import (
     MAGIC,
     Canonical,
@@ -30,6 +22,7 @@ from making.payloads import (
     pack_index,
     pack_tail,
 )
+from making.writing import State
 from tests.spec.plain_state import PlainState
 
 FRAMES = (b"CANO", b"SNAP", b"FRAM")

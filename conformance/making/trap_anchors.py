@@ -2,7 +2,7 @@
 
 from itertools import product
 
-from making.frames import Change, Coded
+from making.changes import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud, moving, newborn
 from making.streams import Stream

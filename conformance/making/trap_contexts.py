@@ -1,6 +1,6 @@
 """traps/: contexts, counts and words (SPEC 8)."""
 
-from making.frames import Change, Coded
+from making.changes import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud, moving, newborn
 from making.streams import Stream

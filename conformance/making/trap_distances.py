@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from itertools import product
 
-from making.frames import Change, Coded, morton
+from making.changes import Change, Coded
 from making.payloads import Head
+from making.planes import morton
 from making.scenes import only
 from making.streams import Stream
 from making.trap_making import set_traps

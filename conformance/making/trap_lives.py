@@ -1,6 +1,6 @@
 """traps/: births and deaths (SPEC 6.5, 7.4, 7.6)."""
 
-from making.frames import Change, Coded
+from making.changes import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud, moving, newborn
 from making.streams import Stream

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from making.frames import Change
+from making.changes import Change
 from making.scenes import between
 from making.streams import Stream
 from making.vectors import Valid, valid

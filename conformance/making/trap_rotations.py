@@ -1,6 +1,6 @@
 """traps/: rotations (SPEC 7.3, 7.5)."""
 
-from making.frames import Change, Coded
+from making.changes import Change, Coded
 from making.payloads import Head
 from making.scenes import cloud
 from making.streams import Stream

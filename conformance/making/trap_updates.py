@@ -1,6 +1,6 @@
 """traps/: updates (SPEC 7.8, 8.8)."""
 
-from making.frames import Change, Coded, Update
+from making.changes import Change, Coded, Update
 from making.scenes import cloud, moving, newborn, only
 from making.streams import Stream
 from making.trap_making import set_traps, tell, telling

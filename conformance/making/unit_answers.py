@@ -5,7 +5,7 @@ import zlib
 from itertools import product
 from math import isqrt
 
-from making.frames import morton
+from making.planes import morton
 from making.scenes import between, cloud
 from making.unit_coding import make_coding, make_states
 from making.units import Input, Refusal, Unit

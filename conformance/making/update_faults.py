@@ -4,9 +4,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+from making.changes import Change, Update
 from making.damaged_streams import flip, make_cut
 from making.fault_rows import FRAM, HEAD, MOVED, Row, count_frames, faults_at, with_fields
-from making.frames import Change, Update, make_frame
+from making.frames import make_frame
 from making.lost_chunks import lose
 from making.payloads import Frame
 from making.scenes import moving, newborn

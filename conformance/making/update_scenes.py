@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from making.frames import Update
+from making.changes import Update
 from making.payloads import Head
 from making.scenes import between, pick
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from making.frames import Change, Coded, Update
+from making.changes import Change, Coded, Update
 from making.payloads import pack_camera, pack_cameras, pack_metadata
 from making.scenes import between, cloud, moving, newborn, state_some
 from making.streams import Stream

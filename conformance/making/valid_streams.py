@@ -1,6 +1,6 @@
 """streams/: one feature to a stream."""
 
-from making.frames import Change, Coded
+from making.changes import Change, Coded
 from making.motion_streams import make_lives, make_motions
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
 from making.scenes import between, cloud, moving, newborn, only, state_some

@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
+from making.changes import Change
 from making.fault_rows import FRAM, MOVED, Row, with_fields
-from making.frames import Change, make_frame
+from making.frames import make_frame
 from making.payloads import Canonical, Frame
 from making.streams import Piece
 from making.vectors import Valid
