@@ -69,6 +69,7 @@ def make_stream(
     frame_count: int = 4,
     canonical_every: int = 1 << 32,
     births: int = 3,
+    snapshot_every: int = 1 << 32,
 ) -> tuple[bytes, list[State]]:
     """A stream with motion, births, deaths and what else its header allows, and its states."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
@@ -83,6 +84,8 @@ def make_stream(
         commit = loop.commit_births
         if frame % canonical_every == 0:
             commit = loop.commit_frame_as_canonical
+        elif frame % snapshot_every == 0:
+            commit = loop.commit_frame_as_snapshot
         states.append(commit(newborn))
     loop.finish()
     return sink.getvalue(), states

@@ -11,6 +11,7 @@ import pytest
 from quarc_ref.decoder import Follow, compute_digest, decode, open_source, recover
 from quarc_ref.decoder.http_source import HttpSource
 from quarc_ref.format.errors import SourceError, TruncatedError
+from quarc_ref.format.records import StreamHeader
 from tests.streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=12, canonical_every=4)
@@ -240,3 +241,14 @@ def test_why_a_server_cannot_be_asked_is_said_and_nothing_more():
 
     said = "the server of http://127.0.0.1:1/x cannot be read: "
     assert str(caught.value) == said + os.strerror(errno.ECONNREFUSED)
+
+
+@pytest.mark.parametrize("frame", [3, 4, 6, 8, 11])
+def test_frames_at_and_after_a_snapshot_are_come_to_by_ranges(frame):
+    header = StreamHeader(snapshots=True, gaussians_per_anchor=4)
+    data, states = make_stream(header, 40, 12, snapshot_every=4)
+
+    with _serve(data) as server, open_source(server.url) as source:
+        scene = next(iter(decode(source, frame, frame + 1)))
+
+    assert compute_digest(scene) == compute_digest(states[frame].scene)
