@@ -31,7 +31,7 @@ from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.stream_verbs import describe
 
 _PRESET_HELP = (
-    "main: fewest bytes at the best quality; demo: quicker, for the built-in capture; "
+    "main: best quality for its bytes; demo: quicker, for the built-in capture; "
     "paper: the paper's schedule and steps."
 )
 
@@ -74,8 +74,8 @@ def encode(
         Literal["1.0", "1.1"],
         typer.Option(
             "--format",
-            help="Version of the format to keep to: every player reads 1.0; 1.1 lets single "
-            "Gaussians change, where the preset does so.",
+            help="Version of the format: 1.1 lets single Gaussians change; 1.0 is for decoders "
+            "that know no other.",
         ),
     ] = "1.1",
     canonical_every: Annotated[
@@ -206,7 +206,7 @@ def encode(
             "rate_weight": rate_weight,
             "target_kb_per_frame": target,
         }
-        old = ["stream.updates=false"] if version == "1.0" else []
+        old = ["stream.updates=false", "canonical.snapshot_every=0"] if version == "1.0" else []
         config = configure(preset, [*(settings or []), *name_settings(asked), *old], seed)
         begun, found = time.monotonic(), Warnings()
         with TerminalProgress(quiet=quiet) as progress:

@@ -131,7 +131,7 @@ class StreamDecoder:
         reference: The CANO that snapshots are coded against; None before it, and in streams
             without snapshots.
         roots: `[N]` of the last canonical frame: index in the CANO of each Gaussian that it
-            has, -1 of the others.
+            has, -1 of the others; nothing in streams without snapshots.
     """
 
     def __init__(self, prove: Prove | None = None) -> None:

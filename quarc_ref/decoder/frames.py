@@ -35,7 +35,7 @@ from quarc_ref.format.records import (
     SnapshotChunk,
     StreamHeader,
 )
-from quarc_ref.format.snapshot_planes import read_snapshot
+from quarc_ref.format.snapshot_planes import Snapshot, read_snapshot
 from quarc_ref.format.update_planes import read_updates
 
 # Holds a scene against the CRC that its chunk states, now or later.
@@ -73,7 +73,7 @@ def decode_canonical(
 
 
 def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
-    """Return the Gaussians of a canonical frame as they are coded; its counts are held first.
+    """Return the Gaussians of a canonical frame as they are coded; its counts are checked first.
 
     Raises:
         BitstreamError: What is wrong with the chunk.
@@ -108,6 +108,19 @@ def decode_snapshot(
     Raises:
         BitstreamError: What is wrong with the chunk.
     """
+    snapshot = read_checked_snapshot(header, chunk, canonical)
+    state = make_canonical(header, chunk.frame, snapshot.gaussians, chunk.state_crc, prove)
+    return state, snapshot.roots
+
+
+def read_checked_snapshot(
+    header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
+) -> Snapshot:
+    """Return the Gaussians of a snapshot as they are coded; its counts are checked first.
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
     _require_within_level(header, chunk.newborn_count)
     with stage("entropy"):
         snapshot = read_snapshot(chunk, canonical)
@@ -116,8 +129,7 @@ def decode_snapshot(
         message = "a snapshot without Gaussians"
         raise CountError(message)
     _require_within_level(header, count)
-    state = make_canonical(header, chunk.frame, snapshot.gaussians, chunk.state_crc, prove)
-    return state, snapshot.roots
+    return snapshot
 
 
 def make_canonical(

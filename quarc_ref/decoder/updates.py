@@ -93,7 +93,7 @@ def _change(
     positions = fresh(scene.positions, None)
     rotations = fresh(scene.rotations, None)
     codes = fresh(scene.codes, None if before is None else before.codes)
-    ids = _without(scene.ids[None], gone, room)[0] if gone.size else scene.ids
+    ids = _without(scene.ids[None], gone, room)[0]
     positions[:, left] = _moved(positions[:, left], residuals[TRANSLATION], scene)
     turning = np.flatnonzero(np.any(residuals[TURN], axis=0))
     turned = left[turning]

@@ -8,11 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from quarc_ref.decoder.frames import read_checked, read_checked_snapshot
 from quarc_ref.format import container, wire
+from quarc_ref.format.arrays import Int64
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.gaussian_planes import read_canonical, sort_canonical, write_canonical
+from quarc_ref.format.gaussian_planes import sort_canonical, write_canonical
 from quarc_ref.format.records import CanonicalChunk, Gaussians, SnapshotChunk, StreamHeader
-from quarc_ref.format.snapshot_planes import Snapshot, read_snapshot, write_snapshot
+from quarc_ref.format.snapshot_planes import Snapshot, write_snapshot
 
 
 class Rebase:
@@ -28,7 +30,8 @@ class Rebase:
 
     def __init__(self, header: StreamHeader, canonical: Chunk) -> None:
         parsed = wire.parse_canonical(canonical.payload)
-        self._before = read_canonical(parsed, header.code_planes)
+        self._header = header
+        self._before = read_checked(header, parsed)
         self._after: tuple[int, Snapshot] | None = None
 
     def take(self, chunk: Chunk) -> Chunk:
@@ -41,7 +44,7 @@ class Rebase:
             BitstreamError: What is wrong with the snapshot.
         """
         parsed = wire.parse_snapshot(chunk.payload)
-        snapshot = read_snapshot(parsed, self._before)
+        snapshot = read_checked_snapshot(self._header, parsed, self._before)
         if self._after is not None:
             frame, first = self._after
             coded = write_snapshot(first.gaussians, snapshot.gaussians, _relate(first, snapshot))
@@ -55,7 +58,7 @@ class Rebase:
         return replace(chunk, kind=container.CANO, payload=payload)
 
 
-def _relate(first: Snapshot, later: Snapshot) -> np.ndarray:
+def _relate(first: Snapshot, later: Snapshot) -> Int64:
     """Return `[N]` for each Gaussian of the later snapshot its index in the first, or -1."""
     known = max(first.roots.max(initial=-1), later.roots.max(initial=-1)) + 1
     places = np.full(known + 1, -1, dtype=np.int64)  # the last is that of -1
