@@ -1,6 +1,6 @@
 /**
  * A stream as chunks (SPEC 5.1, 5.2): framing, CRCs, types, sequence and order. What a payload says is not
- * this file's business; it is told only how long a payload may be.
+ * this file's business; all that it needs to know is how long a payload may be.
  */
 
 import { CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, OWN_LIMITS } from "./constants.js";
