@@ -85,6 +85,8 @@ def _of_fields(parent: Valid) -> Iterable[Row]:
 def _of_scenes(parent: Valid) -> Iterable[Row]:
     before = parent.stream.states[_FRAME - 1]
     assert before is not None
+    assert before.canonical is not None
+    _, known = before.canonical
 
     def made(kept: Iterable[Survivor], newborn: Iterable[Any] = (), **said: Any) -> list[Piece]:
         snapshot, _ = make_snapshot(parent.stream.head, before, list(kept), list(newborn), **said)
@@ -99,7 +101,7 @@ def _of_scenes(parent: Valid) -> Iterable[Row]:
     yield "position", "7.9-5 4.1-1", "position-range", made((), edge), note
     for number, name in enumerate(("log-scale", "opacity", "red")):
         row = (7, 10, 11)[number]
-        codes = [before.canonical[1][i].codes[row - 7] for i in range(12)]  # type: ignore[index]
+        codes = [gaussian.codes[row - 7] for gaussian in known]
         i = next(i for i, code in enumerate(codes) if code)
         values = [0] * 14
         values[row] = 32767 if codes[i] > 0 else -32767

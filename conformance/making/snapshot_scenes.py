@@ -1,6 +1,7 @@
 """Snapshots made by hand, and patterns that fill them (SPEC 7.9)."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from making.changes import Survivor
 from making.payloads import Head
@@ -17,9 +18,9 @@ NEEDS = {"needs": "snapshots"}
 """Decoders of 1.0 are not asked for these streams: they refuse them."""
 
 
-def snapping(**fields: object) -> Head:
+def snapping(**fields: int) -> Head:
     """Return the HEAD of a stream with snapshots."""
-    return Head(**{"version_minor": 1, "incompatible_features": 4} | fields)  # type: ignore[arg-type]
+    return replace(Head(version_minor=1, incompatible_features=4), **fields)
 
 
 def differences(**said: tuple[int, ...] | int) -> tuple[int, ...]:

@@ -1,6 +1,7 @@
 """Updates made by hand, and patterns that fill frames with them (SPEC 7.8)."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from making.changes import Update
 from making.payloads import Head
@@ -17,9 +18,9 @@ NEEDS = {"needs": "updates"}
 """Decoders of 1.0 are not asked for these streams: they refuse them."""
 
 
-def updating(**fields: object) -> Head:
+def updating(**fields: int) -> Head:
     """Return the HEAD of a stream with updates."""
-    return Head(**{"version_minor": 1, "incompatible_features": 2} | fields)  # type: ignore[arg-type]
+    return replace(Head(version_minor=1, incompatible_features=2), **fields)
 
 
 def residuals(**said: tuple[int, ...] | int) -> tuple[int, ...]:

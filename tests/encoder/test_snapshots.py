@@ -14,6 +14,7 @@ from quarc_ref.encoder.config import CanonicalSettings, make_header
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
 from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.errors import CountLevelError
 from quarc_ref.format.records import StreamHeader
 from tests.editing.edits import cut_bytes, join_bytes
 from tests.encoder.toys import SMALL, make_capture
@@ -24,6 +25,7 @@ from tests.streams import (
     make_gaussians,
     make_symbols,
     make_updates,
+    rebuild_stream,
 )
 
 _HEADER = StreamHeader(seed=3, gaussians_per_anchor=4, updates=True, snapshots=True)
@@ -94,6 +96,16 @@ def test_later_snapshots_of_a_cut_stay_snapshots():
     kinds = [chunk.kind for chunk in split_chunks(cut_bytes(_DATA, 3, None))]
 
     assert kinds.count(container.SNAP) == 2
+
+
+@pytest.mark.parametrize(("kind", "place"), [(container.CANO, 4), (container.SNAP, 8)])
+def test_a_cut_makes_no_room_for_more_gaussians_than_the_level_allows(kind, place):
+    pieces = [(chunk.kind, bytearray(chunk.payload)) for chunk in _CHUNKS]
+    payload = next(payload for each, payload in pieces if each == kind)
+    payload[place : place + 4] = b"\xff" * 4  # gaussian_count, newborn_count
+
+    with pytest.raises(CountLevelError):
+        cut_bytes(rebuild_stream([(each, bytes(data)) for each, data in pieces]), 3, None)
 
 
 def test_parts_are_joined_to_the_whole():
