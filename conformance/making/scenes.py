@@ -1,6 +1,6 @@
 """Gaussians made by hand, and patterns that fill streams with something of everything."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from making.changes import Coded, Symbols
 
@@ -64,3 +64,17 @@ def state_some(_model: str, context: int, zeros: int, ones: int) -> int:
     """State a probability: something near the truth, of various octaves."""
     base = 60 + 3 * context % 59
     return base + 120 if ones > zeros else base
+
+
+def fill(fields: Mapping[str, range], said: Mapping[str, tuple[int, ...] | int]) -> tuple[int, ...]:
+    """Return the numbers of all fields; those of fields that nothing is said of are 0.
+
+    Args:
+        fields: Where each has its numbers.
+        said: By the name of a field, `_` in the place of `-`.
+    """
+    numbers = [0] * max(field.stop for field in fields.values())
+    for name, values in said.items():
+        field = fields[name.replace("_", "-")]
+        numbers[field.start : field.stop] = [values] if isinstance(values, int) else values
+    return tuple(numbers)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.changes import Survivor
 from making.payloads import Head
-from making.scenes import between, pick
+from making.scenes import between, fill, pick
 
 FIELDS = {
     "position": range(3),
@@ -25,11 +25,7 @@ def snapping(**fields: int) -> Head:
 
 def differences(**said: tuple[int, ...] | int) -> tuple[int, ...]:
     """Return the 14 differences of fields, `sh_dc` for SH DC; what is not named is 0."""
-    rows = [0] * 14
-    for name, values in said.items():
-        field = FIELDS[name.replace("_", "-")]
-        rows[field.start : field.stop] = [values] if isinstance(values, int) else values
-    return tuple(rows)
+    return fill(FIELDS, said)
 
 
 def survive(which: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.changes import Update
 from making.payloads import Head
-from making.scenes import between, pick
+from making.scenes import between, fill, pick
 
 FIELDS = {
     "translation": range(3),
@@ -25,11 +25,7 @@ def updating(**fields: int) -> Head:
 
 def residuals(**said: tuple[int, ...] | int) -> tuple[int, ...]:
     """Return the 13 residuals of fields, `sh_dc` for SH DC; what is not named is 0."""
-    rows = [0] * 13
-    for name, values in said.items():
-        field = FIELDS[name.replace("_", "-")]
-        rows[field.start : field.stop] = [values] if isinstance(values, int) else values
-    return tuple(rows)
+    return fill(FIELDS, said)
 
 
 def drawn(count: int, seed: int, *, one_in: int = 3, leaving: int = 7) -> tuple[Update, ...]:
