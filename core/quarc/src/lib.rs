@@ -1,0 +1,12 @@
+//! Decoder and coder of `.quarc` streams (SPEC.md 1.1), exact to the bit.
+//!
+//! The modules stand in the order of the text. Comments name the clause that a line carries
+//! out, as `[7.4-3]`.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod constants; // SPEC 3
+pub mod error; // SPEC 3.3
+pub mod records; // SPEC 5
+pub mod rows; // how the planes of a state stand

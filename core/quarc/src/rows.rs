@@ -1,0 +1,95 @@
+//! Rows of numbers of equal length in one piece, as the planes of a state stand (SPEC 7.1).
+
+/// Rows of equal length in one allocation, with room behind each for more columns.
+///
+/// A row begins `stride` numbers after the one before it, so that others may look at the rows
+/// without a copy.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rows<T> {
+    numbers: Vec<T>,
+    rows: usize,
+    columns: usize,
+    stride: usize,
+}
+
+impl<T: Copy + Default> Rows<T> {
+    /// Rows of zeros, with room for so many columns more.
+    #[must_use]
+    pub fn zeros(rows: usize, columns: usize, room: usize) -> Self {
+        let stride = columns + room;
+        Rows { numbers: vec![T::default(); rows * stride], rows, columns, stride }
+    }
+
+    /// How many rows.
+    #[must_use]
+    pub const fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// How long each is.
+    #[must_use]
+    pub const fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// How many numbers a row begins after the one before it.
+    #[must_use]
+    pub const fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// A row.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn row(&self, row: usize) -> &[T] {
+        &self.numbers[row * self.stride..][..self.columns]
+    }
+
+    /// A row, to be written to.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn row_mut(&mut self, row: usize) -> &mut [T] {
+        &mut self.numbers[row * self.stride..][..self.columns]
+    }
+
+    /// All rows, to be written to.
+    pub fn rows_mut(&mut self) -> impl Iterator<Item = &mut [T]> {
+        let columns = self.columns;
+        self.numbers.chunks_mut(self.stride.max(1)).map(move |row| &mut row[..columns])
+    }
+
+    /// Remove the columns of ascending indices; the others keep their order.
+    pub fn remove(&mut self, gone: &[u32]) {
+        let Some(&first) = gone.first() else { return };
+        for row in self.rows_mut() {
+            let mut to = first as usize;
+            for (place, &column) in gone.iter().enumerate() {
+                let from = column as usize + 1;
+                let end = gone.get(place + 1).map_or(row.len(), |&next| next as usize);
+                row.copy_within(from..end, to);
+                to += end - from;
+            }
+        }
+        self.columns -= gone.len();
+    }
+
+    /// Append zeroed columns, in place where there is room.
+    pub fn grow(&mut self, columns: usize) {
+        if self.columns + columns > self.stride {
+            let room = columns + (self.columns + columns) / 16;
+            let mut wider = Rows::zeros(self.rows, self.columns, room);
+            for row in 0..self.rows {
+                wider.row_mut(row).copy_from_slice(self.row(row));
+            }
+            *self = wider;
+        }
+        let old = self.columns;
+        self.columns += columns;
+        for row in self.rows_mut() {
+            row[old..].fill(T::default());
+        }
+    }
+}
