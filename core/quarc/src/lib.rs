@@ -10,3 +10,7 @@ pub mod constants; // SPEC 3
 pub mod error; // SPEC 3.3
 pub mod records; // SPEC 5
 pub mod rows; // how the planes of a state stand
+
+pub mod anchors; // SPEC 6
+pub mod morton; // SPEC 6.3, 8.5
+pub mod philox; // SPEC 6.2
