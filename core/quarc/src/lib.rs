@@ -14,3 +14,9 @@ pub mod rows; // how the planes of a state stand
 pub mod anchors; // SPEC 6
 pub mod morton; // SPEC 6.3, 8.5
 pub mod philox; // SPEC 6.2
+
+pub mod arithmetic; // SPEC 4
+pub mod coding; // SPEC 8
+pub mod digest; // SPEC 9
+pub mod rotation; // SPEC 7.2, 7.3, 7.5
+pub mod state; // SPEC 7
