@@ -10,3 +10,9 @@ pub mod constants; // SPEC 3
 pub mod error; // SPEC 3.3
 pub mod records; // SPEC 5
 pub mod rows; // how the planes of a state stand
+
+pub mod chunks; // SPEC 5.1, 5.2
+pub mod reader; // the chunks of a stream that can be read anywhere
+pub mod source; // what a stream is read from
+pub mod wire; // SPEC 5
+pub mod writer; // a stream chunk by chunk
