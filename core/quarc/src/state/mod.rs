@@ -14,7 +14,7 @@ mod frame; // SPEC 7.4, 7.7
 mod motion; // SPEC 7.5
 mod updates; // SPEC 7.8
 
-pub use frame::choose_deaths;
+pub use frame::{choose_deaths, Coded};
 
 use crate::anchors::Anchors;
 use crate::coding::counts::Counts;
@@ -97,6 +97,24 @@ impl State {
     /// `[7 or 16, N]` log-scale 3, opacity 1, SH DC 3, SH rest 9.
     #[must_use]
     pub fn codes(&self) -> &Rows<i16> {
+        &self.codes
+    }
+
+    /// The same as `positions`, to be held on to.
+    #[must_use]
+    pub const fn shared_positions(&self) -> &Arc<Rows<i32>> {
+        &self.positions
+    }
+
+    /// The same as `rotations`, to be held on to.
+    #[must_use]
+    pub const fn shared_rotations(&self) -> &Arc<Rows<i32>> {
+        &self.rotations
+    }
+
+    /// The same as `codes`, to be held on to.
+    #[must_use]
+    pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
         &self.codes
     }
 
