@@ -269,6 +269,12 @@ impl State {
         self.inner().phase()
     }
 
+    /// The id that the next newborn gets.
+    #[getter]
+    fn next_id(&self) -> u64 {
+        self.inner().next_id()
+    }
+
     /// How many Gaussians there are.
     #[getter]
     fn count(&self) -> usize {
@@ -282,17 +288,17 @@ impl State {
 
     /// `[3, N]` positions, not to be written to.
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        arrays::view(py, self.inner().shared_positions())
+        arrays::view(py, self.inner().shared().0)
     }
 
     /// `[4, N]` rotations, not to be written to.
     fn rotations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        arrays::view(py, self.inner().shared_rotations())
+        arrays::view(py, self.inner().shared().1)
     }
 
     /// `[code_planes, N]` codes, not to be written to.
     fn codes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i16>>> {
-        arrays::view(py, self.inner().shared_codes())
+        arrays::view(py, self.inner().shared().2)
     }
 
     /// `[c, N]` what moved each Gaussian in the frame.

@@ -100,22 +100,16 @@ impl State {
         &self.codes
     }
 
-    /// The same as `positions`, to be held on to.
+    /// Positions, rotations and codes, as clones of the state share them.
     #[must_use]
-    pub const fn shared_positions(&self) -> &Arc<Rows<i32>> {
-        &self.positions
+    pub const fn shared(&self) -> (&Arc<Rows<i32>>, &Arc<Rows<i32>>, &Arc<Rows<i16>>) {
+        (&self.positions, &self.rotations, &self.codes)
     }
 
-    /// The same as `rotations`, to be held on to.
+    /// The id that the next newborn gets.
     #[must_use]
-    pub const fn shared_rotations(&self) -> &Arc<Rows<i32>> {
-        &self.rotations
-    }
-
-    /// The same as `codes`, to be held on to.
-    #[must_use]
-    pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
-        &self.codes
+    pub const fn next_id(&self) -> u64 {
+        self.next_id
     }
 
     /// `[N]` of each Gaussian the sum of the symbols that moved it in the frame.
