@@ -8,28 +8,63 @@ use sha2::{Digest, Sha256};
 /// Numbers that are written at once.
 const BLOCK: usize = 1024;
 
+/// What of a state is serialized (SPEC 9.1); Gaussians stand in ascending id.
+#[derive(Clone, Copy, Debug)]
+pub struct Serialized<'a> {
+    /// Frames since the canonical one.
+    pub phase: u32,
+    /// `[N]`
+    pub ids: &'a [u32],
+    /// `[3, N]`
+    pub positions: &'a Rows<i32>,
+    /// `[4, N]`
+    pub rotations: &'a Rows<i32>,
+    /// `[7 or 16, N]`
+    pub codes: &'a Rows<i16>,
+}
+
+impl Serialized<'_> {
+    /// The SHA-256 of all of it, as hexadecimal digits.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut digest = Sha256::new();
+        self.write(true, |bytes| digest.update(bytes));
+        digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// The CRC of it, with or without the codes.
+    #[must_use]
+    pub fn crc(&self, with_codes: bool) -> u32 {
+        let mut crc = crc32fast::Hasher::new();
+        self.write(with_codes, |bytes| crc.update(bytes));
+        crc.finalize()
+    }
+
+    /// Hand out the bytes, piece by piece.
+    fn write(&self, with_codes: bool, mut to: impl FnMut(&[u8])) {
+        let head = [self.ids.len() as u32, self.phase];
+        write(&head, |&number| number.to_le_bytes(), &mut to);
+        write(self.ids, |&id| id.to_le_bytes(), &mut to);
+        write_rows(self.positions, |&number| number.to_le_bytes(), &mut to);
+        write_rows(self.rotations, |&number| number.to_le_bytes(), &mut to);
+        if with_codes {
+            write_rows(self.codes, |&code| i32::from(code).to_le_bytes(), &mut to);
+        }
+    }
+}
+
 impl State {
     /// The SHA-256 of the state's serialization, as hexadecimal digits (SPEC 9.1).
     #[must_use]
     pub fn digest(&self) -> String {
-        let mut digest = Sha256::new();
-        self.serialize(true, |bytes| digest.update(bytes));
-        digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        self.serialized().digest()
     }
 
     /// The CRC that the chunk of this frame carries (SPEC 9.2).
     #[must_use]
     pub fn state_crc(&self) -> u32 {
         let all = self.phase() % u32::from(self.header().full_crc_interval) == 0;
-        self.crc(all)
-    }
-
-    /// The CRC of the state, with or without the codes.
-    #[must_use]
-    pub fn crc(&self, with_codes: bool) -> u32 {
-        let mut crc = crc32fast::Hasher::new();
-        self.serialize(with_codes, |bytes| crc.update(bytes));
-        crc.finalize()
+        self.serialized().crc(all)
     }
 
     /// Hold the state against the CRC of its chunk.
@@ -45,14 +80,15 @@ impl State {
         Ok(())
     }
 
-    /// Hand out the serialization (SPEC 9.1), piece by piece.
-    fn serialize(&self, with_codes: bool, mut to: impl FnMut(&[u8])) {
-        write(&[self.count() as u32, self.phase()], |&number| number.to_le_bytes(), &mut to);
-        write(self.ids(), |&id| id.to_le_bytes(), &mut to);
-        write_rows(self.positions(), |&number| number.to_le_bytes(), &mut to);
-        write_rows(self.rotations(), |&number| number.to_le_bytes(), &mut to);
-        if with_codes {
-            write_rows(self.codes(), |&code| i32::from(code).to_le_bytes(), &mut to);
+    /// What of the state is serialized (SPEC 9.1).
+    #[must_use]
+    pub fn serialized(&self) -> Serialized<'_> {
+        Serialized {
+            phase: self.phase(),
+            ids: self.ids(),
+            positions: self.positions(),
+            rotations: self.rotations(),
+            codes: self.codes(),
         }
     }
 }

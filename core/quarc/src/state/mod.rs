@@ -14,6 +14,8 @@ mod frame; // SPEC 7.4, 7.7
 mod motion; // SPEC 7.5
 mod updates; // SPEC 7.8
 
+pub use frame::choose_deaths;
+
 use crate::anchors::Anchors;
 use crate::coding::counts::Counts;
 use crate::coding::motion::Channels;
