@@ -8,23 +8,23 @@ use sha2::{Digest, Sha256};
 /// Numbers that are written at once.
 const BLOCK: usize = 1024;
 
-/// What of a state is serialized (SPEC 9.1); Gaussians stand in ascending id.
+/// What a state is told apart by: the parts that are serialized, in their order (SPEC 9.1).
 #[derive(Clone, Copy, Debug)]
 pub struct Serialized<'a> {
     /// Frames since the canonical one.
     pub phase: u32,
-    /// `[N]`
+    /// `[N]`.
     pub ids: &'a [u32],
-    /// `[3, N]`
+    /// `[3, N]`.
     pub positions: &'a Rows<i32>,
-    /// `[4, N]`
+    /// `[4, N]`.
     pub rotations: &'a Rows<i32>,
-    /// `[7 or 16, N]`
+    /// `[7 or 16, N]`.
     pub codes: &'a Rows<i16>,
 }
 
 impl Serialized<'_> {
-    /// The SHA-256 of all of it, as hexadecimal digits.
+    /// The SHA-256 of all of it, as hexadecimal digits (SPEC 9.1).
     #[must_use]
     pub fn digest(&self) -> String {
         let mut digest = Sha256::new();
@@ -32,7 +32,7 @@ impl Serialized<'_> {
         digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// The CRC of it, with or without the codes.
+    /// The CRC of all of it, or of all but the codes (SPEC 9.2).
     #[must_use]
     pub fn crc(&self, with_codes: bool) -> u32 {
         let mut crc = crc32fast::Hasher::new();
@@ -63,8 +63,8 @@ impl State {
     /// The CRC that the chunk of this frame carries (SPEC 9.2).
     #[must_use]
     pub fn state_crc(&self) -> u32 {
-        let all = self.phase() % u32::from(self.header().full_crc_interval) == 0;
-        self.serialized().crc(all)
+        let with_codes = self.phase() % u32::from(self.header().full_crc_interval) == 0;
+        self.serialized().crc(with_codes)
     }
 
     /// Hold the state against the CRC of its chunk.
@@ -80,9 +80,7 @@ impl State {
         Ok(())
     }
 
-    /// What of the state is serialized (SPEC 9.1).
-    #[must_use]
-    pub fn serialized(&self) -> Serialized<'_> {
+    fn serialized(&self) -> Serialized<'_> {
         Serialized {
             phase: self.phase(),
             ids: self.ids(),

@@ -40,6 +40,9 @@ impl State {
         chunk: &SnapshotChunk,
         canonical: &Gaussians,
     ) -> Result<(State, Vec<i32>)> {
+        if canonical.codes.len() != header.code_planes() {
+            return Err(Error::Encode("no canonical frame of this stream".into()));
+        }
         require_gaussians(header, u64::from(chunk.newborn_count))?;
         let (gaussians, roots) = read_snapshot(chunk, canonical, |count| {
             // [7.9-3]

@@ -1,0 +1,8 @@
+//! What frames are made of, against the conformance suite.
+
+#[path = "../known/mod.rs"]
+mod known;
+
+mod streams;
+mod units;
+mod writers;
