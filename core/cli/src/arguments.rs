@@ -19,9 +19,9 @@ quarc: moving Gaussian splats in .quarc streams
   quarc conformance            answer the runner of conformance/: a stream on standard input
       --jobs, --capabilities   many in one process; what can be asked
 
-FILE may be `-`, standard input, but where frames are to be found by --start or --recover.
-Exit status: 0; 1 the stream is rejected; 2 anything else is wrong; 3 the stream of the
-unlimited level asks for more than this decoder gives.
+FILE may be `-`, standard input, but not with --recover.
+Exit status: 0; 1 the stream is rejected, or has gaps; 2 anything else is wrong; 3 the stream
+of the unlimited level asks for more than this decoder gives.
 ";
 
 /// What is to be done.

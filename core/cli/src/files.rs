@@ -20,9 +20,14 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Whether a name is that of standard input.
+pub fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 /// Open a stream; `-` is standard input.
 pub fn open(path: &Path) -> Result<Box<dyn Read>, Failure> {
-    if path.as_os_str() == "-" {
+    if is_standard_input(path) {
         return Ok(Box::new(io::stdin().lock()));
     }
     Ok(Box::new(open_file(path)?))

@@ -34,7 +34,7 @@ struct Sum {
 
 /// Describe a stream, for people or as JSON.
 pub fn info(path: &Path, json: bool) -> Result<(), Failure> {
-    let summary = if path.as_os_str() == "-" {
+    let summary = if files::is_standard_input(path) {
         let mut stream = Vec::new();
         let read = files::open(path)?.read_to_end(&mut stream);
         read.map_err(|error| Failure::file(path, &error))?;

@@ -34,7 +34,7 @@ fn run(task: Task) -> Result<ExitCode, Failure> {
         Task::Version => files::print(concat!("quarc ", env!("CARGO_PKG_VERSION"), "\n"))?,
         Task::Verify { file } => verify::verify(&file)?,
         Task::Info { file, json } => info::info(&file, json)?,
-        Task::Decode(wanted) => decode::decode(&wanted)?,
+        Task::Decode(wanted) => return decode::decode(&wanted),
         Task::Conformance(ask) => return conformance::answer(ask),
     }
     Ok(ExitCode::SUCCESS)
