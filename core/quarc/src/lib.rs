@@ -24,6 +24,7 @@ pub mod philox; // SPEC 6.2
 
 pub mod coding; // SPEC 8
 pub mod digest; // SPEC 9
+pub mod floats; // SPEC 10
 pub mod rotation; // SPEC 7.2, 7.3, 7.5
 pub mod state; // SPEC 7
 

@@ -100,6 +100,11 @@ impl State {
         &self.codes
     }
 
+    /// Positions, rotations and codes, as clones of the state share them.
+    pub(crate) const fn shared(&self) -> (&Arc<Rows<i32>>, &Arc<Rows<i32>>, &Arc<Rows<i16>>) {
+        (&self.positions, &self.rotations, &self.codes)
+    }
+
     /// `[N]` of each Gaussian the sum of the symbols that moved it in the frame.
     #[must_use]
     pub fn motion(&self) -> &[Channels] {

@@ -3,6 +3,7 @@
 #[path = "../known/mod.rs"]
 mod known;
 
+mod floats;
 mod streams;
 mod units;
 mod writers;
