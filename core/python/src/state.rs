@@ -3,7 +3,6 @@
 use crate::arrays::{self, CodedArguments, CodedArrays};
 use crate::errors::raise;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use quarc::coding::motion::Channels;
 use quarc::records::{Births, CanonicalChunk, FrameChunk, Header, SnapshotChunk, Updates};
@@ -288,17 +287,17 @@ impl State {
 
     /// `[3, N]` positions, not to be written to.
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        arrays::view(py, self.inner().shared().0)
+        arrays::view(py, self.inner().shared_places()[0])
     }
 
     /// `[4, N]` rotations, not to be written to.
     fn rotations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        arrays::view(py, self.inner().shared().1)
+        arrays::view(py, self.inner().shared_places()[1])
     }
 
     /// `[code_planes, N]` codes, not to be written to.
     fn codes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i16>>> {
-        arrays::view(py, self.inner().shared().2)
+        arrays::view(py, self.inner().shared_codes())
     }
 
     /// `[c, N]` what moved each Gaussian in the frame.
@@ -350,19 +349,17 @@ impl State {
         anchors.levels().iter().map(level).collect()
     }
 
-    /// `[L, N]` the number of the anchor that each Gaussian follows at each level.
+    /// `[L, n]` the number of the anchor that each Gaussian follows at each level; the newborn of
+    /// the frame are not bound yet.
     fn binding<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let count = state.count();
         let anchors = state.anchors_mut().map_err(raise)?;
         let levels = anchors.levels().len();
-        let mut numbers = Vec::with_capacity(levels * count);
+        let mut numbers: Vec<i32> = Vec::new();
         for level in 0..levels {
             numbers.extend(anchors.binding(level).iter().map(|&anchor| anchor as i32));
         }
-        if numbers.len() != levels * count {
-            return Err(PyValueError::new_err("the frame's newborn are not bound yet"));
-        }
-        PyArray1::from_vec(py, numbers).reshape([levels, count])
+        let columns = numbers.len() / levels;
+        PyArray1::from_vec(py, numbers).reshape([levels, columns])
     }
 }

@@ -100,10 +100,16 @@ impl State {
         &self.codes
     }
 
-    /// Positions, rotations and codes, as clones of the state share them.
+    /// Positions and rotations, as clones of the state share them.
     #[must_use]
-    pub const fn shared(&self) -> (&Arc<Rows<i32>>, &Arc<Rows<i32>>, &Arc<Rows<i16>>) {
-        (&self.positions, &self.rotations, &self.codes)
+    pub const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
+        [&self.positions, &self.rotations]
+    }
+
+    /// Codes, as clones of the state share them.
+    #[must_use]
+    pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
+        &self.codes
     }
 
     /// The id that the next newborn gets.
