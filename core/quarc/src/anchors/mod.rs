@@ -1,12 +1,29 @@
 //! The anchors of a scene and who follows them: SPEC 6.
+//!
+//! Gaussians are sorted once, in Morton order, for all levels. The anchors of a level, a subset
+//! of them, inherit that order, so that a tree of boxes over them takes no further sorting. Which
+//! anchor a Gaussian follows is found out when somebody asks, and only where it may be one that
+//! moves.
 
-mod binding;
+mod index;
+mod near;
+mod nearest;
+mod order;
+mod runs;
 mod sampler;
+mod sampling;
+mod search;
+mod survivors;
 
 pub use sampler::count_anchors;
 
 use crate::records::Header;
 use crate::rows::Rows;
+use near::Near;
+use sampling::{unresolved, Sampling};
+use search::{bind_alone, reach, Moving, Reach, Search, Seekers};
+use std::sync::Arc;
+use survivors::Survivors;
 
 /// What stands for an anchor that was not looked for, as it does not move.
 pub const NOBODY: u32 = u32::MAX;
@@ -22,50 +39,88 @@ pub struct AnchorLevel {
     pub parents: Vec<u32>,
 }
 
-/// All anchors of a scene, and the anchor that each Gaussian follows at each level.
+/// All anchors of a scene, and what is known of who follows them.
 #[derive(Clone, Debug)]
 pub struct Anchors {
-    levels: Vec<AnchorLevel>,
-    binding: Vec<Vec<u32>>,
+    sampling: Arc<Sampling>,
+    survivors: Survivors,
+    followers: Vec<Followers>,
+}
+
+/// The followers of a level.
+#[derive(Clone, Debug, Default)]
+struct Followers {
+    binding: Vec<u32>,
+    reach: Option<Arc<Reach>>,
+    resolved: Vec<Vec<bool>>,
 }
 
 impl Anchors {
-    /// Sample the anchors of a frame: 6.1 to 6.4.
+    /// Sample the anchors of a frame (6.1 to 6.3).
     ///
     /// `ids` are ascending, one to a column of `positions`, and there is at least one. All
     /// coordinates are within `POSITION_LIMIT`.
     #[must_use]
     pub fn sample(header: &Header, phase: u32, ids: &[u32], positions: &Rows<i32>) -> Self {
         let rows = [positions.row(0), positions.row(1), positions.row(2)];
-        let mut levels: Vec<AnchorLevel> = Vec::new();
-        let mut binding = Vec::new();
-        let chosen = sampler::sample(header, phase, ids, rows);
-        for members in &chosen {
-            let at = |axis: usize| members.iter().map(|&i| rows[axis][i as usize]).collect();
-            let positions: [Vec<i32>; 3] = [at(0), at(1), at(2)];
-            binding.push(binding::bind(rows, &positions));
-            let ids = members.iter().map(|&i| ids[i as usize]).collect();
-            levels.push(AnchorLevel { ids, positions, parents: vec![0; members.len()] });
+        Self::begin(Sampling::new(header, phase, ids, rows, 0..ids.len() as u32))
+    }
+
+    /// The same anchors, found faster: most Gaussians stand as they did at the last sampling.
+    #[must_use]
+    pub fn sample_again(
+        &self,
+        header: &Header,
+        phase: u32,
+        ids: &[u32],
+        positions: &Rows<i32>,
+    ) -> Self {
+        let last = &self.sampling;
+        // Where each Gaussian of the last sampling is now.
+        let mut places = Vec::with_capacity(last.ids.len());
+        let (mut now, mut newborn) = (0, Vec::new());
+        for &id in &last.ids {
+            while now < ids.len() && ids[now] < id {
+                newborn.push(now as u32);
+                now += 1;
+            }
+            let is_there = ids.get(now) == Some(&id);
+            places.push(if is_there { now as u32 } else { NOBODY });
+            now += usize::from(is_there);
         }
-        // [6.5] the parent is the anchor that the own Gaussian follows.
-        for (level, members) in chosen.iter().enumerate().take(chosen.len() - 1) {
-            let coarser: &Vec<u32> = &binding[level + 1];
-            levels[level].parents = members.iter().map(|&i| coarser[i as usize]).collect();
+        newborn.extend(now as u32..ids.len() as u32);
+        let left = last.order.iter().map(|&index| places[index as usize]);
+        let hint = left.filter(|&index| index != NOBODY).chain(newborn);
+        let rows = [positions.row(0), positions.row(1), positions.row(2)];
+        Self::begin(Sampling::new(header, phase, ids, rows, hint))
+    }
+
+    fn begin(sampling: Sampling) -> Self {
+        let followers = || Followers {
+            binding: vec![NOBODY; sampling.ids.len()],
+            reach: None,
+            resolved: unresolved(&sampling.tiers),
+        };
+        Anchors {
+            followers: sampling.levels.iter().map(|_| followers()).collect(),
+            survivors: Survivors::all(sampling.ids.len()),
+            sampling: Arc::new(sampling),
         }
-        Anchors { levels, binding }
     }
 
     /// The levels, level 1, the finest, first.
     #[must_use]
     pub fn levels(&self) -> &[AnchorLevel] {
-        &self.levels
+        &self.sampling.levels
     }
 
     /// Gaussians of these ascending indices have died; the others keep their order (6.5).
     pub fn remove(&mut self, gone: &[u32]) {
-        for binding in &mut self.binding {
+        let sampled = gone.partition_point(|&index| (index as usize) < self.survivors.count());
+        self.survivors.remove(&gone[..sampled]);
+        for followers in &mut self.followers {
             let (mut place, mut next) = (0, 0);
-            binding.retain(|_| {
+            followers.binding.retain(|_| {
                 let dies = gone.get(next) == Some(&place);
                 next += usize::from(dies);
                 place += 1;
@@ -76,22 +131,40 @@ impl Anchors {
 
     /// Newborn at these positions are bound from now on, behind all others (6.5).
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
-        for (level, binding) in self.levels.iter().zip(&mut self.binding) {
-            binding.extend(binding::bind(*positions, &level.positions));
+        for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
+            let (all, mut near) = (Near::all(index), Near::default());
+            for i in 0..positions[0].len() {
+                let at = [0, 1, 2].map(|axis: usize| positions[axis][i] as f32);
+                let place = bind_alone(at, &all, &mut near, index);
+                followers.binding.push(index.numbers[place as usize]);
+            }
         }
     }
 
     /// For each Gaussian the index of the anchor that it follows at a level, where that anchor
-    /// moves; where not, `NOBODY` or an anchor that does not move.
+    /// moves; where not, `NOBODY` or an anchor that does not move (6.4).
     ///
     /// `moves` has one entry to each anchor of the level. Level 1 is number 0.
     pub fn followed(&mut self, level: usize, moves: &[bool]) -> &[u32] {
-        assert_eq!(moves.len(), self.levels[level].ids.len(), "an entry to each anchor");
-        &self.binding[level]
+        assert_eq!(moves.len(), self.levels()[level].ids.len(), "an entry to each anchor");
+        let sampling = &*self.sampling;
+        let (index, survivors) = (&sampling.indices[level], &self.survivors);
+        let Followers { binding, reach: known, resolved } = &mut self.followers[level];
+        let seekers = Seekers { points: &sampling.points, tiers: &sampling.tiers };
+        let reach =
+            known.get_or_insert_with(|| Arc::new(reach(seekers, index, &sampling.ranks[level])));
+        let moving = &Moving::new(index, moves);
+        Search { seekers, reach, index, moving, resolved }.run(&mut |point, place| {
+            if let Some(now) = survivors.place(sampling.order[point]) {
+                binding[now as usize] = index.numbers[place as usize];
+            }
+        });
+        binding
     }
 
     /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.
     pub fn binding(&mut self, level: usize) -> &[u32] {
-        &self.binding[level]
+        let moves = vec![true; self.levels()[level].ids.len()];
+        self.followed(level, &moves)
     }
 }

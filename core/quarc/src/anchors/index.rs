@@ -1,0 +1,65 @@
+//! The anchors of a level in blocks of eight, and these in wider ones.
+
+use super::runs::{cut_runs, Bounds, Points, Tier, LANES};
+
+/// Eight numbers side by side.
+pub type Eight = [f32; LANES];
+const NOWHERE: f32 = f32::MAX; // farther than any reach
+
+/// The boxes of the parts of a node; those that are not there are nowhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Boxes {
+    /// Least coordinates.
+    pub low: [Eight; 3],
+    /// Greatest coordinates.
+    pub high: [Eight; 3],
+}
+
+/// The anchors of a level, ready to be searched.
+#[derive(Clone, Debug, Default)]
+pub struct Index {
+    /// Anchors in Morton order, of those at one place the first alone.
+    pub points: Points,
+    /// The number of each.
+    pub numbers: Vec<u32>,
+    /// Nodes over them, the leaves first.
+    pub tiers: Vec<Tier>,
+    /// The anchors of each leaf.
+    pub leaves: Vec<[Eight; 3]>,
+    /// The parts of each node of the tiers above the leaves.
+    pub boxes: Vec<Vec<Boxes>>,
+}
+
+impl Index {
+    /// Of anchors in Morton order, with their numbers and `merges` as `Order` has them.
+    pub fn new(points: Points, numbers: Vec<u32>, merges: &[u8]) -> Self {
+        let tiers = cut_runs(&points, merges, LANES);
+        let leaves = (0..tiers[0].count())
+            .map(|leaf| {
+                let parts = tiers[0].parts(leaf);
+                [0, 1, 2].map(|axis: usize| {
+                    let mut eight = [NOWHERE; LANES];
+                    eight[..parts.len()].copy_from_slice(&points[axis][parts.clone()]);
+                    eight
+                })
+            })
+            .collect();
+        let boxes = tiers.windows(2).map(|pair| box_parts(&pair[1], &pair[0].bounds)).collect();
+        Index { points, numbers, tiers, leaves, boxes }
+    }
+}
+
+fn box_parts(tier: &Tier, parts: &[Bounds]) -> Vec<Boxes> {
+    let boxes = |node: usize| {
+        let nowhere = [[NOWHERE; LANES]; 3];
+        let mut boxes = Boxes { low: nowhere, high: nowhere };
+        for (lane, part) in parts[tier.parts(node)].iter().enumerate() {
+            for axis in 0..3 {
+                boxes.low[axis][lane] = part.low[axis];
+                boxes.high[axis][lane] = part.high[axis];
+            }
+        }
+        boxes
+    };
+    (0..tier.count()).map(boxes).collect()
+}
