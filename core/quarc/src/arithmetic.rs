@@ -6,11 +6,45 @@
 #[must_use]
 pub const fn divide_round(n: i64, d: i64) -> i64 {
     let divisor = d as u64;
-    let magnitude = ((2 * n.unsigned_abs() + divisor) / (2 * divisor)) as i64;
-    if n < 0 {
-        -magnitude
-    } else {
-        magnitude
+    with_sign_of(n, ((2 * n.unsigned_abs() + divisor) / (2 * divisor)) as i64)
+}
+
+/// Divide by 2^`bits`, rounded as [`divide_round`] does.
+#[must_use]
+pub const fn shift_round(n: i64, bits: u32) -> i64 {
+    // Rounded up at a half, but down, away from 0, where n is negative.
+    (n + (1 << (bits - 1)) + (n >> (i64::BITS - 1))) >> bits
+}
+
+/// A magnitude, negative if `n` is; without a branch, as nobody can guess signs.
+const fn with_sign_of(n: i64, magnitude: i64) -> i64 {
+    let sign = n >> (i64::BITS - 1);
+    (magnitude ^ sign) - sign
+}
+
+/// Rounded division of several numbers by one.
+#[derive(Clone, Copy, Debug)]
+pub struct Divisor {
+    divisor: i64,
+    share: f64,
+}
+
+impl Divisor {
+    /// Divide by this, above 0 and below 2^31.
+    #[must_use]
+    pub fn new(divisor: i64) -> Self {
+        Divisor { divisor, share: 1.0 / divisor as f64 }
+    }
+
+    /// As [`divide_round`], where the quotient is below 2^24 in magnitude.
+    #[must_use]
+    pub fn divide_round(&self, n: i64) -> i64 {
+        // The quotient in floating point, cut off, is the rounded one or 1 less: the relative
+        // error is below 2^-51. The integers decide.
+        let magnitude = n.unsigned_abs() as i64;
+        let guess = (magnitude as f64 * self.share) as i64;
+        let left = 2 * (magnitude - guess * self.divisor) + self.divisor;
+        with_sign_of(n, guess + i64::from(left >= 2 * self.divisor))
     }
 }
 

@@ -69,7 +69,7 @@ impl Dequantizer {
 
     /// Make the arrays those of a state, and tell which of them have changed.
     pub fn update(&mut self, state: &State) -> Redone {
-        let (positions, rotations, codes) = state.shared();
+        let ([positions, rotations], codes) = (state.shared_places(), state.shared_codes());
         let redone = Redone {
             positions: replace(&mut self.positions, positions),
             rotations: replace(&mut self.rotations, rotations),

@@ -1,6 +1,6 @@
 //! Unit quaternions w, x, y, z with 22 fraction bits, by integers alone: SPEC 7.2, 7.3, 7.5.
 
-use crate::arithmetic::{divide_round, isqrt};
+use crate::arithmetic::{isqrt, shift_round, Divisor};
 use crate::constants::ROTATION_FRACTION_BITS;
 use crate::error::{Error, Reject, Result};
 
@@ -34,7 +34,8 @@ pub fn turn(rotation: Quaternion, residual: Quaternion) -> Result<Quaternion> {
         qw * dy - qx * dz + qy * dw + qz * dx,
         qw * dz + qx * dy - qy * dx + qz * dw,
     ];
-    normalize(product.map(to_unit), PRODUCT_GUARD_BITS)
+    let rounded = product.map(|part| shift_round(part, ROTATION_FRACTION_BITS) as i32);
+    normalize_product(rounded)
 }
 
 /// The unit quaternion of a coded rotation: which component is left out, and the three others
@@ -66,18 +67,32 @@ pub fn expand(coded: [i32; 4], rotation_bits: u8) -> Result<Quaternion> {
         2 => [a, b, largest, c],
         _ => [a, b, c, largest],
     };
-    normalize(vector, PRODUCT_GUARD_BITS)
+    normalize_product(vector)
 }
 
-/// Divide by 2^22, halves away from 0.
-const fn to_unit(product: i64) -> i32 {
-    let half = 1 << (ROTATION_FRACTION_BITS - 1);
-    let magnitude = (product.unsigned_abs() + half) >> ROTATION_FRACTION_BITS;
-    if product < 0 {
-        -(magnitude as i32)
-    } else {
-        magnitude as i32
+/// SPEC 7.3 with `PRODUCT_GUARD_BITS`, of a vector that is nearly a unit quaternion, as all are
+/// that come here from a decoder: then no root has to be drawn, and nothing be divided.
+fn normalize_product(vector: Quaternion) -> Result<Quaternion> {
+    const UNIT_BITS: u32 = ROTATION_FRACTION_BITS + PRODUCT_GUARD_BITS;
+    let parts = vector.map(i64::from);
+    let squares: i64 = parts.iter().map(|part| part * part).sum();
+    let more = squares - (1 << (2 * ROTATION_FRACTION_BITS));
+    if more.abs() >= 1 << 26 {
+        return normalize(vector, PRODUCT_GUARD_BITS);
     }
+    // The norm is 2^30 + e, e the greatest with 2^60 + 2^31 e + e^2 <= 2^60 + 2^16 more. Without
+    // e^2, below 2^22, it is more / 2^15 rounded down, and 1 less if there is no place for e^2.
+    let most = more >> 15;
+    let e = most - i64::from(most * most > (more - (most << 15)) << 16);
+    let doubled = 2 * ((1 << UNIT_BITS) + e);
+    Ok(parts.map(|part| {
+        // part x 2^30 / norm is part - part e / norm: the rest, rounded, is a small number. It is
+        // guessed by 2^31 in the place of 2 norm, and then the guess is put right by 1.
+        let rest = doubled / 2 - 2 * part * e + (part >> (i64::BITS - 1));
+        let guess = rest >> (UNIT_BITS + 1);
+        let left = rest - guess * doubled;
+        (part + guess + i64::from(left >= doubled) - i64::from(left < 0)) as i32
+    }))
 }
 
 /// SPEC 7.3. The sum of squares is below 2^(62 - 2 `guard_bits`).
@@ -87,9 +102,9 @@ fn normalize(vector: [i32; 4], guard_bits: u32) -> Result<Quaternion> {
     if squares == 0 {
         return Err(Error::new(Reject::DegenerateRotation, "a rotation has norm zero"));
     }
-    let norm = isqrt(squares << (2 * guard_bits));
+    let norm = Divisor::new(isqrt(squares << (2 * guard_bits)));
     let shift = ROTATION_FRACTION_BITS + guard_bits;
-    Ok(vector.map(|part| divide_round(i64::from(part) << shift, norm) as i32))
+    Ok(vector.map(|part| norm.divide_round(i64::from(part) << shift) as i32))
 }
 
 /// Unit quaternions of sums of residuals, kept: a frame has few different sums.

@@ -57,7 +57,15 @@ pub trait Planes {
     /// Of the section that is read.
     fn code(&mut self, model: Model, contexts: &[u16], bits: &mut [bool]) -> Result<()> {
         let (order, runs) = sort_by_context(contexts);
-        let mut sorted: Vec<bool> = order.iter().map(|&element| bits[element as usize]).collect();
+        if runs.len() <= 1 {
+            return self.code_runs(model, &runs, bits);
+        }
+        let mut sorted = vec![false; bits.len()];
+        if Self::WRITES {
+            for (&element, bit) in order.iter().zip(&mut sorted) {
+                *bit = bits[element as usize];
+            }
+        }
         self.code_runs(model, &runs, &mut sorted)?;
         for (&element, bit) in order.iter().zip(sorted) {
             bits[element as usize] = bit;
@@ -70,27 +78,44 @@ pub trait Planes {
 #[must_use]
 pub fn sort_by_context(contexts: &[u16]) -> (Vec<u32>, Vec<Run>) {
     let most = contexts.iter().max().map_or(0, |&most| usize::from(most));
-    let mut ends = vec![0u32; most + 1];
-    for &context in contexts {
-        ends[usize::from(context)] += 1;
-    }
-    let mut runs = Vec::new();
-    let mut first = 0;
-    for (context, end) in ends.iter_mut().enumerate() {
-        let last = first + *end;
+    let mut places = vec![[0u32; LANES]; most + 1];
+    for_each_in_turn(contexts.len(), |lane, element| {
+        places[usize::from(contexts[element])][lane] += 1;
+    });
+    let (mut runs, mut first) = (Vec::new(), 0);
+    for (context, lanes) in places.iter_mut().enumerate() {
+        let mut last = first;
+        for place in lanes {
+            // From here on: where the next element goes.
+            last += std::mem::replace(place, last);
+        }
         if last > first {
             runs.push(Run { context: context as u32, first, last });
         }
-        *end = first; // from here on: where the next of them goes
         first = last;
     }
     let mut order = vec![0; contexts.len()];
-    for (element, &context) in contexts.iter().enumerate() {
-        let place = &mut ends[usize::from(context)];
+    for_each_in_turn(contexts.len(), |lane, element| {
+        let place = &mut places[usize::from(contexts[element])][lane];
         order[*place as usize] = element as u32;
         *place += 1;
-    }
+    });
     (order, runs)
+}
+
+const LANES: usize = 4;
+
+/// Visit elements in as many places in turn, so that none waits for what the one before writes.
+fn for_each_in_turn(count: usize, mut visit: impl FnMut(usize, usize)) {
+    let length = count / LANES + 1;
+    for step in 0..length {
+        for lane in 0..LANES {
+            let element = lane * length + step;
+            if element < count {
+                visit(lane, element);
+            }
+        }
+    }
 }
 
 /// Gives back the planes of a section.

@@ -48,7 +48,10 @@ impl<'a> WordReader<'a> {
             }
             let (high, part) = (state >> WEIGHT_BITS, state & (WEIGHT_TOTAL - 1));
             *bit = part >= zero;
-            state = if *bit { high * one + (part - zero) } else { high * zero + part };
+            // Both answers first: a branch before them would often be guessed wrong.
+            let if_zero = high * zero + part;
+            let if_one = (high * one + part).wrapping_sub(zero);
+            state = if *bit { if_one } else { if_zero };
         }
         self.state = state;
         self.words = words;

@@ -100,9 +100,14 @@ impl State {
         &self.codes
     }
 
-    /// Positions, rotations and codes, as clones of the state share them.
-    pub(crate) const fn shared(&self) -> (&Arc<Rows<i32>>, &Arc<Rows<i32>>, &Arc<Rows<i16>>) {
-        (&self.positions, &self.rotations, &self.codes)
+    /// Positions and rotations, as clones of the state share them.
+    pub(crate) const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
+        [&self.positions, &self.rotations]
+    }
+
+    /// Codes, as clones of the state share them.
+    pub(crate) const fn shared_codes(&self) -> &Arc<Rows<i16>> {
+        &self.codes
     }
 
     /// `[N]` of each Gaussian the sum of the symbols that moved it in the frame.

@@ -1,7 +1,7 @@
 //! The building blocks, by the known answers of `conformance/unit`.
 
 use crate::known::{read_json, Json};
-use quarc::arithmetic::{bit_length, divide_round, isqrt};
+use quarc::arithmetic::{bit_length, divide_round, isqrt, shift_round, Divisor};
 use quarc::coding::counts::{Counts, Model, Seen};
 use quarc::coding::numbers::{code_ascending, code_numbers, Sequence, KEY_CLASS_BITS};
 use quarc::coding::planes::PlaneReader;
@@ -65,10 +65,29 @@ fn rows<T: Copy + Default>(points: &Json, narrow: impl Fn(i32) -> T) -> Rows<T> 
 fn arithmetic() {
     check("divide_round", |input| {
         let (n, d) = (input.get("n").number(), input.get("d").number());
-        Ok(number(divide_round(n as i64, d as i64)))
+        let quotient = divide_round(n as i64, d as i64);
+        if d < 1 << 31 && quotient.abs() < 1 << 24 {
+            assert_eq!(Divisor::new(d as i64).divide_round(n as i64), quotient);
+        }
+        Ok(number(quotient))
     });
     check("isqrt", |input| Ok(number(isqrt(input.get("v").number() as i64))));
     check("bit_length", |input| Ok(number(bit_length(input.get("v").number() as u64))));
+}
+
+#[test]
+fn a_quotient_is_rounded_right_where_it_is_near_a_half() {
+    for divisor in [1, 2, 3, 255, 4_194_303, 4_194_304, (1 << 30) + 1, (1 << 31) - 1] {
+        for quotient in [0, 1, 2, 4_194_303, 4_194_304, (1 << 24) - 2] {
+            for near in [0, divisor / 2, (divisor + 1) / 2, divisor - 1] {
+                for n in [quotient * divisor + near, -(quotient * divisor + near)] {
+                    let due = divide_round(n, divisor);
+                    assert_eq!(Divisor::new(divisor).divide_round(n), due, "{n} / {divisor}");
+                    assert_eq!(shift_round(n, 22), divide_round(n, 1 << 22), "{n}");
+                }
+            }
+        }
+    }
 }
 
 #[test]
@@ -190,4 +209,29 @@ fn digests() {
         ];
         Ok(Json::Object(answer.map(|(name, value)| (name.to_string(), value)).into()))
     });
+}
+
+#[test]
+fn a_product_is_normalized_as_the_text_says() {
+    // A vector of the text, by its very words: 7.3.
+    let by_the_text = |vector: [i32; 4]| {
+        let squares: i64 = vector.iter().map(|&part| i64::from(part) * i64::from(part)).sum();
+        let norm = isqrt(squares << 16);
+        vector.map(|part| divide_round(i64::from(part) << 30, norm) as i32)
+    };
+    let mut seed = 1u64;
+    let mut some = |below: i64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 33) as i64 % below) as i32
+    };
+    for _ in 0..200_000 {
+        let sum = [some(1000) - 200, some(400) - 200, some(400) - 200, some(200) - 100];
+        let near = |part| part + some(5) - 2;
+        let vector =
+            normalize_sum(if sum == [0; 4] { [1; 4] } else { sum }).expect("no zero").map(near);
+        // Times 1 a quaternion stays what it is, but for its norm.
+        assert_eq!(turn(vector, [1 << 22, 0, 0, 0]), Ok(by_the_text(vector)), "{vector:?}");
+    }
+    let far = [5_000_000, -4_000_000, 3, 77];
+    assert_eq!(turn(far, [1 << 22, 0, 0, 0]), Ok(by_the_text(far)));
 }
