@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::ply::build_ply;
 use quarc::error::Error;
+use quarc::floats::Dequantizer;
 use quarc::recover::{Gap, Recovered, Recovery};
 use quarc::seek::SeekDecoder;
 use quarc::source::IoSource;
@@ -47,6 +48,7 @@ impl From<Error> for End {
 struct Written {
     frames: u64,
     gaps: u64,
+    numbers: Dequantizer,
 }
 
 /// Write the frames that are wanted; the exit status is 1 where some are missing.
@@ -111,7 +113,8 @@ fn write_frame(state: &State, wanted: &Wanted, written: &mut Written) -> Result<
     let is_before_stop = |frame: u32| wanted.stop.map_or(true, |stop| frame < stop);
     if frame >= wanted.start && is_before_stop(frame) {
         let path = wanted.folder.join(format!("frame-{frame:08}.ply"));
-        files::write_whole(&path, &build_ply(state)).map_err(End::Failed)?;
+        let splats = written.numbers.dequantize(state);
+        files::write_whole(&path, &build_ply(splats)).map_err(End::Failed)?;
         written.frames += 1;
     }
     if is_before_stop(frame.saturating_add(1)) {

@@ -8,7 +8,6 @@ mod decode;
 mod failure;
 mod files;
 mod info;
-mod numbers;
 mod ply;
 mod verify;
 

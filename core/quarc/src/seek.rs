@@ -23,6 +23,7 @@ const TAIL_CHUNK_BYTES: u64 = (CHUNK_HEADER_BYTES + TAIL_BYTES as usize + CHUNK_
 /// Decodes the frames of a stream from one on; what lies before it is read only as far as it
 /// must be. What is known of the stream otherwise is asked of the [`StateDecoder`] that this
 /// one derefs to.
+#[derive(Debug)]
 pub struct SeekDecoder<S> {
     reader: ChunkReader<S>,
     states: StateDecoder,

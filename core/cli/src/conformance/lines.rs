@@ -2,8 +2,8 @@
 
 use super::{write_line, Said};
 use crate::files::decode_all;
-use crate::numbers;
 use quarc::error::Error;
+use quarc::floats::Dequantizer;
 use quarc::recover::{Gap, Recovered, Recovery};
 use quarc::seek::SeekDecoder;
 use quarc::state::State;
@@ -141,7 +141,19 @@ fn describe_gap(gap: &Gap) -> Value {
 
 /// What a state dequantizes to, row by row as it is serialized.
 fn serialize(state: &State) -> Vec<u8> {
-    numbers::rows(state).iter().flatten().flat_map(|number| number.to_le_bytes()).collect()
+    let mut dequantizer = Dequantizer::default();
+    let splats = dequantizer.dequantize(state);
+    let arrays = [
+        (3, &splats.positions),
+        (4, &splats.rotations),
+        (3, &splats.log_scales),
+        (1, &splats.opacities),
+        (state.header().code_planes() - 4, &splats.sh),
+    ];
+    let rows = arrays.iter().flat_map(|(width, array)| {
+        (0..*width).map(move |row| array.iter().skip(row).step_by(*width))
+    });
+    rows.flatten().flat_map(|number| number.to_le_bytes()).collect()
 }
 
 fn hex(bytes: &[u8]) -> Value {

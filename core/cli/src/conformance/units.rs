@@ -3,6 +3,7 @@
 use super::given::Given;
 use quarc::anchors::{count_anchors, Anchors};
 use quarc::arithmetic::{bit_length, divide_round, isqrt};
+use quarc::coding::canonical::blank;
 use quarc::coding::counts::{Counts, Seen};
 use quarc::coding::numbers::{code_ascending, code_numbers, Sequence, KEY_CLASS_BITS};
 use quarc::coding::planes::PlaneReader;
@@ -10,13 +11,15 @@ use quarc::coding::probability::weight_of_code;
 use quarc::coding::words::WordReader;
 use quarc::digest::Serialized;
 use quarc::error::{Reject, Result};
+use quarc::floats::Dequantizer;
 use quarc::morton::interleave;
 use quarc::philox::philox;
 use quarc::records::Header;
 use quarc::rotation::{expand, normalize_sum, turn};
 use quarc::rows::Rows;
-use quarc::state::choose_deaths;
+use quarc::state::{choose_deaths, State};
 use serde_json::{json, Value};
+use std::sync::Arc;
 
 /// A function: fields of a case in, the answer out.
 pub type Unit = fn(&Given) -> Result<Value>;
@@ -167,9 +170,13 @@ fn answer_deaths(given: &Given) -> Result<Value> {
     Ok(json!(choose_deaths(&opacities, given.number("count")?)))
 }
 
+/// The code is that of the opacity of the one Gaussian of a state.
 fn answer_dequantize(given: &Given) -> Result<Value> {
-    let code: i16 = given.number("code")?;
-    let number = f32::from(code) * given.binary32("step")?;
+    let header = Header { opacity_step: given.binary32("step")?, ..plain_header() };
+    let mut gaussians = blank(header.code_planes(), 1);
+    gaussians.codes[3][0] = given.number("code")?;
+    let state = State::begin(&Arc::new(header), 0, &gaussians)?;
+    let number = Dequantizer::default().dequantize(&state).opacities[0];
     Ok(json!(format!("{:08x}", number.to_bits())))
 }
 

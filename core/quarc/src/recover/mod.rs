@@ -32,6 +32,7 @@ pub struct Gap {
 }
 
 /// What comes of a stream that may be damaged.
+#[derive(Debug)]
 pub enum Recovered<'a> {
     /// The state of a frame.
     Frame(&'a State),
@@ -45,6 +46,7 @@ pub enum Recovered<'a> {
 /// coded against a CANO which has been decoded; an ancillary chunk that is damaged is left out
 /// alone. What is known of the stream otherwise is asked of the [`StateDecoder`] that this one
 /// derefs to.
+#[derive(Debug)]
 pub struct Recovery<S> {
     reader: ChunkReader<S>,
     states: StateDecoder,

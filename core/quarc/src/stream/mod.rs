@@ -18,7 +18,25 @@ use std::ops::Deref;
 /// Push bytes, in pieces of any size, and pull until nothing comes; at the end of the bytes
 /// call [`Decoder::finish`] and pull once more. What is known of the stream otherwise is asked
 /// of the [`StateDecoder`] that this one derefs to.
-#[derive(Clone, Default)]
+///
+/// ```
+/// use quarc::stream::Decoder;
+///
+/// let stream = std::fs::read("../../conformance/streams/journey.quarc")?;
+/// let mut decoder = Decoder::new();
+/// let mut gaussians = Vec::new();
+/// for piece in stream.chunks(1000) {
+///     decoder.push(piece);
+///     while let Some(state) = decoder.pull()? {
+///         gaussians.push(state.count());
+///     }
+/// }
+/// decoder.finish();
+/// decoder.pull()?; // an error, if the stream is cut
+/// assert_eq!(gaussians, [12, 12, 13, 12, 12, 13, 12, 12, 13]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
 pub struct Decoder {
     bytes: Vec<u8>,
     taken: usize, // bytes at the front that are done with

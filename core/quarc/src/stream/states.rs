@@ -20,7 +20,7 @@ pub struct Reference {
 ///
 /// Who has all bytes in their order needs [`Decoder`](super::Decoder) alone; this one is for
 /// those who read chunks at places of their own.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct StateDecoder {
     header: Option<Arc<Header>>,
     state: Option<State>,
