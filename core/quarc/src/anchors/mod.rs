@@ -133,8 +133,9 @@ impl Anchors {
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
         for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
             let (all, mut near) = (Near::all(index), Near::default());
-            for i in 0..positions[0].len() {
-                let at = [0, 1, 2].map(|axis: usize| positions[axis][i] as f32);
+            let [xs, ys, zs] = *positions;
+            for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
+                let at = [x, y, z].map(|number| number as f32);
                 let place = bind_alone(at, &all, &mut near, index);
                 followers.binding.push(index.numbers[place as usize]);
             }
