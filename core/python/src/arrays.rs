@@ -3,7 +3,7 @@
 //! What a state holds is looked at in place; what is small, or stands otherwise in Python, is
 //! copied.
 
-use numpy::ndarray::{ArrayView2, ShapeBuilder};
+use numpy::ndarray::{ArrayView1, ArrayView2, ShapeBuilder};
 use numpy::{
     Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
@@ -41,6 +41,20 @@ where
     // SAFETY: the keeper holds the rows, whose numbers do not move: an `Arc` that is shared is
     // copied before it is written to.
     let array = unsafe { PyArray2::borrow_from_array(&seen, keeper.into_any()) };
+    array.readwrite().make_nonwriteable();
+    Ok(array)
+}
+
+/// `[n]` numbers that something holds, looked at where they are; nobody may write to them.
+pub fn look_at<'py, T: Element, O: Send + Sync + 'static>(
+    py: Python<'py>,
+    owner: Arc<O>,
+    numbers: &[T],
+) -> PyResult<Bound<'py, PyArray1<T>>> {
+    let keeper = Bound::new(py, Keeper { _kept: owner })?;
+    let seen = ArrayView1::from(numbers);
+    // SAFETY: the keeper holds what holds the numbers, which nobody changes while it is shared.
+    let array = unsafe { PyArray1::borrow_from_array(&seen, keeper.into_any()) };
     array.readwrite().make_nonwriteable();
     Ok(array)
 }
@@ -156,7 +170,7 @@ fn indices(numbers: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<u32>> {
 
 fn narrow(rows: &PyReadonlyArray2<'_, i64>) -> PyResult<Vec<Vec<i32>>> {
     let wrong = |_| PyValueError::new_err("a number of a Gaussian is out of its range");
-    let row = |row: numpy::ndarray::ArrayView1<'_, i64>| {
+    let row = |row: ArrayView1<'_, i64>| {
         row.iter().map(|&number| i32::try_from(number).map_err(wrong)).collect()
     };
     debug_assert_eq!(rows.ndim(), 2);

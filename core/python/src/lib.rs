@@ -2,6 +2,7 @@
 
 mod arrays;
 mod errors;
+mod floats;
 mod state;
 
 use crate::arrays::CodedArguments;
@@ -37,5 +38,6 @@ fn quarc_core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("Unwritable", py.get_type::<errors::Unwritable>())?;
     module.add_class::<state::StreamHead>()?;
     module.add_class::<state::State>()?;
+    module.add_class::<floats::Dequantizer>()?;
     module.add_function(wrap_pyfunction!(write_canonical, module)?)
 }

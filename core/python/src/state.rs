@@ -44,7 +44,7 @@ impl State {
     }
 
     /// The state, to be looked at or made the next of.
-    fn inner(&self) -> quarc::state::State {
+    pub fn inner(&self) -> quarc::state::State {
         self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
     }
 
