@@ -20,8 +20,9 @@ from canonical_once import Train
 from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame
+from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
@@ -88,7 +89,7 @@ def encode_unquantized(
             motion = fit_motion(studio, state, begun, priced.motion)
         moved = move_freely(begun, motion.residuals)
         births = fit_births(studio, moved, motion.statistics, priced)
-        state = moved if births is None else bear(moved, births)
+        state = moved if births is None else append_births(moved, births)
         studio.views.forget_before(frame)
         studio.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)

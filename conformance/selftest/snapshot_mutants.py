@@ -61,8 +61,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "a snapshot without Gaussians",
         _FRAMES,
-        '    if count == 0:\n        message = "a snapshot',
-        '    if count < 0:\n        message = "a snapshot',
+        "    if snapshot.gaussians.count == 0:",
+        "    if False:",
     ),
     mutant(
         "snapshots of any CANO",

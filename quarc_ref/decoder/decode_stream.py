@@ -6,20 +6,14 @@ been seen of the stream, `frames` makes the state of each frame.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from quarc_ref.decoder.engine import Engine, FrameState, choose_engine
 from quarc_ref.decoder.follow import Follow, ask
-from quarc_ref.decoder.frames import (
-    Prove,
-    decode_frame,
-    decode_snapshot,
-    make_canonical,
-    read_checked,
-)
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.seek import seek
-from quarc_ref.decoder.state import State
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.chunk_reader import ChunkReader
@@ -64,10 +58,10 @@ def decode(
 
 def decode_states(
     stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
-) -> Iterator[State]:
+) -> Iterator[FrameState]:
     """Do as `decode`, and yield all that a frame hands to the next."""
     for _, state in walk_frames(stream, StreamDecoder(), start, stop, follow):
-        frame = state.scene.frame
+        frame = state.frame
         if start <= frame and (stop is None or frame < stop):
             yield state
 
@@ -78,7 +72,7 @@ def walk_frames(
     start: int = 0,
     stop: int | None = None,
     follow: Follow | None = None,
-) -> Iterator[tuple[Chunk, State]]:
+) -> Iterator[tuple[Chunk, FrameState]]:
     """Do as `decode`, and yield also the frames that lead to the first one wanted.
 
     Args:
@@ -99,7 +93,7 @@ def walk_frames(
         if state is None:
             continue
         yield chunk, state
-        if stop is not None and state.scene.frame + 1 >= stop:
+        if stop is not None and state.frame + 1 >= stop:
             return
 
 
@@ -120,8 +114,7 @@ class StreamDecoder:
     """Takes the chunks of a stream one by one and gives the state of every frame.
 
     Args:
-        prove: What holds each state against the CRC of its chunk, `prove_state`
-            if None; whoever puts it off sees to it before a state is given out.
+        engine: What makes the states; that of `choose_engine` if None.
 
     Attributes:
         cameras: From `came`.
@@ -134,14 +127,14 @@ class StreamDecoder:
             has, -1 of the others; nothing in streams without snapshots.
     """
 
-    def __init__(self, prove: Prove | None = None) -> None:
-        self._prove = prove
+    def __init__(self, engine: Engine[Any] | None = None) -> None:
+        self._engine = engine or choose_engine()
         self.cameras: tuple[Camera, ...] = ()
         self.metadata: dict[str, str] = {}
         self.index: SeekPoints | None = None
         self.tail: Tail | None = None
         self._header: StreamHeader | None = None
-        self._state: State | None = None
+        self._state: FrameState | None = None
         self._frame_count = 0
         self._passed = SeekPoints.of(())
         self._points: list[SeekPoint] = []
@@ -190,7 +183,7 @@ class StreamDecoder:
         self._state = None
         self._is_whole = False
 
-    def push(self, chunk: Chunk) -> State | None:
+    def push(self, chunk: Chunk) -> FrameState | None:
         """Take the next chunk.
 
         Args:
@@ -209,7 +202,7 @@ class StreamDecoder:
             error.offset = chunk.offset if error.offset is None else error.offset
             raise
 
-    def _push(self, chunk: Chunk) -> State | None:
+    def _push(self, chunk: Chunk) -> FrameState | None:
         if chunk.kind == container.HEAD:
             self._header = wire.parse_stream_header(chunk.payload)
             return None
@@ -228,26 +221,25 @@ class StreamDecoder:
             return self._push_frame(chunk)
         return None
 
-    def _push_canonical(self, chunk: Chunk) -> State:
+    def _push_canonical(self, chunk: Chunk) -> FrameState:
         decode = self._decode_canonical if chunk.kind == container.CANO else self._decode_snapshot
         self._state = decode(chunk, self._sought)
-        self._points.append(_name(chunk, self._state.scene.frame))
+        self._points.append(_name(chunk, self._state.frame))
         self._sought = None
         self._frame_count += 1
         return self._state
 
-    def _decode_canonical(self, chunk: Chunk, sought: SeekPoint | None) -> State:
+    def _decode_canonical(self, chunk: Chunk, sought: SeekPoint | None) -> FrameState:
         canonical = wire.parse_canonical(chunk.payload)
         self._check_place(chunk, canonical.frame, sought)
-        gaussians = read_checked(self.header, canonical)
-        crc = canonical.state_crc
-        state = make_canonical(self.header, canonical.frame, gaussians, crc, self._prove)
+        state: FrameState
+        state, gaussians = self._engine.decode_canonical(self.header, canonical)
         if self.header.snapshots:
             self.reference = Reference(canonical.frame, gaussians)
             self.roots = np.arange(gaussians.count)
         return state
 
-    def _decode_snapshot(self, chunk: Chunk, sought: SeekPoint | None) -> State:
+    def _decode_snapshot(self, chunk: Chunk, sought: SeekPoint | None) -> FrameState:
         if self.reference is None:
             message = "a snapshot must follow a CANO"
             raise ChunkOrderError(message)
@@ -258,27 +250,29 @@ class StreamDecoder:
             message += f"and the last CANO is frame {self.reference.frame}"
             raise FrameOrderError(message)
         gaussians = self.reference.gaussians
-        state, self.roots = decode_snapshot(self.header, snapshot, gaussians, self._prove)
+        state: FrameState
+        state, self.roots = self._engine.decode_snapshot(self.header, snapshot, gaussians)
         return state
 
     def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
         """Refuse a canonical frame that is not the one due."""
-        if self._state is not None and frame != self._state.scene.frame + 1:
-            message = f"frame {frame} follows frame {self._state.scene.frame}"
+        if self._state is not None and frame != self._state.frame + 1:
+            message = f"frame {frame} follows frame {self._state.frame}"
             raise FrameOrderError(message)
         point = _name(chunk, frame)
         if sought not in (None, point):
             message = f"{sought} is said to be {point}"
             raise IndexMismatchError(message)
 
-    def _push_frame(self, chunk: Chunk) -> State:
+    def _push_frame(self, chunk: Chunk) -> FrameState:
         if self._state is None:
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
         frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
-        self._state = decode_frame(self._state, frame, self._prove)
+        state: FrameState = self._engine.decode_frame(self._state, frame)
+        self._state = state
         self._frame_count += 1
-        return self._state
+        return state
 
     def _take_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)

@@ -111,8 +111,8 @@ class _Recovery:
         if state is None:
             return None
         if self._due is None:
-            self._first = state.scene.frame
-        self._due = state.scene.frame + 1
+            self._first = state.frame
+        self._due = state.frame + 1
         return state.scene
 
     def _leave_out(self, error: BitstreamError) -> Iterator[Gap]:

@@ -67,11 +67,6 @@ def open_words(words: UInt32) -> BitDecoder:
     return (_opener.get() or open_fastest)(words)
 
 
-def is_decoder_chosen() -> bool:
-    """Tell whether `decoding_with` is in force."""
-    return _opener.get() is not None
-
-
 @contextmanager
 def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
     """Let `open_words` open another decoder, as long as this context lasts.

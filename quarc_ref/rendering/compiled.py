@@ -6,7 +6,7 @@ turn: a cached kernel that calls another cached one would not inline it.
 
 import numba
 
-from quarc_ref.format.compiled import keep
+from quarc_ref.compiled import keep
 
 plain = numba.njit(error_model="numpy")
 inlined = numba.njit(error_model="numpy", inline="always")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical
 from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.quantize import quantize_gaussians
 from quarc_ref.encoder.trainable import Attributes, from_splats, to_sh_dc

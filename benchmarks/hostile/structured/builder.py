@@ -16,9 +16,8 @@ import numpy as np
 from hostile.structured.draws import Draws
 from hostile.structured.hostility import Hostility, Stage
 from hostile.structured.pieces import Piece
-from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder.digest import state_crc
 from quarc_ref.decoder.frames import (
-    covers_all_fields,
     decode_canonical,
     decode_frame,
     decode_motion,
@@ -147,8 +146,7 @@ class Builder:
                 state = decode_frame(self.state, record, keep)
             else:
                 return None, 0
-            all_fields = covers_all_fields(scenes[0])
-            return state, compute_state_crc(scenes[0], all_fields=all_fields)
+            return state, state_crc(scenes[0])
         return None, 0
 
     def _change(self, stage: Stage, value: Any, *known: Any) -> Any:  # noqa: ANN401

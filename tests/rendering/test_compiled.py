@@ -14,7 +14,7 @@ pytest.importorskip("scipy")
 
 _SCRIPT = """
 import sys
-import quarc_ref.format.plane_kernels
+import quarc_ref.datasets.synth.noise_kernels
 assert "scipy.linalg" not in sys.modules
 assert "coverage" not in sys.modules
 
@@ -32,10 +32,9 @@ def test_scipy_is_loaded_only_when_somebody_compiles_what_needs_it():
 _SCALE = """
 import sys
 import numpy as np
-from quarc_ref.decoder.float_kernels import scale
-floats = np.ones((2, 1), dtype=np.float32)
-scale(np.ones((1, 2), dtype=np.int32), floats[0], floats)
-print(sum(scale.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
+from quarc_ref.rendering.ssim_kernels import ssim_moments
+ssim_moments(np.ones((3, 12, 12), dtype=np.float32), np.ones((2, 3, 12, 12), dtype=np.float32))
+print(sum(ssim_moments.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
 """
 
 
