@@ -40,7 +40,7 @@ from quarc_ref.encoder.surrogate import deform
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews, measure_extent
 from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
-from quarc_ref.format.gaussian_planes import sort_canonical
+from quarc_ref.format.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
@@ -88,7 +88,13 @@ def encode_unquantized(
         with without_rounding():
             motion = fit_motion(studio, state, begun, priced.motion)
         moved = move_freely(begun, motion.residuals)
-        births = fit_births(studio, moved, motion.statistics, priced)
+        births = fit_births(
+            studio,
+            moved,
+            motion.statistics,
+            priced,
+            lambda births, counts=moved.birth_counts: write_births(births, counts).byte_count(),
+        )
         state = moved if births is None else append_births(moved, births)
         studio.views.forget_before(frame)
         studio.progress.advance("frames", frame + 1, frames)

@@ -76,6 +76,11 @@ class FrameState(Protocol):
         ...
 
     @property
+    def next_id(self) -> int:
+        """The id that the next newborn gets."""
+        ...
+
+    @property
     def anchors(self) -> Anchors | None:
         """The anchors of the last sampling; None before the first."""
         ...

@@ -44,7 +44,13 @@ def stage(monkeypatch) -> Stage:
         drawn = scene.joined(red).activated()
         truths = [studio.render(drawn, view).image for view in range(len(studio.views.cameras))]
     monkeypatch.setattr(type(studio), "truth", lambda *asked: truths[asked[1]])
-    return Stage(studio, SMALL, state, FixedScene(studio, scene))
+    return Stage(
+        studio,
+        SMALL,
+        state,
+        FixedScene(studio, scene),
+        lambda births: write_births(births, state.birth_counts).byte_count(),
+    )
 
 
 def _priced(stage: Stage, price: float) -> Stage:

@@ -57,7 +57,12 @@ def test_the_fast_engine_makes_the_same_of_a_mutant_as_the_reference(data):
     with decoding_by(REFERENCE):
         expected = _told(data)
     with decoding_by(FAST):
-        assert _told(data) == expected
+        assert _places(_told(data)) == _places(expected)
+
+
+def _places(told):
+    """What is told, without the ids: of two faults of a chunk either may be named."""
+    return [each[1] if isinstance(each, tuple) else each for each in told]
 
 
 @settings(deadline=None)

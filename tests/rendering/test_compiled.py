@@ -14,7 +14,7 @@ pytest.importorskip("scipy")
 
 _SCRIPT = """
 import sys
-import quarc_ref.datasets.synth.noise_kernels
+import quarc_ref.rendering.compiled
 assert "scipy.linalg" not in sys.modules
 assert "coverage" not in sys.modules
 
@@ -33,7 +33,7 @@ _SCALE = """
 import sys
 import numpy as np
 from quarc_ref.rendering.ssim_kernels import ssim_moments
-ssim_moments(np.ones((3, 12, 12), dtype=np.float32), np.ones((2, 3, 12, 12), dtype=np.float32))
+ssim_moments(np.ones((12, 36), dtype=np.float32), np.ones((2, 12, 36), dtype=np.float32))
 print(sum(ssim_moments.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
 """
 
@@ -49,6 +49,6 @@ def test_machine_code_is_made_anew_when_any_kernel_has_changed(tmp_path):
 
     made, kept = ["0", "False"], ["1", "True"]  # hits; whether no compiler was loaded
     assert [run(), run()] == [made, kept]
-    with (package / "format" / "level_kernels.py").open("a") as file:
+    with (package / "rendering" / "raster_kernels.py").open("a") as file:
         file.write("\n")
     assert [run(), run()] == [made, kept]
