@@ -138,8 +138,6 @@ def main() -> None:
         job = Job(*numbers, options.frames, options.updated)
         path = make_stream(job, options.cache)
         engine = "reference" if options.reference else "fast"
-        if not options.plain:
-            measure(path, options.threads, engine)
         rows = [measure(path, options.threads, engine)]
     if options.json:
         print(json.dumps(rows if options.table else rows[0], indent=2))

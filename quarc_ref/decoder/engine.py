@@ -161,13 +161,8 @@ class Engine(Protocol[StateT]):
         """Return the CRC of a state's scene; see `digest.state_crc`."""
         ...
 
-    def dequantizer(self, last: int) -> Callable[[StateT], Splats]:
-        """Return what does as `dequantize.dequantize` for the states of a stream, in order.
-
-        Args:
-            last: How many answers the arrays of one last, it included: they may be
-                overwritten by the `last`-th after it.
-        """
+    def dequantizer(self) -> Callable[[StateT], Splats]:
+        """Return what does as `dequantize.dequantize` for the states of a stream."""
         ...
 
 
@@ -209,7 +204,7 @@ class ReferenceEngine:
         """See `Engine.state_crc`."""
         return state_crc(state.scene)
 
-    def dequantizer(self, last: int) -> Callable[[State], Splats]:  # noqa: ARG002, they last
+    def dequantizer(self) -> Callable[[State], Splats]:
         """See `Engine.dequantizer`."""
         return lambda state: dequantize(state.scene)
 

@@ -11,7 +11,7 @@ import numpy as np
 import quarc_core
 
 from quarc_ref.decoder.anchors import AnchorLevel, Anchors
-from quarc_ref.decoder.dequantize import Splats, dequantize
+from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.decoder.engine import FAST
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format import wire
@@ -226,9 +226,10 @@ class FastEngine:
         """See `Engine.state_crc`."""
         return state.core.state_crc()
 
-    def dequantizer(self, last: int) -> Callable[[FastState], Splats]:  # noqa: ARG002
-        """See `Engine.dequantizer`."""
-        return lambda state: dequantize(state.scene)
+    def dequantizer(self) -> Callable[[FastState], Splats]:
+        """See `Engine.dequantizer`; the arrays are not to be written to."""
+        core = quarc_core.Dequantizer()
+        return lambda state: Splats(*core.dequantize(state.core))
 
 
 @contextmanager

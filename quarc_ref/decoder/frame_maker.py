@@ -32,8 +32,7 @@ class Frame:
 
     Attributes:
         state: All that is known of it.
-        splats: Its floats. Their arrays are overwritten once the next frame
-            is asked for: copy what must last longer.
+        splats: Its floats, which are not to be written to.
         chunk_bytes: Of the chunk's payload.
         nanoseconds: How long it took to decode: the times that its chunk and
             its floats took, which for frames after one another may overlap.
@@ -86,11 +85,10 @@ class FrameMaker:
         engine = choose_engine(self.threads)
         if self.threads == 1:
             states = self._decode(engine, start, stop, self.follow)
-            return self._finish(states, start, stop, engine.dequantizer(1))
+            return self._finish(states, start, stop, engine.dequantizer())
         closed = Event()
         follow = self.follow and replace(self.follow, ended=closed)
-        # One set of floats is with whoever draws, one is being written, the others wait.
-        dequantize = engine.dequantizer(self.ahead + 2)
+        dequantize = engine.dequantizer()
         decoded = Ahead(lambda: self._decode(engine, start, stop, follow), self.ahead)
         return Ahead(
             lambda: self._finish(decoded, start, stop, dequantize), self.ahead, closed=closed
