@@ -1,0 +1,75 @@
+//! The anchors of a level in blocks of eight, and these in wider ones.
+
+use super::runs::{cut_runs, Bounds, Points, Tier, LANES};
+
+/// Eight numbers side by side.
+pub type Eight = [f32; LANES];
+/// A coordinate that is farther off than any reach.
+pub const NOWHERE: f32 = f32::MAX;
+
+/// The boxes of the parts of a node; those that are not there are nowhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Boxes {
+    /// Least coordinates.
+    pub low: [Eight; 3],
+    /// Greatest coordinates.
+    pub high: [Eight; 3],
+}
+
+impl Boxes {
+    /// Eight that are not there.
+    pub const NOWHERE: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[NOWHERE; LANES]; 3] };
+
+    /// Put a box in a lane.
+    pub fn set(&mut self, lane: usize, bounds: &Bounds) {
+        for axis in 0..3 {
+            self.low[axis][lane] = bounds.low[axis];
+            self.high[axis][lane] = bounds.high[axis];
+        }
+    }
+}
+
+/// The anchors of a level, ready to be searched.
+#[derive(Clone, Debug, Default)]
+pub struct Index {
+    /// Anchors in Morton order, of those at one place the first alone.
+    pub points: Points,
+    /// The number of each.
+    pub numbers: Vec<u32>,
+    /// Nodes over them, the leaves first.
+    pub tiers: Vec<Tier>,
+    /// The anchors of each leaf.
+    pub leaves: Vec<[Eight; 3]>,
+    /// The parts of each node of the tiers above the leaves.
+    pub boxes: Vec<Vec<Boxes>>,
+}
+
+impl Index {
+    /// Of anchors in Morton order, with their numbers and `merges` as `Order` has them.
+    pub fn new(points: Points, numbers: Vec<u32>, merges: &[u8]) -> Self {
+        let tiers = cut_runs(&points, merges, LANES, LANES);
+        let leaves = (0..tiers[0].count())
+            .map(|leaf| {
+                let parts = tiers[0].parts(leaf);
+                [0, 1, 2].map(|axis: usize| {
+                    let mut eight = [NOWHERE; LANES];
+                    eight[..parts.len()].copy_from_slice(&points[axis][parts.clone()]);
+                    eight
+                })
+            })
+            .collect();
+        let boxes = tiers.windows(2).map(|pair| box_parts(&pair[1], &pair[0].bounds)).collect();
+        Index { points, numbers, tiers, leaves, boxes }
+    }
+}
+
+fn box_parts(tier: &Tier, parts: &[Bounds]) -> Vec<Boxes> {
+    let boxes = |node: usize| {
+        let mut boxes = Boxes::NOWHERE;
+        for (lane, part) in parts[tier.parts(node)].iter().enumerate() {
+            boxes.set(lane, part);
+        }
+        boxes
+    };
+    (0..tier.count()).map(boxes).collect()
+}

@@ -1,0 +1,171 @@
+//! The anchors of a scene and who follows them: SPEC 6.
+//!
+//! Gaussians are sorted once, in Morton order, for all levels. The anchors of a level, a subset
+//! of them, inherit that order, so that a tree of boxes over them takes no further sorting. Which
+//! anchor a Gaussian follows is found out when somebody asks, and only where it may be one that
+//! moves.
+
+mod index;
+mod near;
+mod nearest;
+mod order;
+mod runs;
+mod sampler;
+mod sampling;
+mod search;
+mod survivors;
+
+pub use sampler::count_anchors;
+
+use crate::records::Header;
+use crate::rows::Rows;
+use near::Near;
+use order::Order;
+use sampling::{unresolved, Sampling};
+use search::{bind_alone, reach, Moving, Reach, Search, Seekers};
+use std::sync::Arc;
+use survivors::Survivors;
+
+/// What stands for an anchor that was not looked for, as it does not move.
+pub const NOBODY: u32 = u32::MAX;
+
+/// The anchors of one level, as they stand from one sampling to the next.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AnchorLevel {
+    /// Ids of the Gaussians that were chosen, ascending.
+    pub ids: Vec<u32>,
+    /// Where they were when chosen, lattice units.
+    pub positions: [Vec<i32>; 3],
+    /// Index of each one's parent in the next coarser level; zeros at the coarsest.
+    pub parents: Vec<u32>,
+}
+
+/// All anchors of a scene, and what is known of who follows them.
+#[derive(Clone, Debug)]
+pub struct Anchors {
+    sampling: Arc<Sampling>,
+    survivors: Survivors,
+    followers: Vec<Followers>,
+}
+
+/// The followers of a level.
+#[derive(Clone, Debug, Default)]
+struct Followers {
+    binding: Vec<u32>,
+    reach: Option<Arc<Reach>>,
+    resolved: Vec<Vec<bool>>,
+}
+
+impl Anchors {
+    /// Sample the anchors of a frame (6.1 to 6.3).
+    ///
+    /// `ids` are ascending, one to a column of `positions`, and there is at least one. All
+    /// coordinates are within `POSITION_LIMIT`.
+    #[must_use]
+    pub fn sample(header: &Header, phase: u32, ids: &[u32], positions: &Rows<i32>) -> Self {
+        let rows = [positions.row(0), positions.row(1), positions.row(2)];
+        Self::begin(Sampling::new(header, phase, ids, rows, Order::new(rows)))
+    }
+
+    /// The same anchors, found faster: most Gaussians stand as they did at the last sampling.
+    #[must_use]
+    pub fn sample_again(
+        &self,
+        header: &Header,
+        phase: u32,
+        ids: &[u32],
+        positions: &Rows<i32>,
+    ) -> Self {
+        let last = &self.sampling;
+        // Where each Gaussian of the last sampling is now.
+        let mut places = Vec::with_capacity(last.ids.len());
+        let (mut now, mut newborn) = (0, Vec::new());
+        for &id in &last.ids {
+            while now < ids.len() && ids[now] < id {
+                newborn.push(now as u32);
+                now += 1;
+            }
+            let is_there = ids.get(now) == Some(&id);
+            places.push(if is_there { now as u32 } else { NOBODY });
+            now += usize::from(is_there);
+        }
+        newborn.extend(now as u32..ids.len() as u32);
+        let rows = [positions.row(0), positions.row(1), positions.row(2)];
+        let order = Order::again(&last.order, &places, &newborn, rows);
+        Self::begin(Sampling::new(header, phase, ids, rows, order))
+    }
+
+    fn begin(sampling: Sampling) -> Self {
+        let followers = || Followers {
+            binding: vec![NOBODY; sampling.ids.len()],
+            reach: None,
+            resolved: unresolved(&sampling.tiers),
+        };
+        Anchors {
+            followers: sampling.levels.iter().map(|_| followers()).collect(),
+            survivors: Survivors::all(sampling.ids.len()),
+            sampling: Arc::new(sampling),
+        }
+    }
+
+    /// The levels, level 1, the finest, first.
+    #[must_use]
+    pub fn levels(&self) -> &[AnchorLevel] {
+        &self.sampling.levels
+    }
+
+    /// Gaussians of these ascending indices have died; the others keep their order (6.5).
+    pub fn remove(&mut self, gone: &[u32]) {
+        let sampled = gone.partition_point(|&index| (index as usize) < self.survivors.count());
+        self.survivors.remove(&gone[..sampled]);
+        for followers in &mut self.followers {
+            let (mut place, mut next) = (0, 0);
+            followers.binding.retain(|_| {
+                let dies = gone.get(next) == Some(&place);
+                next += usize::from(dies);
+                place += 1;
+                !dies
+            });
+        }
+    }
+
+    /// Newborn at these positions are bound from now on, behind all others (6.5).
+    pub fn append(&mut self, positions: &[&[i32]; 3]) {
+        for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
+            let (all, mut near) = (Near::all(index), Near::default());
+            let [xs, ys, zs] = *positions;
+            for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
+                let at = [x, y, z].map(|number| number as f32);
+                let place = bind_alone(at, &all, &mut near, index);
+                followers.binding.push(index.numbers[place as usize]);
+            }
+        }
+    }
+
+    /// For each Gaussian the index of the anchor that it follows at a level, where that anchor
+    /// moves; where not, `NOBODY` or an anchor that does not move (6.4).
+    ///
+    /// `moves` has one entry to each anchor of the level. Level 1 is number 0.
+    pub fn followed(&mut self, level: usize, moves: &[bool]) -> &[u32] {
+        assert_eq!(moves.len(), self.levels()[level].ids.len(), "an entry to each anchor");
+        let sampling = &*self.sampling;
+        let (index, survivors) = (&sampling.indices[level], &self.survivors);
+        let Followers { binding, reach: known, resolved } = &mut self.followers[level];
+        let seekers = Seekers { points: &sampling.points, tiers: &sampling.tiers };
+        let reach =
+            known.get_or_insert_with(|| Arc::new(reach(seekers, index, &sampling.ranks[level])));
+        let moving = &Moving::new(index, moves);
+        Search { seekers, reach, index, moving, resolved }.run(&mut |point, place| {
+            if let Some(now) = survivors.place(sampling.order.indices[point]) {
+                binding[now as usize] = index.numbers[place as usize];
+            }
+        });
+        binding
+    }
+
+    /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.
+    pub fn binding(&mut self, level: usize) -> &[u32] {
+        let moves = vec![true; self.levels()[level].ids.len()];
+        self.followed(level, &moves)
+    }
+}

@@ -1,0 +1,61 @@
+//! Where the Gaussians of a sampling stand after some have died.
+
+/// Which of the Gaussians of a sampling are left.
+#[derive(Clone, Debug, Default)]
+pub struct Survivors {
+    alive: Vec<u64>,
+    before: Vec<u32>, // how many are left before each word
+    count: usize,
+}
+
+impl Survivors {
+    /// All of them.
+    pub fn all(count: usize) -> Self {
+        let mut alive = vec![u64::MAX; count / 64];
+        alive.push((1 << (count % 64)) - 1);
+        let mut survivors = Survivors { alive, before: Vec::new(), count: 0 };
+        survivors.count_on();
+        survivors
+    }
+
+    /// How many are left.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The index that a Gaussian has now; `None` if it is gone.
+    pub fn place(&self, index: u32) -> Option<u32> {
+        let (word, bit) = (index as usize / 64, 1 << (index % 64));
+        let left = (self.alive[word] & (bit - 1)).count_ones();
+        (self.alive[word] & bit != 0).then(|| self.before[word] + left)
+    }
+
+    /// Those that have these ascending indices now are gone.
+    pub fn remove(&mut self, gone: &[u32]) {
+        let mut word = 0;
+        let mut removed = 0; // of this word
+        for &place in gone {
+            while self.before.get(word + 1).map_or(false, |&before| before <= place) {
+                (word, removed) = (word + 1, 0);
+            }
+            let left = place - self.before[word] - removed;
+            let mut rest = self.alive[word];
+            for _ in 0..left {
+                rest &= rest - 1;
+            }
+            self.alive[word] &= !(rest & rest.wrapping_neg());
+            removed += 1;
+        }
+        self.count_on();
+    }
+
+    fn count_on(&mut self) {
+        self.before.clear();
+        let mut count = 0;
+        for word in &self.alive {
+            self.before.push(count);
+            count += word.count_ones();
+        }
+        self.count = count as usize;
+    }
+}

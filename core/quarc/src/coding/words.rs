@@ -1,0 +1,104 @@
+//! Bits to words and back, by ANS: SPEC 8.3.
+
+use super::probability::WEIGHT_BITS;
+use crate::error::{Error, Reject, Result};
+
+const WEIGHT_TOTAL: u64 = 1 << WEIGHT_BITS;
+const WORD_BITS: u32 = 32;
+
+/// Takes bits from the words of a section.
+#[derive(Clone, Debug)]
+pub struct WordReader<'a> {
+    state: u64,
+    words: &'a [u32],
+}
+
+impl<'a> WordReader<'a> {
+    /// Begin with the words of a section.
+    ///
+    /// # Errors
+    /// `invalid-words`: the last of them is 0.
+    pub fn new(words: &'a [u32]) -> Result<Self> {
+        match words.split_last() {
+            // [8.3-1]
+            Some((0, _)) => Err(Error::new(Reject::InvalidWords, "the last word is 0")),
+            Some((&last, words)) => Ok(WordReader { state: u64::from(last), words }),
+            None => Ok(WordReader { state: 0, words }),
+        }
+    }
+
+    /// Take a bit whose 1 has the given weight of 2^24.
+    pub fn take(&mut self, weight: u32) -> bool {
+        let mut bit = [false];
+        self.take_run(weight, &mut bit);
+        bit[0]
+    }
+
+    /// Take bits whose 1 has the given weight of 2^24.
+    pub fn take_run(&mut self, weight: u32, bits: &mut [bool]) {
+        let one = u64::from(weight);
+        let zero = WEIGHT_TOTAL - one;
+        let (mut state, mut words) = (self.state, self.words);
+        for bit in bits {
+            if state >> WORD_BITS == 0 {
+                if let Some((&word, rest)) = words.split_last() {
+                    state = state << WORD_BITS | u64::from(word);
+                    words = rest;
+                }
+            }
+            let (high, part) = (state >> WEIGHT_BITS, state & (WEIGHT_TOTAL - 1));
+            *bit = part >= zero;
+            // Both answers first: a branch before them would often be guessed wrong.
+            let if_zero = high * zero + part;
+            let if_one = (high * one + part).wrapping_sub(zero);
+            state = if *bit { if_one } else { if_zero };
+        }
+        self.state = state;
+        self.words = words;
+    }
+
+    /// End the section.
+    ///
+    /// # Errors
+    /// `unconsumed-words`: something is left.
+    pub fn finish(&self) -> Result<()> {
+        // [8.3-2] [8.3-3]
+        if self.state != 0 || !self.words.is_empty() {
+            return Err(Error::new(Reject::UnconsumedWords, "words are left after the last bit"));
+        }
+        Ok(())
+    }
+}
+
+/// Bits of one weight that follow each other in a section.
+#[derive(Clone, Copy, Debug)]
+pub struct WeighedBits<'a> {
+    /// Of a 1, of 2^24.
+    pub weight: u32,
+    /// In the order in which a decoder takes them.
+    pub bits: &'a [bool],
+}
+
+/// The words of bits, in the order in which a section stores them.
+#[must_use]
+pub fn encode_bits<'a>(runs: impl DoubleEndedIterator<Item = WeighedBits<'a>>) -> Vec<u32> {
+    let mut state = 0u64;
+    let mut words = Vec::new();
+    for run in runs.rev() {
+        let one = u64::from(run.weight);
+        let zero = WEIGHT_TOTAL - one;
+        for &bit in run.bits.iter().rev() {
+            let (left, share) = if bit { (zero, one) } else { (0, zero) };
+            if state >> (2 * WORD_BITS - WEIGHT_BITS) >= share {
+                words.push(state as u32);
+                state >>= WORD_BITS;
+            }
+            state = (state / share) << WEIGHT_BITS | (left + state % share);
+        }
+    }
+    while state > 0 {
+        words.push(state as u32);
+        state >>= WORD_BITS;
+    }
+    words
+}
