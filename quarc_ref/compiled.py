@@ -15,6 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+__all__ = ["keep", "numba"]
+
 
 @contextmanager
 def _hiding(module: str) -> Iterator[None]:

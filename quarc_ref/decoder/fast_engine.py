@@ -243,12 +243,12 @@ def _raising() -> Iterator[None]:
     """
     try:
         yield
-    except quarc_core.Rejected as error:
+    except quarc_core.RejectedError as error:
         reject_id, message = error.args
         raise _LEAVES[reject_id](message) from error
-    except quarc_core.Declined as error:
+    except quarc_core.DeclinedError as error:
         raise LimitError(str(error)) from error
-    except quarc_core.Unwritable as error:
+    except quarc_core.UnwritableError as error:
         raise EncodeError(str(error)) from error
 
 

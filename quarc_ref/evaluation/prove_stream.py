@@ -6,6 +6,7 @@ from typing import Any
 
 from quarc_ref.decoder.decode_stream import StreamDecoder, decode
 from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.engine import ReferenceEngine
 from quarc_ref.decoder.follow import Follow, ask
 from quarc_ref.evaluation.inspect_stream import count_frames
 from quarc_ref.evaluation.twin_coders import TwinCoders
@@ -100,7 +101,7 @@ class _Run:
 
     def __init__(self, source: Source, note: Callable[[str, int, int], None]) -> None:
         self.reader = ChunkReader(source)
-        self.decoder = StreamDecoder()
+        self.decoder = StreamDecoder(ReferenceEngine())  # whose sections both coders decode
         self.digests: dict[int, str] = {}  # by ordinal
         self.canonical: list[int] = []
         self.chunk_count = 0
