@@ -5,7 +5,12 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use quarc::error::Error;
 
-create_exception!(quarc_core, RejectedError, PyException, "The bytes are no valid stream: id, message.");
+create_exception!(
+    quarc_core,
+    RejectedError,
+    PyException,
+    "The bytes are no valid stream: id, message."
+);
 create_exception!(quarc_core, DeclinedError, PyException, "A stream asks for more than is given.");
 create_exception!(quarc_core, UnwritableError, PyException, "A scene cannot be written.");
 
