@@ -245,7 +245,7 @@ class StreamDecoder:
             raise ChunkOrderError(message)
         snapshot = wire.parse_snapshot(chunk.payload)
         self._check_place(chunk, snapshot.frame, sought)
-        if snapshot.canonical != self.reference.frame:
+        if snapshot.canonical != self.reference.frame:  # [7.9-2]
             message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
             message += f"and the last CANO is frame {self.reference.frame}"
             raise FrameOrderError(message)
@@ -256,16 +256,16 @@ class StreamDecoder:
 
     def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
         """Refuse a canonical frame that is not the one due."""
-        if self._state is not None and frame != self._state.frame + 1:
+        if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
             message = f"frame {frame} follows frame {self._state.frame}"
             raise FrameOrderError(message)
         point = _name(chunk, frame)
-        if sought not in (None, point):
+        if sought not in (None, point):  # [11.2-1] [11.2-4]
             message = f"{sought} is said to be {point}"
             raise IndexMismatchError(message)
 
     def _push_frame(self, chunk: Chunk) -> FrameState:
-        if self._state is None:
+        if self._state is None:  # [5.1-3]
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
         frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
@@ -276,6 +276,7 @@ class StreamDecoder:
 
     def _take_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)
+        # As [5.9-1], [5.9-2] and [11.4-3] ask.
         if self._is_whole and index != self._passed.followed_by(self._points):
             message = "INDX does not say where the canonical frames are"
             raise IndexMismatchError(message)
@@ -284,7 +285,7 @@ class StreamDecoder:
     def _take_tail(self, tail: Tail) -> None:
         canonical_count = len(self._passed) + len(self._points)
         seen = Tail(self._frame_count, canonical_count, self._index_offset)
-        if self._is_whole and tail != seen:
+        if self._is_whole and tail != seen:  # [5.8-1] [5.8-2]
             message = f"TAIL says {tail}, the stream holds {seen}"
             raise TailMismatchError(message)
         self.tail = tail

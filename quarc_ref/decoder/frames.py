@@ -182,7 +182,7 @@ def check_state(scene: Scene, stated: int) -> None:
     Raises:
         StateCrcError: It is not the one that was encoded.
     """
-    if state_crc(scene) != stated:  # [9.2-1]
+    if state_crc(scene) != stated:  # [9.2-1] [9.2-2]
         message = f"frame {scene.frame} is not the one that was encoded"
         raise StateCrcError(message)
 

@@ -11,7 +11,7 @@ def narrow_positions(positions: Int64) -> Int32:
     Raises:
         PositionRangeError: A magnitude is above POSITION_LIMIT.
     """
-    if _exceed(positions, POSITION_LIMIT):
+    if _exceed(positions, POSITION_LIMIT):  # [4.1-1]
         message = "a Gaussian leaves the lattice"
         raise PositionRangeError(message)
     narrow: Int32 = positions.astype("int32")

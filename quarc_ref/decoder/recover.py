@@ -126,8 +126,8 @@ class _Recovery:
             yield _gap(error, offset, header.end, 0)
         else:
             if header is not None and isinstance(error, PayloadCrcError):
-                self._effort.spend(header.length)
-            self._decoder.lose()
+                self._effort.spend(header.length)  # [13-2]
+            self._decoder.lose()  # [11.4-3]
             yield from self._resume(error, offset)
 
     def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
@@ -149,7 +149,7 @@ class _Recovery:
                 yield _gap(cut, cut.offset or 0, cut.offset, None)
             return
         self._reader.seek(found.offset, found.sequence)
-        yield _gap(error, offset, found.offset, self._count_lost(found))
+        yield _gap(error, offset, found.offset, self._count_lost(found))  # [11.4-2]
 
     def _count_lost(self, found: ChunkHeader) -> int | None:
         """Count the frames that are missing before the chunk that decoding resumes at."""

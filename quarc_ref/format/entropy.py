@@ -95,7 +95,7 @@ class _ConstrictionBitDecoder:
     def __init__(self, words: UInt32) -> None:
         try:
             self._coder = AnsCoder(np.ascontiguousarray(words, dtype=np.uint32))
-        except ValueError as error:
+        except ValueError as error:  # [8.3-1]
             message = "the last word is 0"
             raise InvalidWordsError(message) from error
 
@@ -104,7 +104,7 @@ class _ConstrictionBitDecoder:
         return bits
 
     def finish(self) -> None:
-        if not self._coder.is_empty():
+        if not self._coder.is_empty():  # [8.3-2] [8.3-3]
             message = "words are left after the last bit"
             raise UnconsumedWordsError(message)
 

@@ -102,7 +102,7 @@ def _read_sections(
     keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
     for reader in readers:
         reader.finish()
-    if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):
+    if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):  # [8.5-1]
         message = "a position is outside the canonical frame's box"
         raise SymbolRangeError(message)
     positions = deinterleave(keys) + np.array(chunk.origin, dtype=np.int64)[:, None]
@@ -185,7 +185,7 @@ def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
     """
     steps = np.diff(values, prepend=0)
     steps = code_unsigned(planes, name, np.zeros_like(steps), KEY_CLASS_BITS, steps)
-    if steps.max(initial=0) > _STEP_LIMIT:
+    if steps.max(initial=0) > _STEP_LIMIT:  # [8.4-1]
         message = "a difference of ascending numbers is too large"
         raise SymbolRangeError(message)
     return np.cumsum(steps)

@@ -225,7 +225,7 @@ def _sort(gaussians: Gaussians) -> Int64:
         SymbolRangeError: The frame is wider than a CANO can say.
     """
     offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_FAR)[:, None]
-    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:
+    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]
         message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} steps"
         raise SymbolRangeError(message)
     return np.argsort(interleave(offsets), kind="stable")

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plain import oracle
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, motion_contexts, move
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
@@ -18,7 +19,6 @@ from quarc_ref.format.errors import (
     PositionRangeError,
 )
 from quarc_ref.format.records import Gaussians, StreamHeader
-from tests import oracle
 from tests.streams import make_births, make_gaussians, make_symbols
 
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=2)

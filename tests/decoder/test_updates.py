@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plain.state import PlainGaussian
+from plain.updates import apply_updates
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
 from quarc_ref.decoder.state import State
@@ -20,8 +22,6 @@ from quarc_ref.format.errors import (
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import Updates
 from tests import strategies
-from tests.spec.plain_state import PlainGaussian
-from tests.spec.plain_updates import apply_updates
 from tests.streams import make_births, make_gaussians, make_symbols, make_updates
 
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=3, updates=True)
