@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from quarc_ref.decoder.engine import REFERENCE, decoding_by
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.cameras import Camera

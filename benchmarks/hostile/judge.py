@@ -21,7 +21,8 @@ from quarc_ref.decoder import (
     frames,
     recover,
 )
-from quarc_ref.decoder.engine import REFERENCE, decoding_by
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.editing.cut import cut
 from quarc_ref.editing.join import join
 from quarc_ref.evaluation.inspect_stream import inspect_stream

@@ -19,7 +19,8 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder.decode_stream import decode_states
-from quarc_ref.decoder.engine import REFERENCE, decoding_by
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.config import EncoderConfig

@@ -4,10 +4,11 @@ from mutant import Mutant, mutant
 
 _RECONSTRUCT = "decoder/reconstruct.py"
 _FRAMES = "decoder/frames.py"
+_LIMITS = "decoder/limits.py"
 _RANGES = "decoder/ranges.py"
 _DIGEST = "decoder/digest.py"
 _ROTATION = "decoder/rotation.py"
-_STREAM = "decoder/decode_stream.py"
+_STREAM = "decoder/stream_decoder.py"
 _TURNING = "turning = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
 _CANONICAL = "        self._state = decode(chunk, self._sought)\n"
@@ -16,20 +17,20 @@ _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 MUTANTS = (
     mutant(
         "one Gaussian fewer than the level allows",
-        _FRAMES,
+        _LIMITS,
         "if count > header.limits.gaussians:",
         "if count >= header.limits.gaussians:",
     ),
     mutant(
         "one birth fewer than the level allows",
-        _FRAMES,
+        _LIMITS,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
         alone="levels",
     ),
     mutant(
         "Gaussians of the unlimited level made room for, however many",
-        _FRAMES,
+        _LIMITS,
         '    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         alone="resource",
@@ -146,8 +147,8 @@ MUTANTS = (
         "        if before is not None:\n"
         "            self._state = replace(self._state, motion_counts=before.motion_counts,"
         " birth_counts=before.birth_counts)\n",
-        "from collections.abc import Iterator\n",
-        "from collections.abc import Iterator\nfrom dataclasses import replace\n",
+        "from dataclasses import dataclass\n",
+        "from dataclasses import dataclass, replace\n",
     ),
     mutant(
         "a sum of 0 is normalized again",

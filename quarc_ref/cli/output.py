@@ -98,7 +98,7 @@ def warn_of_reference_engine() -> bool:
     Returns:
         Whether it was said.
     """
-    from quarc_ref.decoder.engine import misses_fast_engine
+    from quarc_ref.decoder.engines import misses_fast_engine
 
     missed = misses_fast_engine()
     if missed:

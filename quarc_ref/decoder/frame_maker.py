@@ -14,11 +14,13 @@ from threading import Event
 from typing import Any
 
 from quarc_ref.decoder.ahead import Ahead
-from quarc_ref.decoder.decode_stream import StreamDecoder, walk_frames
+from quarc_ref.decoder.decode_stream import walk_frames
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.decoder.engine import Engine, FrameState, choose_engine
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.decoder.follow import Follow
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.source import Source
 

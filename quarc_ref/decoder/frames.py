@@ -8,17 +8,16 @@ from dataclasses import replace
 
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.digest import state_crc
+from quarc_ref.decoder.limits import require_births, require_gaussians
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, motion_contexts, move
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update, update_context
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import COUNTER_LIMIT, LEVELS
+from quarc_ref.format.constants import COUNTER_LIMIT
 from quarc_ref.format.errors import (
     CountError,
-    CountLevelError,
     FrameOrderError,
-    LimitError,
     StateCrcError,
 )
 from quarc_ref.format.gaussian_planes import read_births, read_canonical
@@ -56,7 +55,7 @@ def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
     if chunk.gaussian_count == 0:  # [7.2-2]
         message = "a canonical frame without Gaussians"
         raise CountError(message)
-    _require_within_level(header, chunk.gaussian_count)
+    require_gaussians(header, chunk.gaussian_count)
     return read_canonical(chunk, header.code_planes)
 
 
@@ -91,12 +90,12 @@ def read_checked_snapshot(
     Raises:
         BitstreamError: What is wrong with the chunk.
     """
-    _require_within_level(header, chunk.newborn_count)
+    require_gaussians(header, chunk.newborn_count)
     snapshot = read_snapshot(chunk, canonical)
     if snapshot.gaussians.count == 0:  # [7.9-3]
         message = "a snapshot without Gaussians"
         raise CountError(message)
-    _require_within_level(header, snapshot.gaussians.count)
+    require_gaussians(header, snapshot.gaussians.count)
     return snapshot
 
 
@@ -167,11 +166,7 @@ def decode_births(state: State, section: Section, count: int) -> State:
         BitstreamError: What is wrong with the section.
     """
     header = state.scene.header
-    if count > header.limits.births:  # [3.2-3] [3.2-5]
-        message = f"{count} births are too many for level {header.level}"
-        raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.births, count, "births")
-    _decline_beyond(_OWN_LIMITS.gaussians, state.scene.count + count, "Gaussians")
+    require_births(header, count, state.scene.count)
     births, counts = read_births(section, header.code_planes, count, state.birth_counts)
     return append_births(replace(state, birth_counts=counts), births)
 
@@ -185,25 +180,3 @@ def check_state(scene: Scene, stated: int) -> None:
     if state_crc(scene) != stated:  # [9.2-1] [9.2-2]
         message = f"frame {scene.frame} is not the one that was encoded"
         raise StateCrcError(message)
-
-
-def _require_within_level(header: StreamHeader, count: int) -> None:
-    """Refuse a canonical frame of too many Gaussians (SPEC 3.2)."""
-    if count > header.limits.gaussians:  # [3.2-1] [3.2-6]
-        message = f"{count} Gaussians are too many for level {header.level}"
-        raise CountLevelError(message)
-    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
-
-
-def _decline_beyond(most: int, count: int, what: str) -> None:
-    """Keep to this decoder's own limits, which matter at the unlimited level alone.
-
-    Raises:
-        LimitError: It is beyond them, which is no fault of the stream.
-    """
-    if count > most:
-        message = f"{count:,} {what} are more than this decoder takes, {most:,}"
-        raise LimitError(message)
-
-
-_OWN_LIMITS = LEVELS[30]  # what stands at the unlimited level (SPEC 3.2)

@@ -7,9 +7,9 @@ taken or in a gap that is reported.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.follow import Follow, ask
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.constants import TAIL_BYTES

@@ -6,7 +6,7 @@ from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.arrays import Int16, Int64
 from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.records import Births
+from quarc_ref.format.records import Births, Gaussians
 from quarc_ref.format.updates import Updates
 
 
@@ -72,3 +72,16 @@ class State:
             message = "the stream has no updates"
             raise ValueError(message)
         return self.recency
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """What snapshots are coded against (SPEC 7.9).
+
+    Attributes:
+        frame: Ordinal of a CANO.
+        gaussians: Its Gaussians, as they are coded.
+    """
+
+    frame: int
+    gaussians: Gaussians

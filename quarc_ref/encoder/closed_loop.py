@@ -11,9 +11,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest
-from quarc_ref.decoder.engine import Engine, FrameState, choose_engine
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64

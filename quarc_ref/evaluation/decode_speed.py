@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 from quarc_ref.decoder import Player, open_source
-from quarc_ref.decoder.engine import choose_engine
+from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 from quarc_ref.evaluation.stolen_time import read_processor_time
 

@@ -6,10 +6,10 @@ The whole stream is decoded, so that whatever is reported of it has been proved.
 from collections.abc import Callable
 from contextlib import suppress
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.decoder.seek import read_tail_chunk
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.evaluation.estimate import (
     estimate_births,
     estimate_gaussians,

@@ -15,7 +15,7 @@ from quarc_ref.decoder import (
     dequantize,
     frame_maker,
 )
-from quarc_ref.decoder.engine import decoding_by
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.format import container
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.decoder.decode_stream import decode_states
-from quarc_ref.decoder.engine import REFERENCE, decoding_by
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.encoder.array_file import write_arrays

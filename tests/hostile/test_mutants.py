@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from hostile.mutations import Mutator
 from quarc_ref.decoder import Gap, PipeSource, compute_digest, decode, recover
-from quarc_ref.decoder.engine import FAST, REFERENCE, decoding_by
+from quarc_ref.decoder.engine import FAST, REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.http_source import HttpSource
 from quarc_ref.format.errors import BitstreamError, LimitError
 from tests.cli.commands import run

@@ -12,7 +12,8 @@ from hostile.structured.pieces import assemble
 from hostile.structured.records import list_hostile_records
 from hostile.structured.streams import list_hostile_streams
 from hostile.structured.values import HOSTILE_VALUES
-from quarc_ref.decoder.engine import REFERENCE, decoding_by
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 
 _WHOLE = (Stage.STREAM, Stage.BYTES)
 _DONORS = 24
