@@ -147,8 +147,8 @@ MUTANTS = (
         "        if before is not None:\n"
         "            self._state = replace(self._state, motion_counts=before.motion_counts,"
         " birth_counts=before.birth_counts)\n",
-        "from dataclasses import dataclass\n",
-        "from dataclasses import dataclass, replace\n",
+        "from typing import Any\n",
+        "from dataclasses import replace\nfrom typing import Any\n",
     ),
     mutant(
         "a sum of 0 is normalized again",

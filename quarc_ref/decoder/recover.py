@@ -131,13 +131,14 @@ class _Recovery:
             yield from self._resume(error, offset)
 
     def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
+        reference = self._decoder.reference
         search = Search(
             offset=self._reader.offset,
             sequence=self._reader.sequence,
             frame=self._due or 0,
             limit=self._decoder.header.limits.chunk_bytes,
             effort=self._effort,
-            canonical=self._decoder.canonical_frame,
+            canonical=None if reference is None else reference.frame,
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:

@@ -87,11 +87,6 @@ class StreamDecoder:
             self._frame_count = points[-1].frame - points[0].frame
             self._sought = points[-1]
 
-    @property
-    def canonical_frame(self) -> int | None:
-        """Ordinal of the CANO that a snapshot may be coded against; None if there is none."""
-        return None if self.reference is None else self.reference.frame
-
     def lose(self) -> None:
         """Take it that chunks up to the next canonical frame are lost (SPEC 11.4)."""
         self._state = None
@@ -138,7 +133,7 @@ class StreamDecoder:
     def _push_canonical(self, chunk: Chunk) -> FrameState:
         decode = self._decode_canonical if chunk.kind == container.CANO else self._decode_snapshot
         self._state = decode(chunk, self._sought)
-        self._points.append(_name(chunk, self._state.frame))
+        self._points.append(SeekPoint(chunk.offset, chunk.sequence, self._state.frame))
         self._sought = None
         self._frame_count += 1
         return self._state
@@ -173,7 +168,7 @@ class StreamDecoder:
         if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
             message = f"frame {frame} follows frame {self._state.frame}"
             raise FrameOrderError(message)
-        point = _name(chunk, frame)
+        point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if sought not in (None, point):  # [11.2-1] [11.2-4]
             message = f"{sought} is said to be {point}"
             raise IndexMismatchError(message)
@@ -203,7 +198,3 @@ class StreamDecoder:
             message = f"TAIL says {tail}, the stream holds {seen}"
             raise TailMismatchError(message)
         self.tail = tail
-
-
-def _name(chunk: Chunk, frame: int) -> SeekPoint:
-    return SeekPoint(chunk.offset, chunk.sequence, frame)
