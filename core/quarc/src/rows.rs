@@ -61,6 +61,15 @@ impl<T: Copy + Default> Rows<T> {
         self.numbers.chunks_mut(self.stride.max(1)).map(move |row| &mut row[..columns])
     }
 
+    /// The first rows, to be written to side by side.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub fn first_mut<const R: usize>(&mut self) -> [&mut [T]; R] {
+        let mut rows = self.rows_mut();
+        [(); R].map(|()| rows.next().expect("as many rows as are asked for"))
+    }
+
     /// Remove the columns of ascending indices; the others keep their order.
     pub fn remove(&mut self, gone: &[u32]) {
         let Some(&first) = gone.first() else { return };

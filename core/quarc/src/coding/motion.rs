@@ -95,7 +95,9 @@ fn walk<P: Planes>(
     for (number, (context, symbols)) in levels.iter().zip(symbols).enumerate().rev() {
         let first = number * LEVEL_CONTEXTS;
         Level { planes, first, channels, context, above: &above }.walk(symbols)?;
-        above = above.and_then(context.parents, symbols);
+        if number > 0 {
+            above = above.and_then(context.parents, symbols);
+        }
     }
     Ok(())
 }
@@ -229,6 +231,9 @@ impl<P: Planes> Level<'_, P> {
         let mut magnitudes = vec![1; values.len()];
         let mut left: Vec<u32> = (0..values.len() as u32).collect();
         for plane in 0..MAGNITUDE_PLANES {
+            if left.is_empty() {
+                break;
+            }
             let model = 11 * plane.min(2) as u16;
             let context = |&symbol: &u32| model + ahead_class(ahead[symbol as usize] - plane);
             let contexts: Vec<u16> = left.iter().map(context).collect();

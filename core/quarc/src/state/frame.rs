@@ -49,26 +49,32 @@ impl State {
             let message = format!("{death_count} deaths among {} Gaussians", self.count());
             return Err(Error::new(Reject::Count, message));
         }
+        // Who samples needs no binding of those that are left.
+        let samples = self.phase % u32::from(self.header.resample_interval) == 0;
+        let before = if samples { self.anchors.take() } else { None };
         self.remove(&choose_deaths(self.codes.row(OPACITY), death_count));
-        if self.phase % u32::from(self.header.resample_interval) == 0 {
-            self.anchors = None;
-        }
         self.frame = frame;
         self.phase += 1;
-        self.bind();
+        self.bind(before.as_deref());
         Ok(())
     }
 
-    /// Bind the Gaussians that are not: all of them if there are no anchors (SPEC 6.5).
-    fn bind(&mut self) {
-        match &mut self.anchors {
-            Some(anchors) if self.bound < self.ids.len() => {
-                let newborn = [0, 1, 2].map(|axis| &self.positions.row(axis)[self.bound..]);
+    /// Bind the Gaussians that are not: all of them if there are no anchors (SPEC 6.5). The anchors
+    /// of `before` are then no more than a hint.
+    fn bind(&mut self, before: Option<&Anchors>) {
+        let (header, ids, positions) = (&self.header, &self.ids, &self.positions);
+        match (&mut self.anchors, before) {
+            (Some(anchors), _) if self.bound < ids.len() => {
+                let newborn = [0, 1, 2].map(|axis| &positions.row(axis)[self.bound..]);
                 Arc::make_mut(anchors).append(&newborn);
             }
-            Some(_) => {}
-            None => {
-                let anchors = Anchors::sample(&self.header, self.phase, &self.ids, &self.positions);
+            (Some(_), _) => {}
+            (None, Some(before)) => {
+                let anchors = before.sample_again(header, self.phase, ids, positions);
+                self.anchors = Some(Arc::new(anchors));
+            }
+            (None, None) => {
+                let anchors = Anchors::sample(header, self.phase, ids, positions);
                 self.anchors = Some(Arc::new(anchors));
             }
         }

@@ -7,7 +7,7 @@ use crate::coding::motion::{
 };
 use crate::error::{Error, Result};
 use crate::records::{Header, Section};
-use crate::rotation::{turn, Residuals};
+use crate::rotation::{turn, Quaternion, Residuals};
 use std::sync::Arc;
 
 const STILL: Channels = [0; 8];
@@ -79,61 +79,74 @@ impl State {
     /// # Errors
     /// `position-range`, `degenerate-rotation`.
     pub fn move_by(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
-        self.add_up(symbols)?;
-        self.shift()?;
-        self.turn_all()
+        if self.add_up(symbols)? {
+            self.displace()?;
+        }
+        Ok(())
     }
 
-    /// The motion of every Gaussian: the sums of its anchors' symbols.
-    fn add_up(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
+    /// The motion of every Gaussian: the sums of its anchors' symbols. Whether there is any.
+    fn add_up(&mut self, symbols: &[Vec<Channels>]) -> Result<bool> {
         let anchors = anchors_of(&mut self.anchors)?;
         let counts = anchors.levels().iter().map(|level| level.ids.len());
         if !counts.eq(symbols.iter().map(Vec::len)) {
             return Err(Error::Encode("the symbols are not of these anchors".into()));
         }
         let sums = Arc::make_mut(&mut self.motion);
-        sums.fill(STILL);
+        let mut any = false;
         for (level, symbols) in symbols.iter().enumerate() {
             let moves: Vec<bool> = symbols.iter().map(|own| own != &STILL).collect();
             if !moves.contains(&true) {
                 continue;
             }
-            for (sum, &anchor) in sums.iter_mut().zip(anchors.followed(level, &moves)) {
-                if anchor != NOBODY {
-                    *sum = add(sum, &symbols[anchor as usize]);
-                }
+            let followed = anchors.followed(level, &moves).iter();
+            // NOBODY is beyond all anchors.
+            let own = followed.map(|&anchor| symbols.get(anchor as usize).unwrap_or(&STILL));
+            if any {
+                sums.iter_mut().zip(own).for_each(|(sum, own)| *sum = add(sum, own));
+            } else {
+                sums.iter_mut().zip(own).for_each(|(sum, own)| *sum = *own);
             }
+            any = true;
         }
-        Ok(())
+        if !any {
+            sums.fill(STILL);
+        }
+        Ok(any)
     }
 
-    fn shift(&mut self) -> Result<()> {
+    /// Move and turn every Gaussian by its motion.
+    fn displace(&mut self) -> Result<()> {
         let step = i64::from(self.header.translation_step);
-        let positions = Arc::make_mut(&mut self.positions);
-        for axis in 0..TRANSLATION_CHANNELS {
-            for (position, motion) in positions.row_mut(axis).iter_mut().zip(self.motion.iter()) {
-                // [7.5-1]
-                *position = narrow_position(i64::from(*position) + step * i64::from(motion[axis]))?;
-            }
-        }
-        Ok(())
-    }
-
-    fn turn_all(&mut self) -> Result<()> {
-        let rotations = Arc::make_mut(&mut self.rotations);
+        let mut positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
+        let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
         let mut residuals = Residuals::default();
-        for (place, motion) in self.motion.iter().enumerate() {
-            if motion[TRANSLATION_CHANNELS..] == STILL[TRANSLATION_CHANNELS..] {
-                continue;
+        let moving = self.motion.iter().enumerate().filter(|(_, motion)| *motion != &STILL);
+        for (place, motion) in moving {
+            for (row, &shift) in positions.iter_mut().zip(motion) {
+                // [7.5-1]
+                row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
             }
-            let residual = residuals.of(sum_of(&self.header, motion))?;
-            let rotation = [0, 1, 2, 3].map(|row| rotations.row(row)[place]);
-            for (row, part) in turn(rotation, residual)?.iter().enumerate() {
-                rotations.row_mut(row)[place] = *part;
+            if motion[TRANSLATION_CHANNELS..] != STILL[TRANSLATION_CHANNELS..] {
+                let residual = residuals.of(sum_of(&self.header, motion))?;
+                turn_at(&mut rotations, place, residual)?;
             }
         }
         Ok(())
     }
+}
+
+/// Turn one of rotations, `[4, N]`.
+pub(super) fn turn_at(
+    rotations: &mut [&mut [i32]; 4],
+    place: usize,
+    residual: Quaternion,
+) -> Result<()> {
+    let rotation = [0, 1, 2, 3].map(|row: usize| rotations[row][place]);
+    for (row, part) in rotations.iter_mut().zip(turn(rotation, residual)?) {
+        row[place] = part;
+    }
+    Ok(())
 }
 
 /// The sum of the residuals of a rotation, the identities of all levels in it.
