@@ -16,7 +16,7 @@ use std::time::Instant;
 const METER: f64 = 4096.0;
 const MOVERS: usize = 8;
 const STEP: f64 = 7.0;
-const SAMPLINGS: usize = 8;
+const SAMPLINGS: usize = 12;
 const TIMES: [&str; 5] = ["sample", "followed", "again", "complete", "remove, append"];
 
 fn main() {

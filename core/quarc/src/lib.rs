@@ -27,3 +27,7 @@ pub mod digest; // SPEC 9
 pub mod floats; // SPEC 10
 pub mod rotation; // SPEC 7.2, 7.3, 7.5
 pub mod state; // SPEC 7
+
+pub mod recover;
+pub mod seek; // SPEC 11.2
+pub mod stream; // push bytes, pull states: SPEC 5.8, 5.9, 7.2, 7.9 // SPEC 11.4

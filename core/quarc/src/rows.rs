@@ -38,6 +38,12 @@ impl<T: Copy + Default> Rows<T> {
         self.stride
     }
 
+    /// All numbers, the room behind the rows among them.
+    #[must_use]
+    pub fn numbers(&self) -> &[T] {
+        &self.numbers
+    }
+
     /// A row.
     ///
     /// # Panics

@@ -4,7 +4,8 @@ use super::runs::{cut_runs, Bounds, Points, Tier, LANES};
 
 /// Eight numbers side by side.
 pub type Eight = [f32; LANES];
-const NOWHERE: f32 = f32::MAX; // farther than any reach
+/// A coordinate that is farther off than any reach.
+pub const NOWHERE: f32 = f32::MAX;
 
 /// The boxes of the parts of a node; those that are not there are nowhere.
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +14,19 @@ pub struct Boxes {
     pub low: [Eight; 3],
     /// Greatest coordinates.
     pub high: [Eight; 3],
+}
+
+impl Boxes {
+    /// Eight that are not there.
+    pub const NOWHERE: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[NOWHERE; LANES]; 3] };
+
+    /// Put a box in a lane.
+    pub fn set(&mut self, lane: usize, bounds: &Bounds) {
+        for axis in 0..3 {
+            self.low[axis][lane] = bounds.low[axis];
+            self.high[axis][lane] = bounds.high[axis];
+        }
+    }
 }
 
 /// The anchors of a level, ready to be searched.
@@ -33,7 +47,7 @@ pub struct Index {
 impl Index {
     /// Of anchors in Morton order, with their numbers and `merges` as `Order` has them.
     pub fn new(points: Points, numbers: Vec<u32>, merges: &[u8]) -> Self {
-        let tiers = cut_runs(&points, merges, LANES);
+        let tiers = cut_runs(&points, merges, LANES, LANES);
         let leaves = (0..tiers[0].count())
             .map(|leaf| {
                 let parts = tiers[0].parts(leaf);
@@ -51,13 +65,9 @@ impl Index {
 
 fn box_parts(tier: &Tier, parts: &[Bounds]) -> Vec<Boxes> {
     let boxes = |node: usize| {
-        let nowhere = [[NOWHERE; LANES]; 3];
-        let mut boxes = Boxes { low: nowhere, high: nowhere };
+        let mut boxes = Boxes::NOWHERE;
         for (lane, part) in parts[tier.parts(node)].iter().enumerate() {
-            for axis in 0..3 {
-                boxes.low[axis][lane] = part.low[axis];
-                boxes.high[axis][lane] = part.high[axis];
-            }
+            boxes.set(lane, part);
         }
         boxes
     };

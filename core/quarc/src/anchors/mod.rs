@@ -20,6 +20,7 @@ pub use sampler::count_anchors;
 use crate::records::Header;
 use crate::rows::Rows;
 use near::Near;
+use order::Order;
 use sampling::{unresolved, Sampling};
 use search::{bind_alone, reach, Moving, Reach, Search, Seekers};
 use std::sync::Arc;
@@ -63,7 +64,7 @@ impl Anchors {
     #[must_use]
     pub fn sample(header: &Header, phase: u32, ids: &[u32], positions: &Rows<i32>) -> Self {
         let rows = [positions.row(0), positions.row(1), positions.row(2)];
-        Self::begin(Sampling::new(header, phase, ids, rows, 0..ids.len() as u32))
+        Self::begin(Sampling::new(header, phase, ids, rows, Order::new(rows)))
     }
 
     /// The same anchors, found faster: most Gaussians stand as they did at the last sampling.
@@ -89,10 +90,9 @@ impl Anchors {
             now += usize::from(is_there);
         }
         newborn.extend(now as u32..ids.len() as u32);
-        let left = last.order.iter().map(|&index| places[index as usize]);
-        let hint = left.filter(|&index| index != NOBODY).chain(newborn);
         let rows = [positions.row(0), positions.row(1), positions.row(2)];
-        Self::begin(Sampling::new(header, phase, ids, rows, hint))
+        let order = Order::again(&last.order, &places, &newborn, rows);
+        Self::begin(Sampling::new(header, phase, ids, rows, order))
     }
 
     fn begin(sampling: Sampling) -> Self {
@@ -133,8 +133,9 @@ impl Anchors {
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
         for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
             let (all, mut near) = (Near::all(index), Near::default());
-            for i in 0..positions[0].len() {
-                let at = [0, 1, 2].map(|axis: usize| positions[axis][i] as f32);
+            let [xs, ys, zs] = *positions;
+            for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
+                let at = [x, y, z].map(|number| number as f32);
                 let place = bind_alone(at, &all, &mut near, index);
                 followers.binding.push(index.numbers[place as usize]);
             }
@@ -155,7 +156,7 @@ impl Anchors {
             known.get_or_insert_with(|| Arc::new(reach(seekers, index, &sampling.ranks[level])));
         let moving = &Moving::new(index, moves);
         Search { seekers, reach, index, moving, resolved }.run(&mut |point, place| {
-            if let Some(now) = survivors.place(sampling.order[point]) {
+            if let Some(now) = survivors.place(sampling.order.indices[point]) {
                 binding[now as usize] = index.numbers[place as usize];
             }
         });

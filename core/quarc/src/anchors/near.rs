@@ -4,11 +4,29 @@
 //! Squared distances are summed up in f32 and bounds are rounded up: some anchors more may be
 //! listed, none that counts is not.
 
-use super::index::{Boxes, Eight, Index};
+use super::index::{Boxes, Eight, Index, NOWHERE};
 use super::runs::{Bounds, LANES};
 
 /// More than three roundings to 24 bits can lose.
 pub const ROUNDED: f32 = 1.0 + 1.0 / (1 << 20) as f32;
+
+/// Of each set of eight lanes those in it, ascending, and then what means nothing.
+const LANES_OF: [[u8; LANES]; 256] = {
+    let mut lanes_of = [[0; LANES]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut found) = (0, 0);
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                lanes_of[set][found] = lane as u8;
+                found += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    lanes_of
+};
 
 /// What is listed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +45,9 @@ pub struct Near {
     count: usize,
     places: Vec<u32>,
     points: Vec<[Eight; 3]>,
+    boxes: Vec<Boxes>,
     nodes: Vec<u32>,
+    marks: Vec<[u8; LANES]>,
 }
 
 /// A box, and how far around it.
@@ -42,8 +62,11 @@ impl Near {
     pub fn all(index: &Index) -> Self {
         let tier = index.tiers.len() - 1;
         let count = index.tiers[tier].count();
-        let places = (0..count as u32).collect();
-        Near { kind: Kind::Nodes(tier), count, places, ..Near::default() }
+        let mut places: Vec<u32> = (0..count as u32).collect();
+        places.resize(count + LANES, 0);
+        let mut near = Near { kind: Kind::Nodes(tier), count, places, ..Near::default() };
+        near.gather(index);
+        near
     }
 
     /// What is listed.
@@ -62,95 +85,122 @@ impl Near {
     }
 
     /// Make this the list of what of another is within a squared distance of a box, with parts
-    /// in the place of nodes: once, and further as long as few are listed.
+    /// in the place of nodes as long as no more than `few` are listed.
     pub fn narrow(&mut self, from: &Near, index: &Index, bounds: &Bounds, reach: f32, few: usize) {
         let around = Around::new(bounds, reach * ROUNDED);
+        let blocks = blocks(from.count);
         match from.kind {
-            Kind::Points => self.keep_points(from, &around),
-            Kind::Nodes(tier) => self.keep_parts(from.places(), tier, index, &around),
+            Kind::Points => mark_points(from.points[..blocks].iter(), &around, &mut self.marks),
+            Kind::Nodes(_) => mark_boxes(from.boxes[..blocks].iter(), &around, &mut self.marks),
         }
+        self.kind = from.kind;
+        self.take(|block, lane| from.places[LANES * block + lane]);
         while let (Kind::Nodes(tier), true) = (self.kind, self.count <= few) {
             self.expand(tier, index, &around);
         }
-        if self.kind == Kind::Points {
-            self.gather(index);
-        }
+        self.gather(index);
     }
 
-    /// Put parts in the place of nodes.
+    /// Put the parts that are near in the place of nodes.
     fn expand(&mut self, tier: usize, index: &Index, around: &Around) {
         let mut nodes = std::mem::take(&mut self.nodes);
         nodes.clear();
         nodes.extend_from_slice(self.places());
-        self.keep_parts(&nodes, tier, index, around);
+        if tier == 0 {
+            let leaves = nodes.iter().map(|&node| &index.leaves[node as usize]);
+            mark_points(leaves, around, &mut self.marks);
+            self.kind = Kind::Points;
+        } else {
+            let boxes = nodes.iter().map(|&node| &index.boxes[tier - 1][node as usize]);
+            mark_boxes(boxes, around, &mut self.marks);
+            self.kind = Kind::Nodes(tier - 1);
+        }
+        let starts = &index.tiers[tier].starts;
+        self.take(|block, lane| starts[nodes[block] as usize] + lane as u32);
         self.nodes = nodes;
     }
 
-    fn keep_points(&mut self, from: &Near, around: &Around) {
-        self.begin(Kind::Points, blocks(from.count));
-        for (block, points) in from.points().iter().enumerate() {
-            let near = around.reaches(points, points);
-            let places = &from.places[LANES * block..LANES * (block + 1)];
-            self.keep(near, |lane| places[lane]);
+    /// List those of each block that are marked.
+    fn take(&mut self, place: impl Fn(usize, usize) -> u32) {
+        let room = LANES * (self.marks.len() + 1);
+        if self.places.len() < room {
+            self.places.resize(room, 0);
         }
-    }
-
-    fn keep_parts(&mut self, nodes: &[u32], tier: usize, index: &Index, around: &Around) {
-        let starts = &index.tiers[tier].starts;
-        if tier == 0 {
-            self.begin(Kind::Points, nodes.len());
-            for &node in nodes {
-                let points = &index.leaves[node as usize];
-                let first = starts[node as usize];
-                self.keep(around.reaches(points, points), |lane| first + lane as u32);
+        let mut count = 0;
+        for (block, &marks) in self.marks.iter().enumerate() {
+            // The product has the marks in its highest byte.
+            let set = u64::from_le_bytes(marks).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+            // Eight are written, without a branch; those that come next are written over the rest.
+            let places = &mut self.places[count..count + LANES];
+            for (to, &lane) in places.iter_mut().zip(&LANES_OF[set as usize]) {
+                *to = place(block, usize::from(lane) % LANES);
             }
-        } else {
-            self.begin(Kind::Nodes(tier - 1), nodes.len());
-            let boxes = &index.boxes[tier - 1];
-            for &node in nodes {
-                let Boxes { low, high } = &boxes[node as usize];
-                let first = starts[node as usize];
-                self.keep(around.reaches(low, high), |lane| first + lane as u32);
-            }
+            count += set.count_ones() as usize;
         }
+        self.count = count;
     }
 
-    fn begin(&mut self, kind: Kind, blocks: usize) {
-        (self.kind, self.count) = (kind, 0);
-        if self.places.len() < LANES * (blocks + 1) {
-            self.places.resize(LANES * (blocks + 1), 0);
-        }
-    }
-
-    /// List those of eight that are near.
-    #[inline(always)]
-    fn keep(&mut self, near: [bool; LANES], place: impl Fn(usize) -> u32) {
-        let places = &mut self.places[self.count..self.count + LANES];
-        let mut found = 0;
-        for lane in 0..LANES {
-            places[found & (LANES - 1)] = place(lane); // without a branch; the next writes over it
-            found += usize::from(near[lane]);
-        }
-        self.count += found;
-    }
-
-    /// Look up where the anchors are.
+    /// Look up where all that is listed is.
     fn gather(&mut self, index: &Index) {
         let blocks = blocks(self.count);
-        if self.points.len() < blocks {
-            self.points.resize(blocks, [[0.0; LANES]; 3]);
-        }
-        if blocks > 0 {
-            self.points[blocks - 1] = [[f32::MAX; LANES]; 3];
-        }
-        let [xs, ys, zs] = &index.points;
-        for (places, block) in self.places[..self.count].chunks(LANES).zip(&mut self.points) {
-            for (lane, &place) in places.iter().enumerate() {
-                let place = place as usize;
-                (block[0][lane], block[1][lane], block[2][lane]) =
-                    (xs[place], ys[place], zs[place]);
+        let lists = self.places[..self.count].chunks(LANES);
+        match self.kind {
+            Kind::Points => {
+                if self.points.len() < blocks {
+                    self.points.resize(blocks, [[0.0; LANES]; 3]);
+                }
+                if blocks > 0 {
+                    self.points[blocks - 1] = [[NOWHERE; LANES]; 3];
+                }
+                let [xs, ys, zs] = &index.points;
+                for (places, [x, y, z]) in lists.zip(&mut self.points) {
+                    for (lane, &place) in places.iter().enumerate() {
+                        let place = place as usize;
+                        (x[lane], y[lane], z[lane]) = (xs[place], ys[place], zs[place]);
+                    }
+                }
+            }
+            Kind::Nodes(tier) => {
+                if self.boxes.len() < blocks {
+                    self.boxes.resize(blocks, Boxes::NOWHERE);
+                }
+                if blocks > 0 {
+                    self.boxes[blocks - 1] = Boxes::NOWHERE;
+                }
+                let bounds = &index.tiers[tier].bounds;
+                for (nodes, boxes) in lists.zip(&mut self.boxes) {
+                    for (lane, &node) in nodes.iter().enumerate() {
+                        boxes.set(lane, &bounds[node as usize]);
+                    }
+                }
             }
         }
+    }
+}
+
+/// Mark which of blocks of points are near a box.
+#[inline(never)]
+fn mark_points<'a>(
+    blocks: impl ExactSizeIterator<Item = &'a [Eight; 3]>,
+    around: &Around,
+    marks: &mut Vec<[u8; LANES]>,
+) {
+    marks.resize(blocks.len(), [0; LANES]);
+    for (points, marks) in blocks.zip(marks) {
+        around.mark(points, points, marks);
+    }
+}
+
+/// Mark which of blocks of boxes are near a box.
+#[inline(never)]
+fn mark_boxes<'a>(
+    blocks: impl ExactSizeIterator<Item = &'a Boxes>,
+    around: &Around,
+    marks: &mut Vec<[u8; LANES]>,
+) {
+    marks.resize(blocks.len(), [0; LANES]);
+    for (boxes, marks) in blocks.zip(marks) {
+        around.mark(&boxes.low, &boxes.high, marks);
     }
 }
 
@@ -160,24 +210,22 @@ impl Around {
         Around { low: bounds.low.map(all), high: bounds.high.map(all), reach: all(reach) }
     }
 
-    /// Which of eight boxes are within reach.
+    /// Mark which of eight boxes are within reach.
     #[inline(always)]
-    fn reaches(&self, low: &[Eight; 3], high: &[Eight; 3]) -> [bool; LANES] {
+    fn mark(&self, low: &[Eight; 3], high: &[Eight; 3], marks: &mut [u8; LANES]) {
         let mut squares = [0.0; LANES];
         for axis in 0..3 {
             for lane in 0..LANES {
                 let below = self.low[axis][lane] - high[axis][lane];
                 let above = low[axis][lane] - self.high[axis][lane];
                 let gap = if below > above { below } else { above };
-                let gap = if gap > 0.0 { gap } else { 0.0 };
+                let gap = if gap < 0.0 { 0.0 } else { gap };
                 squares[lane] += gap * gap;
             }
         }
-        let mut near = [false; LANES];
         for lane in 0..LANES {
-            near[lane] = squares[lane] <= self.reach[lane];
+            marks[lane] = u8::from(squares[lane] <= self.reach[lane]);
         }
-        near
     }
 }
 

@@ -7,7 +7,9 @@ use super::runs::{Points, LANES};
 /// The places of the anchors nearest to each of eight points from `first` on.
 pub fn nearest(points: &Points, first: usize, near: &Near, index: &Index) -> [u32; LANES] {
     let at = [0, 1, 2].map(|axis: usize| eight(&points[axis], first));
-    let (best, second, who) = hold(at, near);
+    let mut held = Held { best: [0.0; LANES], second: [0.0; LANES], who: [0.0; LANES] };
+    hold(at, near.points(), &mut held);
+    let Held { best, second, who } = held;
     let mut places = who.map(|k| near.places()[k as usize]);
     for lane in 0..LANES {
         // Two that are so nearly as far may be as far, or the other way round.
@@ -41,13 +43,28 @@ pub fn eight(numbers: &[f32], first: usize) -> &Eight {
     numbers[first..first + LANES].try_into().expect("a slice of that length")
 }
 
-/// The two least squared distances of each point, nearly, and where in the list the least is.
-fn hold(at: [&Eight; 3], near: &Near) -> (Eight, Eight, [u32; LANES]) {
-    let (mut best, mut second, mut who) = ([f32::MAX; LANES], [f32::MAX; LANES], [0; LANES]);
+/// Of eight points, what a list holds for each.
+struct Held {
+    /// The least squared distance, nearly.
+    best: Eight,
+    /// The second least.
+    second: Eight,
+    /// Where in the list the nearest is.
+    who: Eight,
+}
+
+/// Hold eight points against the anchors of a list.
+///
+/// It stands alone, with numbers of one kind, as only then compilers see that the lanes of all
+/// of them go together.
+#[inline(never)]
+fn hold(at: [&Eight; 3], anchors: &[[Eight; 3]], held: &mut Held) {
+    let (mut best, mut second, mut who) = ([f32::MAX; LANES], [f32::MAX; LANES], [0.0; LANES]);
     let [xs, ys, zs] = at;
-    let mut number = 0;
-    for block in near.points() {
-        for ((&ax, &ay), &az) in block[0].iter().zip(&block[1]).zip(&block[2]) {
+    let mut number = 0.0;
+    for block in anchors {
+        for lane in 0..LANES {
+            let [ax, ay, az] = [block[0][lane], block[1][lane], block[2][lane]];
             for k in 0..LANES {
                 let (x, y, z) = (xs[k] - ax, ys[k] - ay, zs[k] - az);
                 let square = x * x + y * y + z * z;
@@ -56,8 +73,8 @@ fn hold(at: [&Eight; 3], near: &Near) -> (Eight, Eight, [u32; LANES]) {
                 who[k] = if square < best[k] { number } else { who[k] };
                 best[k] = if square < best[k] { square } else { best[k] };
             }
-            number += 1;
+            number += 1.0;
         }
     }
-    (best, second, who)
+    *held = Held { best, second, who };
 }

@@ -1,64 +1,71 @@
 //! Gaussians in Morton order, in which every cell of SPEC 6.3 is a run.
 
+use super::NOBODY;
 use crate::constants::LATTICE_OFFSET;
-use crate::morton::interleave;
 
 /// Bits of the key of a position: three axes of LATTICE_BITS.
 pub const KEY_BITS: usize = 72;
 const INDEX_BITS: u32 = 32;
-const LOW_BITS: u32 = 3; // of an axis, that `interleave` has no room for
-const SPREAD: [u64; 8] = [0, 1, 8, 9, 64, 65, 72, 73]; // three bits, two places apart
-const PATIENCE: usize = 8;
+const NEAR: usize = 32; // places that a Gaussian may be off and still be put right one by one
 
 /// The Gaussians of a scene in Morton order, those of equal positions in ascending index.
 #[derive(Clone, Debug, Default)]
 pub struct Order {
     entries: Vec<u128>, // key and index
+    /// The index of each.
+    pub indices: Vec<u32>,
     /// How many low bits of the key of each are not surely those of the one before it: 0 at the
     /// same place, `KEY_BITS + 1` for the first.
     pub merges: Vec<u8>,
 }
 
 impl Order {
-    /// Sort Gaussians at positions; the nearer they stand to that order in `hint`, a permutation
-    /// of their indices, the faster.
-    pub fn new(positions: [&[i32]; 3], hint: impl Iterator<Item = u32>) -> Self {
-        let [x, y, z] = positions;
-        let mut entries: Vec<u128> = hint
-            .map(|index| {
-                let i = index as usize;
-                u128::from(index) | key_of(x[i], y[i], z[i]) << INDEX_BITS
-            })
-            .collect();
-        sort_nearly_sorted(&mut entries);
+    /// Sort Gaussians by their positions.
+    pub fn new(positions: [&[i32]; 3]) -> Self {
+        let entry = |index| entry_of(positions, index as u32);
+        let mut entries: Vec<u128> = (0..positions[0].len()).map(entry).collect();
+        entries.sort_unstable();
+        Order::of(entries)
+    }
+
+    /// The same, faster, where most stand about as they stood at the last time.
+    ///
+    /// `places` are the indices that those of the last time have now, or `NOBODY`; `newborn` are
+    /// the indices that are not among these.
+    pub fn again(last: &Order, places: &[u32], newborn: &[u32], positions: [&[i32]; 3]) -> Self {
+        let mut entries: Vec<u128> = Vec::with_capacity(positions[0].len());
+        let mut far: Vec<u128> = newborn.iter().map(|&i| entry_of(positions, i)).collect();
+        for (place, &index) in last.indices.iter().enumerate() {
+            let index = places[index as usize];
+            if index == NOBODY {
+                continue;
+            }
+            let entry = entry_of(positions, index);
+            let low = place.checked_sub(NEAR).map_or(0, |place| last.entries[place]);
+            let high = last.entries.get(place + NEAR).map_or(u128::MAX, |&entry| entry);
+            if low <= entry && entry <= high {
+                insert(&mut entries, entry); // passes by no more than twice NEAR others
+            } else {
+                far.push(entry);
+            }
+        }
+        far.sort_unstable();
+        merge_in(&mut entries, &far);
+        Order::of(entries)
+    }
+
+    /// The order of sorted entries.
+    fn of(entries: Vec<u128>) -> Self {
         let mut merges = Vec::with_capacity(entries.len());
         merges.push(KEY_BITS as u8 + 1);
         merges.extend(entries.windows(2).map(|pair| merge(pair[0], pair[1])));
-        Order { entries, merges }
-    }
-
-    /// The index of each, in order.
-    pub fn indices(&self) -> impl Iterator<Item = u32> + '_ {
-        self.entries.iter().map(|&entry| entry as u32)
-    }
-
-    /// The index of the Gaussian at a place.
-    pub fn index(&self, place: u32) -> u32 {
-        self.entries[place as usize] as u32
+        Order { indices: entries.iter().map(|&entry| entry as u32).collect(), entries, merges }
     }
 
     /// What `merges` would say of the Gaussian at a place if one before it were its predecessor.
     pub fn merge_with(&self, before: u32, place: u32) -> u8 {
         merge(self.entries[before as usize], self.entries[place as usize])
     }
-}
-
-/// The 72 bits of a position's key.
-fn key_of(x: i32, y: i32, z: i32) -> u128 {
-    let [x, y, z] = [x, y, z].map(|coordinate| (coordinate + LATTICE_OFFSET) as u32);
-    let high = interleave(x >> LOW_BITS, y >> LOW_BITS, z >> LOW_BITS);
-    let low = |coordinate: u32| SPREAD[(coordinate & 7) as usize];
-    u128::from(high) << (3 * LOW_BITS) | u128::from(low(x) << 2 | low(y) << 1 | low(z))
 }
 
 /// Whether a position is before another in Morton order.
@@ -74,40 +81,56 @@ pub fn stands_before(position: [f32; 3], other: [f32; 3]) -> bool {
     is_before
 }
 
+/// The key of a Gaussian's position, and its index: bit b of x, y and z is bit 3b + 2, 3b + 1 and
+/// 3b of the key, as in `crate::morton`, but for all 24 bits.
+fn entry_of(positions: [&[i32]; 3], index: u32) -> u128 {
+    let [x, y, z] = positions.map(|row| (row[index as usize] + LATTICE_OFFSET) as u32);
+    let eight = |low: u32| {
+        let spread = |coordinate: u32| u128::from(SPREAD[(coordinate >> low & 255) as usize]);
+        spread(x) << 2 | spread(y) << 1 | spread(z)
+    };
+    (eight(16) << 48 | eight(8) << 24 | eight(0)) << INDEX_BITS | u128::from(index)
+}
+
+/// The bits of a number below 2^8, two places apart.
+const SPREAD: [u32; 256] = {
+    let mut spread = [0; 256];
+    let mut number = 0;
+    while number < 256 {
+        let mut bit = 0;
+        while bit < 8 {
+            spread[number] |= (number as u32 >> bit & 1) << (3 * bit);
+            bit += 1;
+        }
+        number += 1;
+    }
+    spread
+};
+
 fn merge(before: u128, entry: u128) -> u8 {
     (u128::BITS - (before ^ entry).leading_zeros()).saturating_sub(INDEX_BITS) as u8
 }
 
-/// Sort different numbers that mostly ascend: what does not is sorted aside and merged in.
-fn sort_nearly_sorted(numbers: &mut [u128]) {
-    let (mut kept, mut dropped, mut in_a_row) = (0, Vec::new(), 0);
-    let mut i = 0;
-    while i < numbers.len() {
-        let number = numbers[i];
-        if kept == 0 || numbers[kept - 1] < number {
-            numbers[kept] = number;
-            (kept, in_a_row) = (kept + 1, 0);
-        } else if in_a_row < PATIENCE {
-            dropped.push(number);
-            in_a_row += 1;
-        } else {
-            // So many are not all out of place: the one before them is.
-            dropped.truncate(dropped.len() - in_a_row);
-            i -= in_a_row;
-            kept -= 1;
-            dropped.push(numbers[kept]);
-            in_a_row = 0;
-            continue;
-        }
-        i += 1;
+/// Put an entry into an ascending list, near its end.
+fn insert(entries: &mut Vec<u128>, entry: u128) {
+    let mut place = entries.len();
+    entries.push(entry);
+    while place > 0 && entries[place - 1] > entry {
+        entries[place] = entries[place - 1];
+        place -= 1;
     }
-    dropped.sort_unstable();
-    let mut last = kept;
-    for place in (0..dropped.len()).rev() {
-        while last > 0 && numbers[last - 1] > dropped[place] {
-            numbers[last + place] = numbers[last - 1];
-            last -= 1;
+    entries[place] = entry;
+}
+
+/// Merge an ascending list into another.
+fn merge_in(entries: &mut Vec<u128>, others: &[u128]) {
+    let mut left = entries.len();
+    entries.resize(left + others.len(), 0);
+    for (place, &other) in others.iter().enumerate().rev() {
+        while left > 0 && entries[left - 1] > other {
+            left -= 1;
+            entries[left + place + 1] = entries[left];
         }
-        numbers[last + place] = dropped[place];
+        entries[left + place] = other;
     }
 }

@@ -58,14 +58,14 @@ impl Bounds {
 /// Cut points into runs of at most `most`, and these into wider ones: the least first.
 ///
 /// `merges` are those of `Order`; there is at least one point.
-pub fn cut_runs(points: &Points, merges: &[u8], most: usize) -> Vec<Tier> {
+pub fn cut_runs(points: &Points, merges: &[u8], most: usize, fan: usize) -> Vec<Tier> {
     let starts = cut(merges, most);
     let mut merges: Vec<u8> =
         starts[1..].iter().zip(&starts).map(|(_, &s)| merges[s as usize]).collect();
     let mut tiers = vec![Tier { bounds: bound(points, &starts), starts }];
     while merges.len() > TOP {
         let below = &tiers[tiers.len() - 1].bounds;
-        let starts = cut(&merges, LANES);
+        let starts = cut(&merges, fan);
         merges = starts[1..].iter().zip(&starts).map(|(_, &s)| merges[s as usize]).collect();
         let join = |run: &[u32]| {
             let parts = &below[run[0] as usize..run[1] as usize];

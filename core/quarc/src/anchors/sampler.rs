@@ -30,7 +30,7 @@ impl<'a> Sampler<'a> {
     pub fn new(header: &Header, phase: u32, ids: &[u32], order: &'a Order) -> Self {
         let key = [header.seed as u32, (header.seed >> 32) as u32];
         let mut words = [0; 3].map(|_: u32| Vec::with_capacity(ids.len()));
-        for index in order.indices() {
+        for &index in &order.indices {
             let drawn = philox([ids[index as usize], phase, 0, DOMAIN_SAMPLER], key);
             for (words, word) in words.iter_mut().zip(drawn) {
                 words.push(word);
@@ -56,8 +56,8 @@ impl<'a> Sampler<'a> {
     fn first_of_cells(&self, level: usize, bits: u8, cells: usize) -> Vec<u32> {
         let mut firsts = vec![0; cells + 1];
         let (mut found, mut least, mut first) = (0, u64::MAX, 0);
-        let words = self.words[level].iter().zip(self.order.indices()).zip(&self.order.merges);
-        for (place, ((&word, index), &merge)) in words.enumerate() {
+        let words = self.words[level].iter().zip(&self.order.indices).zip(&self.order.merges);
+        for (place, ((&word, &index), &merge)) in words.enumerate() {
             let rank = u64::from(word) << 32 | u64::from(index); // as (word, id): ids ascend
             let begins = merge > bits;
             found += usize::from(begins);
@@ -95,7 +95,7 @@ impl<'a> Sampler<'a> {
             below = u32::MAX;
         }
         let rank = |place: u32| {
-            u64::from(words[place as usize]) << 32 | u64::from(self.order.index(place))
+            u64::from(words[place as usize]) << 32 | u64::from(self.order.indices[place as usize])
         };
         let mut ranks: Vec<u64> = places.iter().map(|&place| rank(place)).collect();
         let last = *ranks.select_nth_unstable(missing - 1).1;

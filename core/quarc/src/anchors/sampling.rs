@@ -15,9 +15,9 @@ const SEEKERS: usize = 32; // of the least runs, at most
 pub struct Sampling {
     /// Ids of the Gaussians, by index.
     pub ids: Vec<u32>,
-    /// Indices of the Gaussians in Morton order.
-    pub order: Vec<u32>,
-    /// The Gaussians in that order.
+    /// The Gaussians in Morton order.
+    pub order: Order,
+    /// Where they are, in that order.
     pub points: Points,
     /// And in runs.
     pub tiers: Vec<Tier>,
@@ -30,17 +30,16 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    /// Sample a scene; `hint` has all indices, in about the order of the last sampling.
+    /// Sample a scene whose Gaussians are in Morton order already.
     pub fn new(
         header: &Header,
         phase: u32,
         ids: &[u32],
         positions: [&[i32]; 3],
-        hint: impl Iterator<Item = u32>,
+        order: Order,
     ) -> Self {
-        let order = Order::new(positions, hint);
         let sampler = Sampler::new(header, phase, ids, &order);
-        let indices: Vec<u32> = order.indices().collect();
+        let indices = &order.indices;
         let gather = |axis: usize| {
             let row = positions[axis];
             let mut to: Vec<f32> = Vec::with_capacity(indices.len() + LANES);
@@ -49,7 +48,7 @@ impl Sampling {
             to
         };
         let points = [gather(0), gather(1), gather(2)];
-        let tiers = cut_runs(&points, &order.merges, SEEKERS);
+        let tiers = cut_runs(&points, &order.merges, SEEKERS, 16);
         let drawn: Vec<Drawn> = count_anchors(header, ids.len())
             .into_iter()
             .enumerate()
@@ -57,8 +56,7 @@ impl Sampling {
                 Drawn::new(&order, &points, sampler.choose(level, count), ids, positions)
             })
             .collect();
-        let mut sampling =
-            Sampling { ids: ids.to_vec(), order: indices, points, tiers, ..Self::default() };
+        let mut sampling = Sampling { ids: ids.to_vec(), order, points, tiers, ..Self::default() };
         for (number, level) in drawn.iter().enumerate() {
             let parents = match drawn.get(number + 1) {
                 Some(coarser) => level.find_parents(coarser),
@@ -94,7 +92,8 @@ impl Drawn {
         ids: &[u32],
         positions: [&[i32]; 3],
     ) -> Self {
-        let mut indices: Vec<u32> = chosen.iter().map(|&place| order.index(place)).collect();
+        let mut indices: Vec<u32> =
+            chosen.iter().map(|&place| order.indices[place as usize]).collect();
         let numbers_of = number(&indices, ids.len());
         let mut places: Vec<u32> = Vec::with_capacity(chosen.len());
         let (mut merges, mut numbers, mut members) = (Vec::new(), Vec::new(), Vec::new());
@@ -129,7 +128,7 @@ impl Drawn {
 
     /// [6.5] the parent is the anchor of the next level that the own Gaussian follows.
     fn find_parents(&self, coarser: &Drawn) -> Vec<u32> {
-        let tiers = cut_runs(&self.index.points, &self.merges, SEEKERS);
+        let tiers = cut_runs(&self.index.points, &self.merges, SEEKERS, 16);
         let place = |&start: &u32| self.places.get(start as usize).map_or(u32::MAX, |&place| place);
         let starts: Vec<u32> = tiers[0].starts.iter().map(place).collect();
         let ranks = rank(&coarser.places, &starts);

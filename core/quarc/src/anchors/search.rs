@@ -138,7 +138,7 @@ impl Search<'_> {
             self.index,
             bounds,
             self.reach[tier][run],
-            if tier == 0 { 128 } else { 24 },
+            if tier == 0 { 128 } else { 16 },
         );
         if !self.moving.any(near) {
             return;

@@ -2,18 +2,30 @@
 
 use super::{require_births, require_gaussians, State};
 use crate::anchors::Anchors;
+use crate::coding::motion::Channels;
 use crate::error::{Error, Reject, Result};
-use crate::records::FrameChunk;
+use crate::records::{Births, FrameChunk, Updates};
 use std::sync::Arc;
 
 const OPACITY: usize = 3;
 
+/// What a frame has coded.
+#[derive(Clone, Debug)]
+pub struct Coded {
+    /// The symbols of each level's anchors, level 1 first.
+    pub symbols: Vec<Vec<Channels>>,
+    /// What changed single Gaussians; `None` in a stream without updates.
+    pub updates: Option<Updates>,
+    /// The newborn.
+    pub births: Births,
+}
+
 impl State {
-    /// Become the state of the frame after this one (SPEC 7.4 to 7.8).
+    /// Become the state of the frame after this one (SPEC 7.4 to 7.8); returns what was coded.
     ///
     /// # Errors
     /// What is wrong with the chunk; then the state is of no use any more.
-    pub fn frame(&mut self, chunk: &FrameChunk) -> Result<()> {
+    pub fn frame(&mut self, chunk: &FrameChunk) -> Result<Coded> {
         // [7.4-1]
         if u64::from(chunk.phase) != u64::from(self.phase) + 1 {
             let message = format!("phase {} follows {}", chunk.phase, self.phase);
@@ -26,13 +38,17 @@ impl State {
         }
         let symbols = self.read_motion(&chunk.motion, chunk.previous_contexts)?;
         self.move_by(&symbols)?;
-        if let Some(section) = &chunk.updates {
-            let updates = self.read_updates(section)?;
-            self.update(&updates)?;
+        let updates = match &chunk.updates {
+            Some(section) => Some(self.read_updates(section)?),
+            None => None,
+        };
+        if let Some(updates) = &updates {
+            self.update(updates)?;
         }
         let births = self.read_births(&chunk.births, chunk.birth_count)?;
         self.bear(&births)?;
-        self.prove(chunk.state_crc)
+        self.prove(chunk.state_crc)?;
+        Ok(Coded { symbols, updates, births })
     }
 
     /// Begin a frame (SPEC 7.4): so many Gaussians leave, and then every Gaussian is bound.

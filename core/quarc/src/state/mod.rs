@@ -14,7 +14,7 @@ mod frame; // SPEC 7.4, 7.7
 mod motion; // SPEC 7.5
 mod updates; // SPEC 7.8
 
-pub use frame::choose_deaths;
+pub use frame::{choose_deaths, Coded};
 
 use crate::anchors::Anchors;
 use crate::coding::counts::Counts;
@@ -101,13 +101,21 @@ impl State {
     }
 
     /// Positions and rotations, as clones of the state share them.
-    pub(crate) const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
+    #[must_use]
+    pub const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
         [&self.positions, &self.rotations]
     }
 
     /// Codes, as clones of the state share them.
-    pub(crate) const fn shared_codes(&self) -> &Arc<Rows<i16>> {
+    #[must_use]
+    pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
         &self.codes
+    }
+
+    /// The id that the next newborn gets.
+    #[must_use]
+    pub const fn next_id(&self) -> u64 {
+        self.next_id
     }
 
     /// `[N]` of each Gaussian the sum of the symbols that moved it in the frame.
