@@ -52,6 +52,15 @@ pub trait Planes {
         Ok(())
     }
 
+    /// The bits of elements that are to be written; where they are read, room for them.
+    fn known<T>(elements: &[T], bit: impl Fn(&T) -> bool) -> Vec<bool> {
+        if Self::WRITES {
+            elements.iter().map(bit).collect()
+        } else {
+            vec![false; elements.len()]
+        }
+    }
+
     /// Room that is used again from plane to plane.
     fn spare(&mut self) -> &mut Sorted;
 }

@@ -1,7 +1,7 @@
 //! The motion of a frame: SPEC 7.5.
 
 use super::{narrow_position, State};
-use crate::anchors::{AnchorLevel, Anchors, NOBODY};
+use crate::anchors::{AnchorLevel, Anchors};
 use crate::coding::motion::{
     add, read_motion, write_motion, Channels, LevelContext, TRANSLATION_CHANNELS,
 };
@@ -91,6 +91,9 @@ impl State {
         let counts = anchors.levels().iter().map(|level| level.ids.len());
         if !counts.eq(symbols.iter().map(Vec::len)) {
             return Err(Error::Encode("the symbols are not of these anchors".into()));
+        }
+        if Arc::get_mut(&mut self.motion).is_none() {
+            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all of it is written anew
         }
         let sums = Arc::make_mut(&mut self.motion);
         let mut any = false;
