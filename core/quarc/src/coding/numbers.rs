@@ -331,7 +331,7 @@ impl Answers for Parting<'_> {
         bits.extend_from_slice(&self.bits[run.range()]);
     }
 
-    fn take(&mut self, run: Run, mut next: impl FnMut() -> bool) {
+    fn take(&mut self, run: Run, mut next: impl FnMut() -> bool) -> u64 {
         let (order, spare) = (&mut self.order[run.range()], &mut self.spare[run.range()]);
         let (mut zeros, mut ones) = (0, 0);
         for place in 0..order.len() {
@@ -343,5 +343,6 @@ impl Answers for Parting<'_> {
         }
         order[zeros..].copy_from_slice(&spare[..ones]);
         self.zeros.push(zeros as u32);
+        ones as u64
     }
 }

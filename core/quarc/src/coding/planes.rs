@@ -18,8 +18,8 @@ pub trait Answers {
     /// Append the answers of a run that are to be written.
     fn known(&self, run: Run, bits: &mut Vec<bool>);
 
-    /// Take the answers of a run, in the order of its elements.
-    fn take(&mut self, run: Run, next: impl FnMut() -> bool);
+    /// Take the answers of a run, in the order of its elements; how many are 1.
+    fn take(&mut self, run: Run, next: impl FnMut() -> bool) -> u64;
 }
 
 /// One direction of a walk over planes.
@@ -76,10 +76,14 @@ impl Answers for Scattered<'_> {
         bits.extend(self.order[run.range()].iter().map(|&element| self.bits[element as usize]));
     }
 
-    fn take(&mut self, run: Run, mut next: impl FnMut() -> bool) {
+    fn take(&mut self, run: Run, mut next: impl FnMut() -> bool) -> u64 {
+        let mut ones = 0;
         for &element in &self.order[run.range()] {
-            self.bits[element as usize] = next();
+            let bit = next();
+            self.bits[element as usize] = bit;
+            ones += u64::from(bit);
         }
+        ones
     }
 }
 
@@ -135,12 +139,8 @@ impl Planes for PlaneReader<'_> {
     fn code_runs(&mut self, model: Model, runs: &[Run], answers: &mut impl Answers) -> Result<()> {
         self.weigh(model, runs)?;
         for (run, &weight) in runs.iter().zip(&self.weights) {
-            let (mut words, mut ones) = (self.words, 0); // a copy, which stays in registers
-            answers.take(*run, || {
-                let bit = words.take(weight);
-                ones += u64::from(bit);
-                bit
-            });
+            let mut words = self.words; // a copy, which stays in registers
+            let ones = answers.take(*run, || words.take(weight));
             self.words = words;
             self.counts.learn(model, run.context, run.range().len() as u64 - ones, ones);
         }

@@ -79,54 +79,50 @@ impl State {
     /// # Errors
     /// `position-range`, `degenerate-rotation`.
     pub fn move_by(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
-        if self.add_up(symbols)? {
-            self.displace()?;
-        }
-        Ok(())
-    }
-
-    /// The motion of every Gaussian: the sums of its anchors' symbols. Whether there is any.
-    fn add_up(&mut self, symbols: &[Vec<Channels>]) -> Result<bool> {
         let anchors = anchors_of(&mut self.anchors)?;
         let counts = anchors.levels().iter().map(|level| level.ids.len());
         if !counts.eq(symbols.iter().map(Vec::len)) {
             return Err(Error::Encode("the symbols are not of these anchors".into()));
         }
+        let mut levels = Vec::new();
+        for (level, symbols) in symbols.iter().enumerate() {
+            let moves: Vec<bool> = symbols.iter().map(|own| own != &STILL).collect();
+            if moves.contains(&true) {
+                anchors.followed(level, &moves);
+                levels.push(level);
+            }
+        }
+        self.displace(symbols, &levels)
+    }
+
+    /// Move and turn every Gaussian by what it follows at those levels at which anchors move.
+    fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
         if Arc::get_mut(&mut self.motion).is_none() {
             self.motion = Arc::new(vec![STILL; self.ids.len()]); // all of it is written anew
         }
-        let sums = Arc::make_mut(&mut self.motion);
-        let mut any = false;
-        for (level, symbols) in symbols.iter().enumerate() {
-            let moves: Vec<bool> = symbols.iter().map(|own| own != &STILL).collect();
-            if !moves.contains(&true) {
-                continue;
-            }
-            let followed = anchors.followed(level, &moves).iter();
-            // NOBODY is beyond all anchors.
-            let own = followed.map(|&anchor| symbols.get(anchor as usize).unwrap_or(&STILL));
-            if any {
-                sums.iter_mut().zip(own).for_each(|(sum, own)| *sum = add(sum, own));
-            } else {
-                sums.iter_mut().zip(own).for_each(|(sum, own)| *sum = *own);
-            }
-            any = true;
-        }
-        if !any {
-            sums.fill(STILL);
-        }
-        Ok(any)
-    }
-
-    /// Move and turn every Gaussian by its motion.
-    fn displace(&mut self) -> Result<()> {
+        let motion = Arc::make_mut(&mut self.motion);
+        let (Some(anchors), false) = (&self.anchors, levels.is_empty()) else {
+            motion.fill(STILL);
+            return Ok(());
+        };
+        let followed: Vec<(&[u32], &[Channels])> =
+            levels.iter().map(|&level| (anchors.known(level), &symbols[level][..])).collect();
         let step = i64::from(self.header.translation_step);
         let mut positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
         let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
         let mut residuals = Residuals::default();
-        let moving = self.motion.iter().enumerate().filter(|(_, motion)| *motion != &STILL);
-        for (place, motion) in moving {
-            for (row, &shift) in positions.iter_mut().zip(motion) {
+        for (place, motion) in motion.iter_mut().enumerate() {
+            *motion = STILL;
+            for (followed, symbols) in &followed {
+                // NOBODY is beyond all anchors.
+                if let Some(own) = symbols.get(followed[place] as usize) {
+                    *motion = add(motion, own);
+                }
+            }
+            if *motion == STILL {
+                continue;
+            }
+            for (row, &shift) in positions.iter_mut().zip(&*motion) {
                 // [7.5-1]
                 row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
             }
