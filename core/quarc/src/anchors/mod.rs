@@ -163,6 +163,12 @@ impl Anchors {
         binding
     }
 
+    /// What [`Anchors::followed`] has given last.
+    #[must_use]
+    pub fn known(&self, level: usize) -> &[u32] {
+        &self.followers[level].binding
+    }
+
     /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.
     pub fn binding(&mut self, level: usize) -> &[u32] {
         let moves = vec![true; self.levels()[level].ids.len()];

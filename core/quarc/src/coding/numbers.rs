@@ -4,7 +4,8 @@
 //! stand together once and for all: a bit parts them in two, and nothing is sorted again.
 
 use super::counts::Model;
-use super::planes::{sort_by_context, Planes, Run};
+use super::planes::{Answers, Planes};
+use super::sorting::{Run, Sorted};
 use crate::arithmetic::bit_length;
 use crate::error::{Error, Reject, Result};
 
@@ -160,7 +161,9 @@ impl<'a, P: Planes> Walk<'a, P> {
         contexts: &[u16],
         numbers: &'a mut [i64],
     ) -> Self {
-        let (order, runs) = sort_by_context(contexts);
+        let mut elements = Sorted::default();
+        elements.sort(contexts);
+        let Sorted { order, runs, .. } = elements;
         let part = |run: &Run| Part {
             first: run.first,
             last: run.last,
@@ -291,16 +294,18 @@ impl<'a, P: Planes> Walk<'a, P> {
                 }
             }
         }
-        self.planes.code_runs(Model::at(model), &runs, &mut self.bits)?;
+        let mut zeros = Vec::with_capacity(runs.len());
+        let Walk { order, bits, spare, .. } = self;
+        let answers = &mut Parting { order, bits, spare, zeros: &mut zeros };
+        self.planes.code_runs(Model::at(model), &runs, answers)?;
         let mut parts = Vec::with_capacity(2 * self.parts.len());
+        let mut zeros = zeros.into_iter();
         for part in &self.parts {
             if !asked(part) {
                 parts.push(*part);
                 continue;
             }
-            let range = part.first as usize..part.last as usize;
-            let zeros = split(&mut self.order[range.clone()], &self.bits[range], &mut self.spare);
-            let middle = part.first + zeros as u32;
+            let middle = part.first + zeros.next().unwrap_or(0);
             let halves = [(part.first, middle, 0), (middle, part.last, 1)];
             for (first, last, bit) in halves.iter().copied().filter(|half| half.0 < half.1) {
                 parts.push(Part { first, last, known: 2 * part.known + bit, ..*part });
@@ -311,16 +316,33 @@ impl<'a, P: Planes> Walk<'a, P> {
     }
 }
 
-/// Move the elements whose bit is 0 before the others, all else in their order; how many they are.
-fn split(order: &mut [u32], bits: &[bool], spare: &mut [u32]) -> usize {
-    let (mut zeros, mut ones) = (0, 0);
-    for place in 0..order.len() {
-        let (element, bit) = (order[place], bits[place]);
-        order[zeros] = element;
-        spare[ones] = element;
-        zeros += usize::from(!bit);
-        ones += usize::from(bit);
+/// Answers by which the elements of runs are parted: those of 0 first, all else in their order.
+struct Parting<'a> {
+    order: &'a mut [u32],
+    /// What is to be written, in the order before.
+    bits: &'a [bool],
+    spare: &'a mut [u32],
+    /// How many elements of each run are answered 0.
+    zeros: &'a mut Vec<u32>,
+}
+
+impl Answers for Parting<'_> {
+    fn known(&self, run: Run, bits: &mut Vec<bool>) {
+        bits.extend_from_slice(&self.bits[run.range()]);
     }
-    order[zeros..].copy_from_slice(&spare[..ones]);
-    zeros
+
+    fn take(&mut self, run: Run, mut next: impl FnMut() -> bool) -> u64 {
+        let (order, spare) = (&mut self.order[run.range()], &mut self.spare[run.range()]);
+        let (mut zeros, mut ones) = (0, 0);
+        for place in 0..order.len() {
+            let (element, bit) = (order[place], next());
+            order[zeros] = element;
+            spare[ones] = element;
+            zeros += usize::from(!bit);
+            ones += usize::from(bit);
+        }
+        order[zeros..].copy_from_slice(&spare[..ones]);
+        self.zeros.push(zeros as u32);
+        ones as u64
+    }
 }
