@@ -15,17 +15,18 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
     `Scene`, and `positions`, `rotations`, `log_scales`, `opacities`, `sh` as in
     `Splats`.
     """
+    arrays = {
+        "ids": scene.ids,
+        "state_positions": scene.positions,
+        "state_rotations": scene.rotations,
+        "state_codes": scene.codes.astype(np.int32),
+        "positions": splats.positions,
+        "rotations": splats.rotations,
+        "log_scales": splats.log_scales,
+        "opacities": splats.opacities,
+        "sh": splats.sh,
+    }
     buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        ids=scene.ids,
-        state_positions=scene.positions,
-        state_rotations=scene.rotations,
-        state_codes=scene.codes.astype(np.int32),
-        positions=splats.positions,
-        rotations=splats.rotations,
-        log_scales=splats.log_scales,
-        opacities=splats.opacities,
-        sh=splats.sh,
-    )
+    # However arrays stand in memory, which is up to the engine, the file is the same.
+    np.savez(buffer, **{name: np.ascontiguousarray(array) for name, array in arrays.items()})
     return buffer.getvalue()
