@@ -1,6 +1,7 @@
 """A frame as a NumPy archive: the integer state, and the floats that it stands for."""
 
 import io
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
     `Scene`, and `positions`, `rotations`, `log_scales`, `opacities`, `sh` as in
     `Splats`.
     """
-    arrays = {
+    arrays: dict[str, Any] = {
         "ids": scene.ids,
         "state_positions": scene.positions,
         "state_rotations": scene.rotations,
