@@ -16,7 +16,7 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
     `Scene`, and `positions`, `rotations`, `log_scales`, `opacities`, `sh` as in
     `Splats`.
     """
-    arrays: dict[str, Any] = {
+    arrays = {
         "ids": scene.ids,
         "state_positions": scene.positions,
         "state_rotations": scene.rotations,
@@ -29,5 +29,6 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
     }
     buffer = io.BytesIO()
     # However arrays stand in memory, which is up to the engine, the file is the same.
-    np.savez(buffer, **{name: np.ascontiguousarray(array) for name, array in arrays.items()})
+    packed: dict[str, Any] = {name: np.ascontiguousarray(arrays[name]) for name in arrays}
+    np.savez(buffer, **packed)
     return buffer.getvalue()
