@@ -13,7 +13,7 @@ from tests.benchmarks.test_hostile import SCRIPT
 from tests.engines import needs_fast
 from tests.streams import make_stream
 
-_COUNT = 3 * 67
+_COUNT = 3 * 84
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_a_series_and_a_number_make_the_same_stream_again(streams):
 def test_every_hostility_has_its_turn(maker, streams):
     done = {name for stream in streams for name in stream.recipe[:1]}
 
-    assert len(maker.hostilities) == 67
+    assert len(maker.hostilities) == 84
     assert done == {hostility.name for hostility in maker.hostilities if hostility is not None}
 
 
@@ -95,7 +95,7 @@ def test_engines_that_disagree_are_seen(streams, monkeypatch):
         return turned
 
     monkeypatch.setattr(reconstruct, "turn", turn_otherwise)
-    verdicts = [_judge(stream.data) for stream in streams[::67]]
+    verdicts = [_judge(stream.data) for stream in streams[::84]]
 
     assert "escape" in {verdict.outcome for verdict in verdicts}
     assert any("the reference gives" in verdict.detail for verdict in verdicts)
