@@ -4,8 +4,8 @@
     python benchmarks/decode.py --table [--plot decode.png]
 
 The stream is made once, by `moving_stream`, and kept in `--cache`. It is
-decoded by `quarc-ref bench` in a process of its own, after a first, untimed one
-that leaves the kernels compiled; `--plain` does without them. `stolen` is the
+decoded by `quarc-ref bench` in a process of its own, by the fast engine or, with
+`--reference`, by the reference. `stolen` is the
 share of the time that processors had work in which the host of a virtual
 machine gave them to others: runs that lost much of it say little.
 """
@@ -39,12 +39,12 @@ def make_stream(job: Job, cache: Path) -> Path:
     return path
 
 
-def measure(path: Path, threads: int, kernels: str) -> dict[str, object]:
+def measure(path: Path, threads: int, engine: str) -> dict[str, object]:
     """Return what `quarc-ref bench` says of a stream, in a process of its own."""
     command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
     done = subprocess.run(
         [*command, "--json", "--quiet"],
-        env={**os.environ, "QUARC_REF_KERNELS": kernels},
+        env={**os.environ, "QUARC_REF_ENGINE": engine},
         check=True,
         capture_output=True,
     )
@@ -68,7 +68,7 @@ def format_table(rows: list[dict[str, object]]) -> str:
     lines = [
         [
             "Gaussians",
-            "kernels",
+            "engine",
             "threads",
             "fps",
             "ms per frame",
@@ -85,7 +85,7 @@ def format_table(rows: list[dict[str, object]]) -> str:
         share = row["stolen_share"]
         stolen = "unknown" if share is None else f"{share:.0%}"
         lines.append([
-            f"{row['gaussians']:,}", row["kernels"], str(row["threads"]), f"{row['fps']:.1f}",
+            f"{row['gaussians']:,}", row["engine"], str(row["threads"]), f"{row['fps']:.1f}",
             f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", stolen, *spent,
             f"{row['first_frame_s']:.2f}", f"{row['warm_first_frame_s']:.2f}",
             f"{row['peak_rss_mib']:.0f}",
@@ -118,7 +118,7 @@ def main() -> None:
         parser.add_argument("--frames", type=int, default=101),
         parser.add_argument("--updated", type=float, default=0.0, help="share of the Gaussians"),
         parser.add_argument("--threads", type=int, default=2),
-        parser.add_argument("--plain", action="store_true", help="without compiled kernels"),
+        parser.add_argument("--reference", action="store_true", help="by the reference engine"),
     ]
     parser.add_argument("--table", action="store_true", help="all sizes, 1 and 2 threads")
     parser.add_argument("--plot", type=Path, help="of the table")
@@ -137,10 +137,8 @@ def main() -> None:
         numbers = (options.gaussians, options.anchors_per, options.resample, options.births)
         job = Job(*numbers, options.frames, options.updated)
         path = make_stream(job, options.cache)
-        kernels = "plain" if options.plain else "compiled"
-        if not options.plain:
-            measure(path, options.threads, kernels)
-        rows = [measure(path, options.threads, kernels)]
+        engine = "reference" if options.reference else "fast"
+        rows = [measure(path, options.threads, engine)]
     if options.json:
         print(json.dumps(rows if options.table else rows[0], indent=2))
     else:

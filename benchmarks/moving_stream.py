@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.digest import compute_state_crc, state_crc
 from quarc_ref.decoder.frames import (
-    covers_all_fields,
     decode_births,
     decode_motion,
     decode_updates,
 )
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
+from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update_context
 from quarc_ref.files import atomic_file
@@ -245,7 +245,7 @@ def _make_frame(
         write_births(_make_births(moved, births, rng), moved.birth_counts) if births else _NOTHING
     )
     state = decode_births(moved, section, births)
-    crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
+    crc = state_crc(state.scene)
     chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc, updates)
     return state, wire.build_frame(chunk)
 

@@ -16,15 +16,14 @@ import numpy as np
 from hostile.structured.draws import Draws
 from hostile.structured.hostility import Hostility, Stage
 from hostile.structured.pieces import Piece
-from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder import frames
+from quarc_ref.decoder.digest import state_crc
 from quarc_ref.decoder.frames import (
-    covers_all_fields,
     decode_canonical,
     decode_frame,
     decode_motion,
 )
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
-from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.format import container, gaussian_planes, motion_planes, wire
 from quarc_ref.format.constants import COUNTER_LIMIT
@@ -135,20 +134,14 @@ class Builder:
 
     def _try(self, record: Record) -> tuple[State | None, int]:
         """Return the state that a record leads to, and its CRC; None and 0 if it is refused."""
-        scenes: list[Scene] = []
-
-        def keep(scene: Scene, _state_crc: int) -> None:
-            scenes.append(scene)
-
-        with suppress(BitstreamError, LimitError):
+        with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
-                state = decode_canonical(self.header, record, keep)
+                state, _ = decode_canonical(self.header, record)
             elif self.state is not None:
-                state = decode_frame(self.state, record, keep)
+                state = decode_frame(self.state, record)
             else:
                 return None, 0
-            all_fields = covers_all_fields(scenes[0])
-            return state, compute_state_crc(scenes[0], all_fields=all_fields)
+            return state, state_crc(state.scene)
         return None, 0
 
     def _change(self, stage: Stage, value: Any, *known: Any) -> Any:  # noqa: ANN401
