@@ -128,6 +128,19 @@ impl<T: Copy + Default> Rows<T> {
     }
 }
 
+/// Remove what stands at ascending indices; the others keep their order.
+pub fn remove_entries<T: Copy>(numbers: &mut Vec<T>, gone: &[u32]) {
+    let mut to = 0;
+    for kept in kept_ranges(gone, numbers.len()) {
+        let length = kept.len();
+        if to < kept.start {
+            numbers.copy_within(kept, to);
+        }
+        to += length;
+    }
+    numbers.truncate(to);
+}
+
 /// What stands between ascending indices that are gone, in order.
 pub fn kept_ranges(gone: &[u32], columns: usize) -> impl Iterator<Item = Range<usize>> + '_ {
     let begins = std::iter::once(0).chain(gone.iter().map(|&index| index as usize + 1));

@@ -18,7 +18,7 @@ mod survivors;
 pub use sampler::count_anchors;
 
 use crate::records::Header;
-use crate::rows::Rows;
+use crate::rows::{remove_entries, Rows};
 use near::Near;
 use order::Order;
 use sampling::{unresolved, Sampling};
@@ -119,13 +119,7 @@ impl Anchors {
         let sampled = gone.partition_point(|&index| (index as usize) < self.survivors.count());
         self.survivors.remove(&gone[..sampled]);
         for followers in &mut self.followers {
-            let (mut place, mut next) = (0, 0);
-            followers.binding.retain(|_| {
-                let dies = gone.get(next) == Some(&place);
-                next += usize::from(dies);
-                place += 1;
-                !dies
-            });
+            remove_entries(&mut followers.binding, gone);
         }
     }
 

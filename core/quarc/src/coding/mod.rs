@@ -7,6 +7,7 @@ pub mod canonical; // SPEC 8.5
 pub mod counts; // SPEC 8.2
 pub mod motion; // SPEC 8.7
 pub mod numbers; // SPEC 8.4
+mod parts; // SPEC 8.4
 pub mod planes; // SPEC 8.1
 pub mod probability; // SPEC 8.2
 mod rows; // rows of numbers, as 8.5, 8.6 and 8.9 have them

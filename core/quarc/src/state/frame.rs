@@ -5,7 +5,7 @@ use crate::anchors::Anchors;
 use crate::coding::motion::Channels;
 use crate::error::{Error, Reject, Result};
 use crate::records::{Births, FrameChunk, Updates};
-use crate::rows::{kept_ranges, Rows};
+use crate::rows::{kept_ranges, remove_entries, Rows};
 use std::sync::Arc;
 
 const OPACITY: usize = 3;
@@ -103,13 +103,13 @@ impl State {
         if gone.is_empty() {
             return;
         }
-        remove_entries(&mut self.ids, gone);
+        remove_from(&mut self.ids, gone);
         remove_columns(&mut self.positions, gone);
         remove_columns(&mut self.rotations, gone);
         remove_columns(&mut self.codes, gone);
-        remove_entries(&mut self.motion, gone);
+        remove_from(&mut self.motion, gone);
         if self.header.updates {
-            remove_entries(&mut self.recency, gone);
+            remove_from(&mut self.recency, gone);
         }
         let bound = gone.partition_point(|&gaussian| (gaussian as usize) < self.bound);
         if let Some(anchors) = &mut self.anchors {
@@ -155,19 +155,12 @@ fn remove_columns<T: Copy + Default>(rows: &mut Arc<Rows<T>>, gone: &[u32]) {
 }
 
 /// Remove what stands at ascending indices, in place unless somebody else has the numbers.
-fn remove_entries<T: Copy>(numbers: &mut Arc<Vec<T>>, gone: &[u32]) {
-    let kept = kept_ranges(gone, numbers.len());
+fn remove_from<T: Copy>(numbers: &mut Arc<Vec<T>>, gone: &[u32]) {
     if let Some(numbers) = Arc::get_mut(numbers) {
-        let mut to = 0;
-        for range in kept {
-            let length = range.len();
-            numbers.copy_within(range, to);
-            to += length;
-        }
-        numbers.truncate(to);
+        remove_entries(numbers, gone);
     } else {
         let mut others = Vec::with_capacity(numbers.len());
-        kept.for_each(|range| others.extend_from_slice(&numbers[range]));
+        kept_ranges(gone, numbers.len()).for_each(|kept| others.extend_from_slice(&numbers[kept]));
         *numbers = Arc::new(others);
     }
 }

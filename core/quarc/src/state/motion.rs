@@ -19,6 +19,7 @@ impl State {
     /// # Errors
     /// `Encode`: the state has not been through `begin_frame`.
     pub fn motion_contexts(&self, previous: bool) -> Result<Vec<LevelContext<'_>>> {
+        self.require_bound()?;
         let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
         let know = |level: &AnchorLevel| {
             if previous {
@@ -29,6 +30,14 @@ impl State {
         };
         let levels = anchors.levels().iter();
         Ok(levels.map(|level| LevelContext { parents: &level.parents, own: know(level) }).collect())
+    }
+
+    /// Whether every Gaussian is bound.
+    fn require_bound(&self) -> Result<()> {
+        if self.bound == self.ids.len() {
+            return Ok(());
+        }
+        Err(not_begun())
     }
 
     /// The last motion of the Gaussians of ascending ids, 0 of those that have died.
@@ -79,6 +88,7 @@ impl State {
     /// # Errors
     /// `position-range`, `degenerate-rotation`.
     pub fn move_by(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
+        self.require_bound()?;
         let anchors = anchors_of(&mut self.anchors)?;
         let counts = anchors.levels().iter().map(|level| level.ids.len());
         if !counts.eq(symbols.iter().map(Vec::len)) {
