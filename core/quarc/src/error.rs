@@ -119,6 +119,8 @@ pub enum Error {
     Limit(String),
     /// A scene cannot be written into a stream.
     Encode(String),
+    /// What holds the bytes of a stream does not give them.
+    Source(String),
 }
 
 /// What most functions of this crate return.
@@ -161,7 +163,9 @@ impl fmt::Display for Error {
             Error::Rejected { reject, message, offset: None } => {
                 write!(f, "{}: {message}", reject.id())
             }
-            Error::Limit(message) | Error::Encode(message) => f.write_str(message),
+            Error::Limit(message) | Error::Encode(message) | Error::Source(message) => {
+                f.write_str(message)
+            }
         }
     }
 }

@@ -19,7 +19,7 @@ mod survivors;
 pub use sampler::count_anchors;
 
 use crate::records::Header;
-use crate::rows::Rows;
+use crate::rows::{remove_entries, Rows};
 use near::Near;
 use order::Order;
 use sampling::Sampling;
@@ -120,13 +120,7 @@ impl Anchors {
         let sampled = gone.partition_point(|&index| (index as usize) < self.survivors.count());
         self.survivors.remove(&gone[..sampled]);
         for followers in &mut self.followers {
-            let (mut place, mut next) = (0, 0);
-            followers.binding.retain(|_| {
-                let dies = gone.get(next) == Some(&place);
-                next += usize::from(dies);
-                place += 1;
-                !dies
-            });
+            remove_entries(&mut followers.binding, gone);
         }
     }
 
@@ -134,8 +128,9 @@ impl Anchors {
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
         for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
             let (all, mut near) = (Near::all(index), Near::default());
-            for i in 0..positions[0].len() {
-                let at = [0, 1, 2].map(|axis: usize| positions[axis][i] as f32);
+            let [xs, ys, zs] = *positions;
+            for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
+                let at = [x, y, z].map(|number| number as f32);
                 let place = bind_alone(at, &all, &mut near, index);
                 followers.binding.push(index.numbers[place as usize]);
             }
@@ -161,6 +156,12 @@ impl Anchors {
             }
         });
         binding
+    }
+
+    /// What [`Anchors::followed`] has given last.
+    #[must_use]
+    pub fn known(&self, level: usize) -> &[u32] {
+        &self.followers[level].binding
     }
 
     /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.

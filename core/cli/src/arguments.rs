@@ -1,0 +1,117 @@
+//! The command line.
+
+use crate::conformance::Ask;
+use crate::decode::Wanted;
+use crate::failure::Failure;
+use lexopt::prelude::{Long, Short, Value, ValueExt};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// What `quarc --help` says.
+pub const USAGE: &str = "\
+quarc: moving Gaussian splats in .quarc streams
+
+  quarc verify FILE            decode a stream from end to end and check all that it says
+  quarc info FILE [--json]     say what a stream is made of
+  quarc decode FILE -o DIR     write every frame as a PLY file of 3DGS, frame-00000000.ply, ...
+      --start F, --stop F      from frame F on, up to before frame F
+      --recover                go on past damage, and say what is missing
+  quarc conformance            answer the runner of conformance/: a stream on standard input
+      --jobs, --capabilities   many in one process; what can be asked
+
+FILE may be `-`, standard input, but not with --recover.
+Exit status: 0; 1 the stream is rejected, or has gaps; 2 anything else is wrong; 3 the stream
+of the unlimited level asks for more than this decoder gives.
+";
+
+/// What is to be done.
+pub enum Task {
+    /// Say how the command is used.
+    Help,
+    /// Say which version it is.
+    Version,
+    /// Check a stream.
+    Verify {
+        /// Its file.
+        file: PathBuf,
+    },
+    /// Describe a stream.
+    Info {
+        /// Its file.
+        file: PathBuf,
+        /// Whether as JSON.
+        json: bool,
+    },
+    /// Write frames.
+    Decode(Wanted),
+    /// Be tested.
+    Conformance(Ask),
+}
+
+/// What the command line asks for.
+pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Task, Failure> {
+    let mut parser = lexopt::Parser::from_iter(arguments);
+    read_verb(&mut parser).map_err(|error| Failure::Usage(error.to_string()))
+}
+
+fn read_verb(parser: &mut lexopt::Parser) -> Result<Task, lexopt::Error> {
+    let Some(first) = parser.next()? else { return Ok(Task::Help) };
+    let verb = match first {
+        Short('h') | Long("help") => return Ok(Task::Help),
+        Short('V') | Long("version") => return Ok(Task::Version),
+        Value(verb) => verb.string()?,
+        other => return Err(other.unexpected()),
+    };
+    let mut found = Found::default();
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Short('h') | Long("help") => return Ok(Task::Help),
+            Long("json") if verb == "info" => found.json = true,
+            Short('o') | Long("output") if verb == "decode" => {
+                found.folder = Some(parser.value()?.into());
+            }
+            Long("start") if verb == "decode" => found.start = parser.value()?.parse()?,
+            Long("stop") if verb == "decode" => found.stop = Some(parser.value()?.parse()?),
+            Long("recover") if verb == "decode" => found.recover = true,
+            Long("jobs") if verb == "conformance" => found.ask = Ask::Jobs,
+            Long("capabilities") if verb == "conformance" => found.ask = Ask::Capabilities,
+            Value(file) if found.file.is_none() && verb != "conformance" => {
+                found.file = Some(file.into());
+            }
+            other => return Err(other.unexpected()),
+        }
+    }
+    found.into_task(&verb)
+}
+
+#[derive(Default)]
+struct Found {
+    file: Option<PathBuf>,
+    folder: Option<PathBuf>,
+    json: bool,
+    start: u32,
+    stop: Option<u32>,
+    recover: bool,
+    ask: Ask,
+}
+
+impl Found {
+    fn into_task(self, verb: &str) -> Result<Task, lexopt::Error> {
+        if verb == "conformance" {
+            return Ok(Task::Conformance(self.ask));
+        }
+        if !["verify", "info", "decode"].contains(&verb) {
+            return Err(format!("there is no verb {verb:?}").into());
+        }
+        let file = self.file.ok_or_else(|| format!("{verb} needs the name of a stream"))?;
+        match verb {
+            "verify" => Ok(Task::Verify { file }),
+            "info" => Ok(Task::Info { file, json: self.json }),
+            _ => {
+                let folder = self.folder.ok_or("decode needs -o and the name of a folder")?;
+                let Found { start, stop, recover, .. } = self;
+                Ok(Task::Decode(Wanted { file, folder, start, stop, recover }))
+            }
+        }
+    }
+}

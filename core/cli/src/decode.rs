@@ -1,0 +1,128 @@
+//! `quarc decode`: frames as PLY files.
+
+use crate::failure::Failure;
+use crate::files;
+use crate::ply::build_ply;
+use quarc::error::Error;
+use quarc::floats::Dequantizer;
+use quarc::recover::{Gap, Recovered, Recovery};
+use quarc::seek::SeekDecoder;
+use quarc::source::IoSource;
+use quarc::state::State;
+use quarc::stream::Decoder;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Which frames are wanted, and where.
+pub struct Wanted {
+    /// The stream.
+    pub file: PathBuf,
+    /// What the frames are written to.
+    pub folder: PathBuf,
+    /// Ordinal of the first frame.
+    pub start: u32,
+    /// Ordinal after the last.
+    pub stop: Option<u32>,
+    /// Whether to go on past damage.
+    pub recover: bool,
+}
+
+/// Why no further frame is decoded.
+enum End {
+    /// All that are wanted have been.
+    Stopped,
+    Failed(Failure),
+    Stream(Error),
+}
+
+impl From<Error> for End {
+    fn from(error: Error) -> Self {
+        End::Stream(error)
+    }
+}
+
+/// What has been written.
+#[derive(Default)]
+struct Written {
+    frames: u64,
+    gaps: u64,
+    numbers: Dequantizer,
+}
+
+/// Write the frames that are wanted; the exit status is 1 where some are missing.
+pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
+    fs::create_dir_all(&wanted.folder).map_err(|error| Failure::file(&wanted.folder, &error))?;
+    let mut written = Written::default();
+    let ended = if wanted.recover {
+        recover(files::open_file(&wanted.file)?, wanted, &mut written)
+    } else if wanted.start > 0 && !files::is_standard_input(&wanted.file) {
+        seek(files::open_file(&wanted.file)?, wanted, &mut written)
+    } else {
+        let show = |state: &State| write_frame(state, wanted, &mut written);
+        files::decode_all(&mut files::open(&wanted.file)?, &mut Decoder::new(), show)
+    };
+    match ended {
+        Ok(()) | Err(End::Stopped) => {}
+        Err(End::Failed(failure)) => return Err(failure),
+        Err(End::Stream(error)) => return Err(Failure::Stream(name(&wanted.file), error)),
+    }
+    if written.gaps > 0 {
+        return Ok(ExitCode::FAILURE);
+    }
+    if written.frames == 0 {
+        let message = format!("{}: the stream has no frame that is wanted", name(&wanted.file));
+        return Err(Failure::File(message));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn seek(file: File, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+    let mut decoder = SeekDecoder::new(IoSource(file), wanted.start)?;
+    while let Some(state) = decoder.pull()? {
+        write_frame(state, wanted, written)?;
+    }
+    Ok(())
+}
+
+fn recover(file: File, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+    let mut recovery = Recovery::new(IoSource(file))?;
+    while let Some(found) = recovery.pull()? {
+        match found {
+            Recovered::Frame(state) => write_frame(state, wanted, written)?,
+            Recovered::Gap(gap) => {
+                written.gaps += 1;
+                tell(&gap);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Say on standard error what is missing; nobody need listen.
+fn tell(gap: &Gap) {
+    let Gap { offset, bytes, message, .. } = gap;
+    let lost = gap.frames_lost.map_or_else(|| "unknown".to_owned(), |lost| lost.to_string());
+    let line = format!("gap at byte {offset}, {bytes} bytes, frames lost: {lost}: {message}");
+    let _ = writeln!(io::stderr(), "quarc: {line}");
+}
+
+fn write_frame(state: &State, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+    let frame = state.frame_ordinal();
+    let is_before_stop = |frame: u32| wanted.stop.map_or(true, |stop| frame < stop);
+    if frame >= wanted.start && is_before_stop(frame) {
+        let path = wanted.folder.join(format!("frame-{frame:08}.ply"));
+        let splats = written.numbers.dequantize(state);
+        files::write_whole(&path, &build_ply(splats)).map_err(End::Failed)?;
+        written.frames += 1;
+    }
+    if is_before_stop(frame.saturating_add(1)) {
+        return Ok(());
+    }
+    Err(End::Stopped)
+}
+
+fn name(path: &Path) -> String {
+    path.display().to_string()
+}

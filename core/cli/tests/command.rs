@@ -1,0 +1,133 @@
+//! The command as it is started: what it prints, what it writes, how it ends.
+
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn stream(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
+    folder.join(name).with_extension("quarc")
+}
+
+/// A folder of a test's own, empty.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).expect("the folder of the last run goes");
+    }
+    fs::create_dir(&folder).expect("a folder");
+    folder
+}
+
+fn quarc<S: AsRef<OsStr>>(arguments: &[S]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_quarc")).args(arguments).output().expect("it starts")
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let name = |entry: fs::DirEntry| entry.file_name().into_string().expect("UTF-8");
+    let mut names: Vec<_> = entries.map(|entry| name(entry.expect("a file"))).collect();
+    names.sort();
+    names
+}
+
+/// One line on standard error, and nothing on standard output.
+fn assert_fails(output: &Output, status: i32, says: &str) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{said}");
+    assert!(said.contains(says), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(output.stdout.is_empty());
+}
+
+/// A stream that is cut inside its last frame.
+fn cut(folder: &Path) -> PathBuf {
+    let whole = fs::read(stream("journey")).expect("a stream");
+    let path = folder.join("cut.quarc");
+    fs::write(&path, &whole[..whole.len() - 150]).expect("room");
+    path
+}
+
+#[test]
+fn a_stream_is_verified() {
+    let output = quarc(&["verify".as_ref(), stream("journey").as_os_str()]);
+    assert_eq!(output.status.code(), Some(0));
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    let digest = "11867f0891966a520645201af8697f37f941bc64caa3f77db9c62c857dc11eac";
+    assert!(said.contains("9 frames") && said.contains(digest), "{said}");
+}
+
+#[test]
+fn what_is_wrong_is_one_line_and_a_status() {
+    let folder = folder("wrong");
+    let path = cut(&folder);
+    assert_fails(&quarc(&["verify".as_ref(), path.as_os_str()]), 1, "truncated at byte ");
+    assert_fails(&quarc(&["info".as_ref(), path.as_os_str()]), 1, "truncated at byte ");
+    assert_fails(&quarc(&["verify".as_ref(), folder.join("none").as_os_str()]), 2, "none: ");
+    assert_fails(&quarc(&["verify"]), 2, "needs the name of a stream");
+    assert_fails(&quarc(&["dance", "a"]), 2, "no verb");
+    assert_fails(&quarc(&["verify", "a", "b"]), 2, "unexpected argument");
+    let large = stream("journey").with_file_name("../resource/gaussians.quarc");
+    assert_fails(&quarc(&["verify".as_ref(), large.as_os_str()]), 3, "more than this decoder");
+}
+
+#[test]
+fn a_stream_is_described() {
+    let output = quarc(&["info".as_ref(), stream("journey").as_os_str(), "--json".as_ref()]);
+    let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(said["frames"], 9);
+    assert_eq!(said["canonical_frames"], 3);
+    assert_eq!(said["bytes"], 2014);
+    assert_eq!(said["chunks"]["FRAM"]["count"], 6);
+    assert_eq!(said["header"]["level"], 10);
+    let output = quarc(&["info".as_ref(), stream("journey").as_os_str()]);
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(said.contains("frames      9, of which 3 canonical, from 0 on"), "{said}");
+}
+
+#[test]
+fn frames_are_written_whole() {
+    let folder = folder("frames");
+    let mut arguments = vec!["decode".into(), stream("journey").into_os_string()];
+    arguments.extend(["-o".into(), folder.clone().into_os_string()]);
+    let output = quarc(&arguments);
+    assert_eq!(output.status.code(), Some(0));
+    let due: Vec<_> = (0..9).map(|frame| format!("frame-{frame:08}.ply")).collect();
+    assert_eq!(names(&folder), due); // and nothing that was beside them
+    let file = fs::read(folder.join(&due[0])).expect("a frame");
+    let end = b"end_header\n";
+    let body = file.windows(end.len()).position(|word| word == end).expect("a header") + end.len();
+    let header = String::from_utf8_lossy(&file[..body]);
+    assert!(header.starts_with("ply\nformat binary_little_endian 1.0\nelement vertex 12\n"));
+    let names: Vec<_> =
+        header.lines().filter_map(|line| line.strip_prefix("property float ")).collect();
+    assert_eq!(names[..7], ["x", "y", "z", "nx", "ny", "nz", "f_dc_0"]);
+    assert_eq!(names[9], "f_rest_0");
+    assert_eq!(names[18..22], ["opacity", "scale_0", "scale_1", "scale_2"]);
+    assert_eq!(file.len() - body, 4 * names.len() * 12);
+}
+
+#[test]
+fn some_frames_are_written() {
+    let folder = folder("some");
+    let mut arguments = vec!["decode".into(), stream("journey").into_os_string()];
+    arguments.extend(["-o".into(), folder.clone().into_os_string()]);
+    arguments.extend(["--start", "4", "--stop", "6"].map(Into::into));
+    assert_eq!(quarc(&arguments).status.code(), Some(0));
+    assert_eq!(names(&folder), ["frame-00000004.ply", "frame-00000005.ply"]);
+}
+
+#[test]
+fn what_is_left_of_a_damaged_stream_is_written_and_told() {
+    let folder = folder("damaged");
+    let frames = folder.join("frames");
+    let mut arguments = vec!["decode".into(), cut(&folder).into_os_string(), "-o".into()];
+    arguments.extend([frames.clone().into_os_string(), "--recover".into()]);
+    let output = quarc(&arguments);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("frames lost: unknown: truncated"), "{said}");
+    assert!(names(&frames).len() >= 7);
+}

@@ -1,0 +1,61 @@
+//! The floats of states, for whoever draws them.
+
+use crate::arrays;
+use crate::state::State;
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The arrays of 3DGS: positions, rotations, log-scales, opacities, SH.
+type SplatArrays<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray3<f32>>,
+);
+
+/// Makes floats of the states of a stream, in arrays that nobody looks at any more.
+#[pyclass(frozen)]
+#[derive(Default)]
+pub struct Dequantizer {
+    used: Mutex<Vec<Arc<quarc::floats::Dequantizer>>>,
+}
+
+#[pymethods]
+impl Dequantizer {
+    #[new]
+    fn new() -> Self {
+        Dequantizer::default()
+    }
+
+    /// The floats of a state; the arrays stay as they are for as long as somebody has them.
+    fn dequantize<'py>(&self, py: Python<'py>, state: &State) -> PyResult<SplatArrays<'py>> {
+        let state = state.inner();
+        let made = py.detach(|| {
+            let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+            let free = used.iter().position(|each| Arc::strong_count(each) == 1);
+            let mut taken = free.map_or_else(Arc::default, |place| used.remove(place));
+            if let Some(dequantizer) = Arc::get_mut(&mut taken) {
+                dequantizer.update(&state);
+            }
+            used.push(taken.clone());
+            taken
+        });
+        let (splats, count) = (made.splats(), state.count());
+        let rows = |numbers: &[f32], width: usize| {
+            arrays::look_at(py, made.clone(), numbers)?.reshape([count, width])
+        };
+        Ok((
+            rows(&splats.positions, 3)?,
+            rows(&splats.rotations, 4)?,
+            rows(&splats.log_scales, 3)?,
+            arrays::look_at(py, made.clone(), &splats.opacities)?,
+            arrays::look_at(py, made.clone(), &splats.sh)?.reshape([
+                count,
+                splats.sh.len() / (3 * count),
+                3,
+            ])?,
+        ))
+    }
+}

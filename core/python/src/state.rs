@@ -1,0 +1,365 @@
+//! States as Python has them: values, of which no method changes what it is called on.
+
+use crate::arrays::{self, CodedArguments, CodedArrays};
+use crate::errors::raise;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use quarc::coding::motion::Channels;
+use quarc::records::{Births, CanonicalChunk, FrameChunk, Header, SnapshotChunk, Updates};
+use quarc::state::Coded;
+use quarc::wire;
+use std::sync::{Arc, Mutex};
+
+/// The HEAD of a stream.
+#[pyclass(frozen)]
+pub struct StreamHead {
+    header: Arc<Header>,
+}
+
+#[pymethods]
+impl StreamHead {
+    #[new]
+    fn new(payload: &[u8]) -> PyResult<Self> {
+        Ok(StreamHead { header: Arc::new(wire::parse_header(payload).map_err(raise)?) })
+    }
+}
+
+/// The anchors of one level: ids of their Gaussians, positions `[3, a]`, parents.
+type LevelArrays<'py> =
+    (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<i32>>, Bound<'py, PyArray1<i64>>);
+
+/// A state, and what the frame that made it has coded.
+#[pyclass(frozen)]
+pub struct State {
+    /// Behind a lock: looking for who follows an anchor keeps what it has found.
+    state: Mutex<quarc::state::State>,
+    symbols: Arc<Vec<Vec<Channels>>>,
+    updates: Option<Arc<Updates>>,
+    births: Option<Arc<Births>>,
+}
+
+impl State {
+    fn canonical(state: quarc::state::State) -> Self {
+        State { state: Mutex::new(state), symbols: Arc::default(), updates: None, births: None }
+    }
+
+    /// The state, to be looked at or made the next of.
+    pub fn inner(&self) -> quarc::state::State {
+        self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+    }
+
+    fn go_on(&self, state: quarc::state::State) -> Self {
+        State {
+            state: Mutex::new(state),
+            symbols: self.symbols.clone(),
+            updates: self.updates.clone(),
+            births: self.births.clone(),
+        }
+    }
+}
+
+#[pymethods]
+impl State {
+    /// The state of a CANO chunk, and its Gaussians as they are coded, if they are wanted.
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the fields of the chunk")]
+    fn decode_canonical<'py>(
+        py: Python<'py>,
+        head: &StreamHead,
+        frame: u32,
+        gaussian_count: u32,
+        origin: [i32; 3],
+        axis_bits: u8,
+        sections: Vec<PyReadonlyArray1<'py, u32>>,
+        state_crc: u32,
+        wanted: bool,
+    ) -> PyResult<(Self, Option<CodedArrays<'py>>)> {
+        let sections = arrays::sections(&sections)?;
+        let chunk =
+            CanonicalChunk { frame, gaussian_count, origin, axis_bits, sections, state_crc };
+        let decoded = py.detach(|| quarc::state::State::canonical(&head.header, &chunk));
+        let (state, gaussians) = decoded.map_err(raise)?;
+        let coded = wanted.then(|| arrays::gaussian_arrays(py, &gaussians)).transpose()?;
+        Ok((State::canonical(state), coded))
+    }
+
+    /// The state of a SNAP chunk, and of each Gaussian its index in the CANO, or -1.
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the fields of the chunk")]
+    fn decode_snapshot<'py>(
+        py: Python<'py>,
+        head: &StreamHead,
+        ordinals: (u32, u32),
+        newborn_count: u32,
+        origin: [i32; 3],
+        axis_bits: u8,
+        survivors: PyReadonlyArray1<'py, u32>,
+        sections: Vec<PyReadonlyArray1<'py, u32>>,
+        state_crc: u32,
+        canonical: CodedArguments<'py>,
+    ) -> PyResult<(Self, Bound<'py, PyArray1<i64>>)> {
+        let chunk = SnapshotChunk {
+            frame: ordinals.0,
+            canonical: ordinals.1,
+            newborn_count,
+            origin,
+            axis_bits,
+            survivors: arrays::section(&survivors),
+            sections: arrays::sections(&sections)?,
+            state_crc,
+        };
+        let known = arrays::gaussians(&canonical)?;
+        let decoded = py.detach(|| quarc::state::State::snapshot(&head.header, &chunk, &known));
+        let (state, roots) = decoded.map_err(raise)?;
+        let roots = PyArray1::from_iter(py, roots.into_iter().map(i64::from));
+        Ok((State::canonical(state), roots))
+    }
+
+    /// The state of a canonical frame of Gaussians, in the order of their ids.
+    #[staticmethod]
+    fn begin_canonical(
+        head: &StreamHead,
+        frame: u32,
+        gaussians: CodedArguments<'_>,
+    ) -> PyResult<Self> {
+        let gaussians = arrays::gaussians(&gaussians)?;
+        let state = quarc::state::State::begin(&head.header, frame, &gaussians);
+        Ok(State::canonical(state.map_err(raise)?))
+    }
+
+    /// The state of a FRAM chunk after this one.
+    #[allow(clippy::too_many_arguments, reason = "the fields of the chunk")]
+    fn decode_frame(
+        &self,
+        py: Python<'_>,
+        phase: u32,
+        previous_contexts: bool,
+        death_count: u32,
+        birth_count: u32,
+        motion: PyReadonlyArray1<'_, u32>,
+        updates: Option<PyReadonlyArray1<'_, u32>>,
+        births: PyReadonlyArray1<'_, u32>,
+        state_crc: u32,
+    ) -> PyResult<Self> {
+        let chunk = FrameChunk {
+            phase,
+            previous_contexts,
+            death_count,
+            birth_count,
+            motion: arrays::section(&motion),
+            updates: updates.as_ref().map(arrays::section),
+            births: arrays::section(&births),
+            state_crc,
+        };
+        let mut state = self.inner();
+        let decoded = py.detach(|| state.frame(&chunk));
+        let Coded { symbols, updates, births } = decoded.map_err(raise)?;
+        Ok(State {
+            state: Mutex::new(state),
+            symbols: Arc::new(symbols),
+            updates: updates.map(Arc::new),
+            births: Some(Arc::new(births)),
+        })
+    }
+
+    /// The state with the dead gone and every Gaussian bound.
+    fn begin_frame(&self, py: Python<'_>, death_count: u32) -> PyResult<Self> {
+        let mut state = self.inner();
+        py.detach(|| state.begin_frame(death_count)).map_err(raise)?;
+        Ok(State::canonical(state))
+    }
+
+    /// The state moved by a section.
+    fn decode_motion(
+        &self,
+        py: Python<'_>,
+        section: PyReadonlyArray1<'_, u32>,
+        previous: bool,
+    ) -> PyResult<Self> {
+        let (mut state, section) = (self.inner(), arrays::section(&section));
+        let moved = py.detach(|| {
+            let symbols = state.read_motion(&section, previous)?;
+            state.move_by(&symbols)?;
+            Ok(symbols)
+        });
+        let symbols = Arc::new(moved.map_err(raise)?);
+        Ok(State { symbols, ..self.go_on(state) })
+    }
+
+    /// The state with the updates of a section.
+    fn decode_updates(&self, py: Python<'_>, section: PyReadonlyArray1<'_, u32>) -> PyResult<Self> {
+        let (mut state, section) = (self.inner(), arrays::section(&section));
+        let updated = py.detach(|| {
+            let updates = state.read_updates(&section)?;
+            state.update(&updates)?;
+            Ok(updates)
+        });
+        let updates = Some(Arc::new(updated.map_err(raise)?));
+        Ok(State { updates, ..self.go_on(state) })
+    }
+
+    /// The state with the newborn of a section.
+    fn decode_births(
+        &self,
+        py: Python<'_>,
+        section: PyReadonlyArray1<'_, u32>,
+        count: u32,
+    ) -> PyResult<Self> {
+        let (mut state, section) = (self.inner(), arrays::section(&section));
+        let grown = py.detach(|| {
+            let births = state.read_births(&section, count)?;
+            state.bear(&births)?;
+            Ok(births)
+        });
+        let births = Some(Arc::new(grown.map_err(raise)?));
+        Ok(State { births, ..self.go_on(state) })
+    }
+
+    /// The words of a frame's motion, of symbols `[c, a]` of each level.
+    fn write_motion<'py>(
+        &self,
+        py: Python<'py>,
+        symbols: Vec<PyReadonlyArray2<'py, i64>>,
+        previous: bool,
+    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let (state, symbols) = (self.inner(), arrays::symbols(&symbols)?);
+        let section = py.detach(|| state.write_motion(&symbols, previous)).map_err(raise)?;
+        Ok(arrays::words(py, &section))
+    }
+
+    /// The words of a frame's updates.
+    fn write_updates<'py>(
+        &self,
+        py: Python<'py>,
+        gaussians: PyReadonlyArray1<'py, i64>,
+        dies: PyReadonlyArray1<'py, bool>,
+        residuals: PyReadonlyArray2<'py, i64>,
+    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let updates = arrays::updates(&gaussians, &dies, &residuals)?;
+        let section = self.inner().write_updates(&updates).map_err(raise)?;
+        Ok(arrays::words(py, &section))
+    }
+
+    /// The words of a frame's births.
+    fn write_births<'py>(
+        &self,
+        py: Python<'py>,
+        parents: PyReadonlyArray1<'py, i64>,
+        newborn: CodedArguments<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let births = arrays::births(&parents, &newborn)?;
+        let section = self.inner().write_births(&births).map_err(raise)?;
+        Ok(arrays::words(py, &section))
+    }
+
+    /// The CRC that the chunk of the frame carries.
+    fn state_crc(&self, py: Python<'_>) -> u32 {
+        let state = self.inner();
+        py.detach(|| state.state_crc())
+    }
+
+    #[getter]
+    fn frame(&self) -> u32 {
+        self.inner().frame_ordinal()
+    }
+
+    #[getter]
+    fn phase(&self) -> u32 {
+        self.inner().phase()
+    }
+
+    /// The id that the next newborn gets.
+    #[getter]
+    fn next_id(&self) -> u64 {
+        self.inner().next_id()
+    }
+
+    /// How many Gaussians there are.
+    #[getter]
+    fn count(&self) -> usize {
+        self.inner().count()
+    }
+
+    /// `[N]` ids.
+    fn ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        arrays::indices_array(py, self.inner().ids())
+    }
+
+    /// `[3, N]` positions, not to be written to.
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        arrays::view(py, self.inner().shared_places()[0])
+    }
+
+    /// `[4, N]` rotations, not to be written to.
+    fn rotations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        arrays::view(py, self.inner().shared_places()[1])
+    }
+
+    /// `[code_planes, N]` codes, not to be written to.
+    fn codes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i16>>> {
+        arrays::view(py, self.inner().shared_codes())
+    }
+
+    /// `[c, N]` what moved each Gaussian in the frame.
+    fn motion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i16>>> {
+        let state = self.inner();
+        arrays::channel_array(py, state.motion(), state.header().symbol_planes())
+    }
+
+    /// `[c, a]` of each level's anchors.
+    fn symbols<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray2<i64>>>> {
+        let channels = self.inner().header().symbol_planes();
+        self.symbols.iter().map(|own| arrays::channel_array(py, own, channels)).collect()
+    }
+
+    /// Which Gaussians the frame changed, which of them left, and residuals `[13, n]`.
+    #[allow(clippy::type_complexity, reason = "three arrays")]
+    fn updates<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<
+        Option<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray2<i64>>)>,
+    > {
+        let Some(updates) = &self.updates else { return Ok(None) };
+        let which = arrays::indices_array(py, &updates.gaussians);
+        let residuals = arrays::widen(py, &updates.residuals, updates.gaussians.len())?;
+        Ok(Some((which, PyArray1::from_slice(py, &updates.dies), residuals)))
+    }
+
+    /// The parents of the frame's newborn, and these as they are coded.
+    fn births<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<(Bound<'py, PyArray1<i64>>, CodedArrays<'py>)>> {
+        let Some(births) = &self.births else { return Ok(None) };
+        let parents = arrays::indices_array(py, &births.parents);
+        Ok(Some((parents, arrays::gaussian_arrays(py, &births.newborn)?)))
+    }
+
+    /// The anchors of each level, level 1 first; nothing before the first sampling.
+    fn levels<'py>(&self, py: Python<'py>) -> PyResult<Vec<LevelArrays<'py>>> {
+        let state = self.inner();
+        let Some(anchors) = state.anchors() else { return Ok(Vec::new()) };
+        let level = |level: &quarc::anchors::AnchorLevel| {
+            let numbers = level.positions.iter().flatten().copied();
+            let positions = PyArray1::from_iter(py, numbers).reshape([3, level.ids.len()])?;
+            let owners = arrays::indices_array(py, &level.ids);
+            Ok((owners, positions, arrays::indices_array(py, &level.parents)))
+        };
+        anchors.levels().iter().map(level).collect()
+    }
+
+    /// `[L, n]` the number of the anchor that each Gaussian follows at each level; the newborn of
+    /// the frame are not bound yet.
+    fn binding<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let anchors = state.anchors_mut().map_err(raise)?;
+        let levels = anchors.levels().len();
+        let mut numbers: Vec<i32> = Vec::new();
+        for level in 0..levels {
+            numbers.extend(anchors.binding(level).iter().map(|&anchor| anchor as i32));
+        }
+        let columns = numbers.len() / levels;
+        PyArray1::from_vec(py, numbers).reshape([levels, columns])
+    }
+}

@@ -1,0 +1,269 @@
+//! Gaussians by themselves, as a canonical frame has them: SPEC 8.5.
+
+use super::counts::Counts;
+use super::numbers::{code_ascending, code_numbers, Sequence, CLASS_BITS, KEY_CLASS_BITS};
+use super::planes::{PlaneReader, PlaneWriter, Planes};
+use super::rows::{code_one_by_one, code_rows, REST_CLASSES};
+use crate::arithmetic::bit_length;
+use crate::constants::CODE_LIMIT;
+use crate::error::{Error, Reject, Result};
+use crate::morton::{deinterleave, interleave};
+use crate::records::{Gaussians, Section};
+
+/// Bits of the index of a rotation.
+pub const ROTATION_INDEX_BITS: u32 = 2;
+/// Rows of codes that every Gaussian has: all but SH rest.
+pub const PLAIN_CODES: usize = 7;
+/// Bits of a position less the origin, at most.
+pub const AXIS_BITS_LIMIT: u32 = 20;
+
+const KEYS: Sequence = Sequence::unsigned(0, 1, KEY_CLASS_BITS);
+const SH_DC: Sequence = Sequence::signed(0, 3, CLASS_BITS);
+const OPACITY: Sequence = Sequence::signed(0, 1, CLASS_BITS);
+const LOG_SCALES: Sequence = Sequence::signed(0, 3, CLASS_BITS);
+const INDEX: Sequence = Sequence::fixed(0, 1, ROTATION_INDEX_BITS);
+const ROTATIONS: Sequence = Sequence::signed(INDEX.end(), 3, CLASS_BITS);
+const SH_REST: Sequence = Sequence::signed(0, 9 * REST_CLASSES, CLASS_BITS);
+/// The contexts of each section.
+const CONTEXTS: [usize; 6] =
+    [KEYS.end(), SH_DC.end(), OPACITY.end(), LOG_SCALES.end(), ROTATIONS.end(), SH_REST.end()];
+
+/// The box of positions: CANO and SNAP have one (SPEC 5.4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Least xyz, in position steps.
+    pub origin: [i32; 3],
+    /// Width of a position less the origin.
+    pub axis_bits: u8,
+}
+
+impl Grid {
+    /// The least that holds these positions, `[3, n]` in position steps.
+    ///
+    /// `None` where they are 2^20 steps or more apart.
+    #[must_use]
+    pub fn around(positions: &[Vec<i32>; 3]) -> Option<Grid> {
+        let mut grid = Grid { origin: [0; 3], axis_bits: 0 };
+        for (origin, row) in grid.origin.iter_mut().zip(positions) {
+            let least = row.iter().min().copied().unwrap_or(0);
+            let most = row.iter().max().copied().unwrap_or(0);
+            let bits = bit_length((i64::from(most) - i64::from(least)) as u64);
+            if bits > AXIS_BITS_LIMIT {
+                return None;
+            }
+            *origin = least;
+            grid.axis_bits = grid.axis_bits.max(bits as u8);
+        }
+        Some(grid)
+    }
+
+    /// Whether all positions, `[3, n]`, are within.
+    fn holds(&self, positions: &[Vec<i32>; 3]) -> bool {
+        let within = |(row, &origin): (&Vec<i32>, &i32)| {
+            let mut offsets = row.iter().map(|&number| i64::from(number) - i64::from(origin));
+            offsets.all(|offset| (0..1 << self.axis_bits).contains(&offset))
+        };
+        positions.iter().zip(&self.origin).all(within)
+    }
+
+    /// The Morton key of a position that is within.
+    fn key(&self, position: [i32; 3]) -> u64 {
+        let [x, y, z] = [0, 1, 2].map(|axis| position[axis].wrapping_sub(self.origin[axis]) as u32);
+        interleave(x, y, z)
+    }
+
+    /// The keys of all positions, `[3, n]`.
+    #[must_use]
+    pub fn keys(&self, positions: &[Vec<i32>; 3]) -> Vec<u64> {
+        let [xs, ys, zs] = positions;
+        xs.iter().zip(ys).zip(zs).map(|((&x, &y), &z)| self.key([x, y, z])).collect()
+    }
+}
+
+/// No Gaussians, with as many rows of codes as a stream has.
+#[must_use]
+pub fn blank(code_planes: usize, count: usize) -> Gaussians {
+    let row = || vec![0; count];
+    Gaussians {
+        positions: [row(), row(), row()],
+        rotations: [row(), row(), row(), row()],
+        codes: (0..code_planes).map(|_| row()).collect(),
+    }
+}
+
+/// Put Gaussians into the order in which they are coded; where their positions lie.
+///
+/// # Errors
+/// `Encode`: they are 2^20 position steps or more apart.
+pub fn sort(gaussians: &Gaussians) -> Result<(Grid, Gaussians)> {
+    let wide = || Error::Encode(format!("positions are 2^{AXIS_BITS_LIMIT} steps or more apart"));
+    let grid = Grid::around(&gaussians.positions).ok_or_else(wide)?;
+    let order = order_of(&grid.keys(&gaussians.positions));
+    Ok((grid, take(gaussians, &order)))
+}
+
+/// The indices of keys in ascending order, of equal keys in theirs.
+#[must_use]
+pub fn order_of(keys: &[u64]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..keys.len() as u32).collect();
+    order.sort_by_key(|&index| keys[index as usize]);
+    order
+}
+
+/// Some Gaussians, by their indices.
+#[must_use]
+pub fn take(gaussians: &Gaussians, which: &[u32]) -> Gaussians {
+    let some = |row: &Vec<i32>| which.iter().map(|&index| row[index as usize]).collect();
+    let [x, y, z] = &gaussians.positions;
+    let [j, a, b, c] = &gaussians.rotations;
+    Gaussians {
+        positions: [some(x), some(y), some(z)],
+        rotations: [some(j), some(a), some(b), some(c)],
+        codes: gaussians.codes.iter().map(some).collect(),
+    }
+}
+
+/// Code Gaussians that stand in the order of [`sort`].
+///
+/// # Errors
+/// `Encode`: two colors of a Gaussian are too far apart, or Gaussians are not in their order.
+pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]> {
+    require_writable(gaussians)?;
+    let keys = grid.keys(&gaussians.positions);
+    if !grid.holds(&gaussians.positions) || keys.windows(2).any(|pair| pair[0] > pair[1]) {
+        return Err(Error::Encode("Gaussians are not in the order of their positions".into()));
+    }
+    let mut keys: Vec<i64> = keys.into_iter().map(|key| key as i64).collect();
+    let mut coded = gaussians.clone();
+    let mut sections: [Section; 6] = Default::default();
+    for (number, section) in sections.iter_mut().enumerate() {
+        let mut writer = PlaneWriter::new(Counts::new(CONTEXTS[number]));
+        walk_section(&mut writer, number, grid, &mut keys, &mut coded)?;
+        *section = writer.section();
+    }
+    Ok(sections)
+}
+
+/// Refuse Gaussians whose planes are not of one length, or not as many as a stream has.
+///
+/// # Errors
+/// `Encode`.
+pub fn require_even(gaussians: &Gaussians, code_planes: usize) -> Result<()> {
+    let rows = gaussians.positions.iter().chain(&gaussians.rotations).chain(&gaussians.codes);
+    let even = rows.map(Vec::len).all(|length| length == gaussians.count());
+    if even && gaussians.codes.len() == code_planes {
+        return Ok(());
+    }
+    Err(Error::Encode(format!("Gaussians need {code_planes} planes of codes, all of one length")))
+}
+
+/// Refuse Gaussians that no chunk can hold.
+///
+/// # Errors
+/// `Encode`: the planes have not the same length, or a number is out of its range.
+pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
+    require_even(gaussians, gaussians.codes.len().max(PLAIN_CODES))?;
+    let indices = gaussians.rotations[0].iter().all(|index| (0..4).contains(index));
+    let parts = gaussians.rotations[1..].iter().flatten();
+    let mut numbers = parts.chain(gaussians.codes.iter().flatten());
+    if indices && numbers.all(|number| i64::from(number.unsigned_abs()) <= CODE_LIMIT) {
+        return Ok(());
+    }
+    Err(Error::Encode(format!("a rotation or a code is beyond {CODE_LIMIT}")))
+}
+
+/// Decode so many Gaussians; the count is proved by the level.
+///
+/// # Errors
+/// Of the sections; `symbol-range`, a position is outside of the box; `position-range`.
+pub fn read_canonical(
+    sections: &[Section; 6],
+    count: usize,
+    grid: Grid,
+    code_planes: usize,
+) -> Result<Gaussians> {
+    let mut keys = vec![0; count];
+    let mut gaussians = blank(code_planes, count);
+    for (number, section) in sections.iter().enumerate() {
+        let mut counts = Counts::new(CONTEXTS[number]);
+        let mut reader = PlaneReader::new(section, &mut counts)?;
+        walk_section(&mut reader, number, grid, &mut keys, &mut gaussians)?;
+        reader.finish()?;
+    }
+    for (place, &key) in keys.iter().enumerate() {
+        let offsets = deinterleave(key as u64);
+        for (row, (origin, &offset)) in
+            gaussians.positions.iter_mut().zip(grid.origin.iter().zip(&offsets))
+        {
+            // [7.2-3] What 32 bits do not hold is beyond the lattice at every step.
+            let beyond = || Error::new(Reject::PositionRange, "a Gaussian is off the lattice");
+            row[place] = origin.checked_add(offset as i32).ok_or_else(beyond)?;
+        }
+    }
+    Ok(gaussians)
+}
+
+/// The planes of one of the six sections.
+fn walk_section<P: Planes>(
+    planes: &mut P,
+    section: usize,
+    grid: Grid,
+    keys: &mut [i64],
+    gaussians: &mut Gaussians,
+) -> Result<()> {
+    let codes = &mut gaussians.codes;
+    match section {
+        // [8.5-1]
+        0 => {
+            let most = (1 << (3 * u32::from(grid.axis_bits))) - 1;
+            code_ascending(planes, &KEYS, keys, (most, Reject::SymbolRange))
+        }
+        1 => code_colors(planes, &SH_DC, &mut codes[4..7]),
+        2 => code_rows(planes, &OPACITY, &mut codes[3..4]),
+        3 => code_rows(planes, &LOG_SCALES, &mut codes[..3]),
+        4 => code_rotations(planes, (&INDEX, &ROTATIONS), &mut gaussians.rotations),
+        _ => code_one_by_one(planes, &SH_REST, 0, &mut codes[PLAIN_CODES..]),
+    }
+}
+
+/// Code red, green and blue as green, red less green, and blue less green.
+pub(super) fn code_colors<P: Planes>(
+    planes: &mut P,
+    sequence: &Sequence,
+    rows: &mut [Vec<i32>],
+) -> Result<()> {
+    rows.swap(0, 1);
+    let (green, others) = rows.split_at_mut(1);
+    for row in others.iter_mut() {
+        row.iter_mut().zip(&green[0]).for_each(|(code, green)| *code -= green);
+    }
+    code_rows(planes, sequence, rows)?;
+    let (green, others) = rows.split_at_mut(1);
+    for row in others.iter_mut() {
+        row.iter_mut().zip(&green[0]).for_each(|(code, green)| *code += green);
+    }
+    rows.swap(0, 1);
+    Ok(())
+}
+
+/// Code the index of the component that is left out, then the three others.
+pub(super) fn code_rotations<P: Planes>(
+    planes: &mut P,
+    (index, components): (&Sequence, &Sequence),
+    rows: &mut [Vec<i32>; 4],
+) -> Result<()> {
+    code_index(planes, index, &mut rows[0])?;
+    code_rows(planes, components, &mut rows[1..])
+}
+
+/// Code numbers below 4 in outer context 0.
+pub(super) fn code_index<P: Planes>(
+    planes: &mut P,
+    sequence: &Sequence,
+    row: &mut [i32],
+) -> Result<()> {
+    let mut numbers: Vec<i64> = row.iter().map(|&number| i64::from(number)).collect();
+    code_numbers(planes, sequence, &vec![0; row.len()], &mut numbers)?;
+    row.iter_mut().zip(numbers).for_each(|(to, number)| *to = number as i32);
+    Ok(())
+}

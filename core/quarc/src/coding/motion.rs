@@ -1,0 +1,298 @@
+//! The symbols of a frame's anchors: SPEC 8.7.
+//!
+//! Levels go from coarse to fine. Of each anchor it is asked first whether it moves at all; only
+//! of those that do, channel by channel, whether a symbol is not 0; then the signs and, in unary,
+//! the magnitudes of those that are not.
+
+use super::counts::{Counts, Model};
+use super::planes::{PlaneReader, PlaneWriter, Planes};
+use crate::constants::LEVEL_COUNT_LIMIT;
+use crate::error::{Error, Result};
+use crate::records::Section;
+
+/// A number to each channel: translation x, y, z, maybe rotation w, rotation x, y, z; then 0.
+pub type Channels = [i16; 8];
+
+/// Channels of translation: those of rotation stand behind.
+pub const TRANSLATION_CHANNELS: usize = 3;
+/// Greatest magnitude of a symbol.
+pub const SYMBOL_LIMIT: i16 = MAGNITUDE_PLANES + 1;
+
+const MAGNITUDE_PLANES: i16 = 64;
+
+// The contexts of a level, model after model.
+const MOVES: usize = 0;
+const NOT_ZERO: [usize; 3] = [20, 36, 52]; // of translation, w, rotation
+const SIGN: usize = 68;
+const MAGNITUDE: usize = 77;
+const LEVEL_CONTEXTS: usize = 110;
+
+/// What both sides know of a level's anchors before their symbols.
+#[derive(Clone, Debug)]
+pub struct LevelContext<'a> {
+    /// Of each anchor the index of its parent in the next coarser level; 0 at the coarsest.
+    pub parents: &'a [u32],
+    /// Of each anchor the motion of its own Gaussian in the frame before.
+    pub own: Vec<Channels>,
+}
+
+/// The contexts of motion, of which none has seen anything.
+#[must_use]
+pub fn motion_counts() -> Counts {
+    Counts::new(LEVEL_COUNT_LIMIT * LEVEL_CONTEXTS)
+}
+
+/// Code the symbols of a frame, of each level; level 1, the finest, first.
+///
+/// # Errors
+/// `Encode`: a symbol is beyond `SYMBOL_LIMIT`, or they are not of these anchors.
+pub fn write_motion(
+    levels: &[LevelContext<'_>],
+    symbols: &[Vec<Channels>],
+    channels: usize,
+    counts: &Counts,
+) -> Result<Section> {
+    let counts_fit = levels.iter().map(|level| level.own.len()).eq(symbols.iter().map(Vec::len));
+    let fits = |symbols: &Channels| {
+        symbols.iter().all(|symbol| symbol.unsigned_abs() <= SYMBOL_LIMIT as u16)
+            && symbols[channels..].iter().all(|&symbol| symbol == 0)
+    };
+    if !counts_fit || !symbols.iter().flatten().all(fits) {
+        let message = format!("a symbol is beyond {SYMBOL_LIMIT}, or there are too many");
+        return Err(Error::Encode(message));
+    }
+    let mut writer = PlaneWriter::new(counts.clone());
+    walk(&mut writer, levels, &mut symbols.to_vec(), channels)?;
+    Ok(writer.section())
+}
+
+/// Decode the symbols of a frame, of each level; level 1, the finest, first.
+///
+/// # Errors
+/// Of the section.
+pub fn read_motion(
+    section: &Section,
+    levels: &[LevelContext<'_>],
+    channels: usize,
+    counts: &mut Counts,
+) -> Result<Vec<Vec<Channels>>> {
+    let mut symbols: Vec<Vec<Channels>> =
+        levels.iter().map(|level| vec![Channels::default(); level.own.len()]).collect();
+    let mut reader = PlaneReader::new(section, counts)?;
+    walk(&mut reader, levels, &mut symbols, channels)?;
+    reader.finish()?;
+    Ok(symbols)
+}
+
+fn walk<P: Planes>(
+    planes: &mut P,
+    levels: &[LevelContext<'_>],
+    symbols: &mut [Vec<Channels>],
+    channels: usize,
+) -> Result<()> {
+    // Above the coarsest level nothing is done.
+    let mut above = Done { sums: vec![Channels::default()], classes: vec![0] };
+    for (number, (context, symbols)) in levels.iter().zip(symbols).enumerate().rev() {
+        let first = number * LEVEL_CONTEXTS;
+        Level { planes, first, channels, context, above: &above }.walk(symbols)?;
+        if number > 0 {
+            above = above.and_then(context.parents, symbols);
+        }
+    }
+    Ok(())
+}
+
+/// What the anchors of a level hand down to those whose parents they are.
+struct Done {
+    /// Their symbols and what was done at their parents.
+    sums: Vec<Channels>,
+    /// The class P of their own symbols.
+    classes: Vec<u8>,
+}
+
+impl Done {
+    fn and_then(&self, parents: &[u32], symbols: &[Channels]) -> Done {
+        let sum = |(&parent, own): (&u32, &Channels)| add(&self.sums[parent as usize], own);
+        Done {
+            sums: parents.iter().zip(symbols).map(sum).collect(),
+            classes: symbols.iter().map(|own| parent_class(magnitude(own))).collect(),
+        }
+    }
+}
+
+/// A level on its way through its planes.
+struct Level<'a, P> {
+    planes: &'a mut P,
+    first: usize,
+    channels: usize,
+    context: &'a LevelContext<'a>,
+    above: &'a Done,
+}
+
+impl<P: Planes> Level<'_, P> {
+    fn walk(&mut self, symbols: &mut [Channels]) -> Result<()> {
+        let moving = self.code_moves(symbols)?;
+        let expected: Vec<Channels> = moving.iter().map(|&anchor| self.expected(anchor)).collect();
+        let there = self.code_not_zero(&moving, &expected, symbols)?;
+        self.code_signed(&there, &expected, &moving, symbols)
+    }
+
+    /// The own motion of an anchor less what is done already.
+    fn expected(&self, anchor: u32) -> Channels {
+        let parent = self.context.parents[anchor as usize];
+        subtract(&self.context.own[anchor as usize], &self.above.sums[parent as usize])
+    }
+
+    /// Which anchors move: plane 1.
+    fn code_moves(&mut self, symbols: &[Channels]) -> Result<Vec<u32>> {
+        let context = |(own, &parent): (&Channels, &u32)| {
+            let far = magnitude(&subtract(own, &self.above.sums[parent as usize]));
+            u16::from(5 * self.above.classes[parent as usize] + expected_class(far))
+        };
+        let contexts: Vec<u16> =
+            self.context.own.iter().zip(self.context.parents).map(context).collect();
+        let mut moves = P::known(symbols, |own| own != &Channels::default());
+        self.planes.code(Model::at(self.first + MOVES), &contexts, &mut moves)?;
+        let moving = moves.iter().enumerate().filter(|(_, &moves)| moves);
+        Ok(moving.map(|(anchor, _)| anchor as u32).collect())
+    }
+
+    /// Which symbols of the anchors that move are not 0, as channel and place among them:
+    /// planes 2, a channel after the other.
+    fn code_not_zero(
+        &mut self,
+        moving: &[u32],
+        expected: &[Channels],
+        symbols: &[Channels],
+    ) -> Result<Vec<(usize, u32)>> {
+        let mut there = Vec::new();
+        let mut so_far = vec![0u16; moving.len()];
+        for channel in 0..self.channels {
+            let context = |(expected, &so_far): (&Channels, &u16)| {
+                4 * expected[channel].unsigned_abs().min(3) + so_far.min(3)
+            };
+            let contexts: Vec<u16> = expected.iter().zip(&so_far).map(context).collect();
+            let mut bits = P::known(moving, |&anchor| symbols[anchor as usize][channel] != 0);
+            let model = Model::at(self.first + NOT_ZERO[self.kind(channel)]);
+            self.planes.code(model, &contexts, &mut bits)?;
+            for (place, (&bit, so_far)) in bits.iter().zip(&mut so_far).enumerate() {
+                *so_far += u16::from(bit);
+                if bit {
+                    there.push((channel, place as u32));
+                }
+            }
+        }
+        Ok(there)
+    }
+
+    /// What a channel is of: translation, w, rotation.
+    fn kind(&self, channel: usize) -> usize {
+        if channel < TRANSLATION_CHANNELS {
+            0
+        } else if self.channels > 6 && channel == TRANSLATION_CHANNELS {
+            1
+        } else {
+            2
+        }
+    }
+
+    /// The symbols that are not 0: planes 3 and 4.
+    fn code_signed(
+        &mut self,
+        there: &[(usize, u32)],
+        expected: &[Channels],
+        moving: &[u32],
+        symbols: &mut [Channels],
+    ) -> Result<()> {
+        let value_of =
+            |&(channel, place): &(usize, u32)| symbols[moving[place as usize] as usize][channel];
+        let mut ahead: Vec<i16> =
+            there.iter().map(|&(channel, place)| expected[place as usize][channel]).collect();
+        let contexts: Vec<u16> = ahead.iter().map(|&expected| sign_context(expected)).collect();
+        let mut negative = P::known(there, |symbol| value_of(symbol) < 0);
+        self.planes.code(Model::at(self.first + SIGN), &contexts, &mut negative)?;
+        for (ahead, _) in ahead.iter_mut().zip(&negative).filter(|(_, &negative)| negative) {
+            *ahead = -*ahead;
+        }
+        let magnitudes =
+            self.code_magnitudes(&ahead, |symbol| value_of(&there[symbol as usize]))?;
+        let signed = magnitudes.into_iter().zip(negative);
+        for (&(channel, place), (magnitude, negative)) in there.iter().zip(signed) {
+            let symbol = &mut symbols[moving[place as usize] as usize][channel];
+            *symbol = if negative { -magnitude } else { magnitude };
+        }
+        Ok(())
+    }
+
+    /// Magnitudes, by what is expected in their direction.
+    fn code_magnitudes(
+        &mut self,
+        ahead: &[i16],
+        value_of: impl Fn(u32) -> i16,
+    ) -> Result<Vec<i16>> {
+        let mut magnitudes = vec![1; ahead.len()];
+        let mut left: Vec<u32> = (0..ahead.len() as u32).collect();
+        for plane in 0..MAGNITUDE_PLANES {
+            if left.is_empty() {
+                break;
+            }
+            let model = 11 * plane.min(2) as u16;
+            let context = |&symbol: &u32| model + ahead_class(ahead[symbol as usize] - plane);
+            let contexts: Vec<u16> = left.iter().map(context).collect();
+            let mut above = P::known(&left, |&symbol| value_of(symbol).abs() > plane + 1);
+            self.planes.code(Model::at(self.first + MAGNITUDE), &contexts, &mut above)?;
+            let mut answers = above.iter();
+            left.retain(|_| answers.next() == Some(&true));
+            for &symbol in &left {
+                magnitudes[symbol as usize] += 1;
+            }
+        }
+        Ok(magnitudes)
+    }
+}
+
+/// The sum of two, channel by channel.
+#[must_use]
+pub fn add(one: &Channels, other: &Channels) -> Channels {
+    let mut sum = *one;
+    sum.iter_mut().zip(other).for_each(|(sum, other)| *sum += other);
+    sum
+}
+
+fn subtract(one: &Channels, other: &Channels) -> Channels {
+    let mut rest = *one;
+    rest.iter_mut().zip(other).for_each(|(rest, other)| *rest -= other);
+    rest
+}
+
+/// The sum of the magnitudes of all channels.
+#[must_use]
+pub fn magnitude(channels: &Channels) -> u16 {
+    channels.iter().map(|channel| channel.unsigned_abs()).sum()
+}
+
+/// The class P of a sum of magnitudes.
+fn parent_class(sum: u16) -> u8 {
+    [0, 1, 2, 2, 3][usize::from(sum.min(4))]
+}
+
+/// The class E of a sum of magnitudes.
+fn expected_class(sum: u16) -> u8 {
+    [0, 1, 2, 2, 3, 3, 3, 3, 4][usize::from(sum.min(8))]
+}
+
+fn sign_context(expected: i16) -> u16 {
+    let class = u16::from(expected_class(expected.unsigned_abs()));
+    if expected < 0 {
+        4 - class
+    } else {
+        4 + class
+    }
+}
+
+/// Where f - i lies.
+fn ahead_class(ahead: i16) -> u16 {
+    const LEAST: i16 = -9;
+    const CLASSES: [u16; 20] = [0, 1, 1, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 8, 8, 9, 9, 9, 9, 10];
+    CLASSES[(ahead.clamp(LEAST, 10) - LEAST) as usize]
+}

@@ -1,0 +1,117 @@
+//! A canonical frame coded against an earlier one: SPEC 7.9.
+
+use super::canonical::{
+    order_of, read_canonical, require_writable, sort, take, write_canonical, Grid,
+};
+use super::survivors::{can_survive, read_survivors, write_survivors};
+use crate::error::{Error, Reject, Result};
+use crate::records::{Gaussians, Section, SnapshotChunk};
+
+/// What stands for the root of a Gaussian that is no survivor.
+pub const NEWBORN: i32 = -1;
+
+/// What a SNAP chunk says of a frame, and the frame.
+#[derive(Clone, Debug)]
+pub struct CodedSnapshot {
+    /// Gaussians that the CANO has not.
+    pub newborn_count: u32,
+    /// Where these lie.
+    pub grid: Grid,
+    /// The Gaussians of the CANO that are still there.
+    pub survivors: Section,
+    /// Of the newborn.
+    pub sections: [Section; 6],
+    /// All Gaussians, in the order that the frame has.
+    pub gaussians: Gaussians,
+}
+
+/// Code Gaussians, in any order, against those of a CANO.
+///
+/// Of each, `roots` has the index in the CANO of what it was there, or [`NEWBORN`]. What has
+/// changed too much since is coded as newborn.
+///
+/// # Errors
+/// `Encode`: the frame is too wide, a number is out of its range, or roots are not in the CANO
+/// once each.
+pub fn write_snapshot(
+    canonical: &Gaussians,
+    gaussians: &Gaussians,
+    roots: &[i32],
+) -> Result<CodedSnapshot> {
+    require_writable(gaussians)?;
+    let (survivors, newborn) = part(canonical, gaussians, roots)?;
+    let kept: Vec<u32> = survivors.iter().map(|&place| roots[place as usize] as u32).collect();
+    let survivors = take(gaussians, &survivors);
+    let (grid, newborn) = sort(&take(gaussians, &newborn))?;
+    let section = write_survivors(canonical, &kept, &survivors);
+    let sections = write_canonical(&newborn, grid)?;
+    let newborn_count = newborn.count() as u32;
+    let (_, gaussians) = sort(&join(survivors, newborn))?;
+    Ok(CodedSnapshot { newborn_count, grid, survivors: section, sections, gaussians })
+}
+
+/// The indices of survivors, in the order of the CANO, and those of all others.
+fn part(
+    canonical: &Gaussians,
+    gaussians: &Gaussians,
+    roots: &[i32],
+) -> Result<(Vec<u32>, Vec<u32>)> {
+    let unfit = || Error::Encode("survivors are not of the canonical frame, once each".into());
+    if roots.len() != gaussians.count() || gaussians.codes.len() != canonical.codes.len() {
+        return Err(unfit());
+    }
+    let survives = |&place: &u32| {
+        let root = roots[place as usize];
+        root >= 0
+            && (root as usize) < canonical.count()
+            && can_survive(gaussians, place as usize, canonical, root as usize)
+    };
+    let all = 0..gaussians.count() as u32;
+    let (mut survivors, newborn): (Vec<u32>, Vec<u32>) = all.partition(survives);
+    survivors.sort_by_key(|&place| roots[place as usize]);
+    if survivors.windows(2).any(|pair| roots[pair[0] as usize] == roots[pair[1] as usize]) {
+        return Err(unfit());
+    }
+    Ok((survivors, newborn))
+}
+
+/// Decode a frame that is coded against a CANO: its Gaussians, in their order, and of each the
+/// index in the CANO or [`NEWBORN`].
+///
+/// `check` is asked for how many Gaussians there are to be, before they are made.
+///
+/// # Errors
+/// Of the sections and of `check`; `symbol-range`, the frame is too wide; `position-range`.
+pub fn read_snapshot(
+    chunk: &SnapshotChunk,
+    canonical: &Gaussians,
+    check: impl Fn(u64) -> Result<()>,
+) -> Result<(Gaussians, Vec<i32>)> {
+    let newborn_count = u64::from(chunk.newborn_count);
+    let (kept, survivors) = read_survivors(&chunk.survivors, canonical, |survivors| {
+        check(survivors as u64 + newborn_count)
+    })?;
+    let grid = Grid { origin: chunk.origin, axis_bits: chunk.axis_bits };
+    let newborn =
+        read_canonical(&chunk.sections, newborn_count as usize, grid, canonical.codes.len())?;
+    let mut roots: Vec<i32> = kept.into_iter().map(|root| root as i32).collect();
+    roots.resize(roots.len() + newborn.count(), NEWBORN);
+    let gaussians = join(survivors, newborn);
+    // [7.9-4]
+    let wide = || Error::new(Reject::SymbolRange, "a snapshot is 2^20 steps wide or more");
+    let grid = Grid::around(&gaussians.positions).ok_or_else(wide)?;
+    let order = order_of(&grid.keys(&gaussians.positions));
+    let roots = order.iter().map(|&place| roots[place as usize]).collect();
+    Ok((take(&gaussians, &order), roots))
+}
+
+/// All of some Gaussians and then all of others.
+fn join(mut first: Gaussians, mut second: Gaussians) -> Gaussians {
+    let positions = first.positions.iter_mut().zip(&mut second.positions);
+    let rotations = first.rotations.iter_mut().zip(&mut second.rotations);
+    let codes = first.codes.iter_mut().zip(&mut second.codes);
+    for (row, more) in positions.chain(rotations).chain(codes) {
+        row.append(more);
+    }
+    first
+}

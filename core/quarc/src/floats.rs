@@ -1,0 +1,132 @@
+//! From the integers of a state to the numbers that are drawn: SPEC 10.1.
+//!
+//! The only floats of the crate that leave it, one rounding from the state; nothing of them
+//! feeds the next frame.
+
+use crate::constants::ROTATION_FRACTION_BITS;
+use crate::rows::Rows;
+use crate::state::State;
+use std::sync::{Arc, Weak};
+
+// Where the codes of a kind begin (SPEC 7.1).
+const LOG_SCALES: usize = 0;
+const OPACITY: usize = 3;
+const SH: usize = 4;
+
+/// Gaussians whose rows are written at once: they stay in the cache meanwhile.
+const BLOCK: usize = 256;
+
+/// A scene in floats, a row to a Gaussian, as 3DGS stores it: not activated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Splats {
+    /// `[N, 3]` xyz, world units.
+    pub positions: Vec<f32>,
+    /// `[N, 4]` wxyz; unit to within 2^-21.
+    pub rotations: Vec<f32>,
+    /// `[N, 3]` natural logarithms of the standard deviations, world units.
+    pub log_scales: Vec<f32>,
+    /// `[N]` logits.
+    pub opacities: Vec<f32>,
+    /// `[N, 1 or 4, 3]` coefficient, then red, green, blue.
+    pub sh: Vec<f32>,
+}
+
+/// Which arrays of [`Splats`] are others than those of the state before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Redone {
+    /// Positions.
+    pub positions: bool,
+    /// Rotations.
+    pub rotations: bool,
+    /// Log-scales, opacities and SH.
+    pub codes: bool,
+}
+
+/// Makes floats of one state after the other, in the same arrays; what has not changed since the
+/// state before stays as it is.
+#[derive(Debug, Default)]
+pub struct Dequantizer {
+    splats: Splats,
+    /// What the arrays were made of. Rows that somebody points to, if only so, are not written
+    /// to in place: those of equal address are equal.
+    positions: Weak<Rows<i32>>,
+    rotations: Weak<Rows<i32>>,
+    codes: Weak<Rows<i16>>,
+}
+
+impl Dequantizer {
+    /// The numbers that a state stands for.
+    pub fn dequantize(&mut self, state: &State) -> &Splats {
+        self.update(state);
+        &self.splats
+    }
+
+    /// The numbers of the state that was dequantized last.
+    #[must_use]
+    pub const fn splats(&self) -> &Splats {
+        &self.splats
+    }
+
+    /// Make the arrays those of a state, and tell which of them have changed.
+    pub fn update(&mut self, state: &State) -> Redone {
+        let ([positions, rotations], codes) = (state.shared_places(), state.shared_codes());
+        let redone = Redone {
+            positions: replace(&mut self.positions, positions),
+            rotations: replace(&mut self.rotations, rotations),
+            codes: replace(&mut self.codes, codes),
+        };
+        // [10.1-1] Integers below 2^24 and powers of 2 are exact: a product is rounded once.
+        let header = state.header();
+        let splats = &mut self.splats;
+        if redone.positions {
+            let unit = 1.0 / (1u32 << header.lattice_exponent) as f32;
+            scale(positions, 0, [unit; 3], |number| number as f32, &mut splats.positions);
+        }
+        if redone.rotations {
+            let unit = 1.0 / (1u32 << ROTATION_FRACTION_BITS) as f32;
+            scale(rotations, 0, [unit; 4], |number| number as f32, &mut splats.rotations);
+        }
+        if redone.codes {
+            scale(codes, LOG_SCALES, [header.log_scale_step; 3], f32::from, &mut splats.log_scales);
+            scale(codes, OPACITY, [header.opacity_step], f32::from, &mut splats.opacities);
+            let dc = [header.sh_dc_step; 3];
+            if header.sh_degree == 0 {
+                scale(codes, SH, dc, f32::from, &mut splats.sh);
+            } else {
+                let mut steps = [header.sh_rest_step; 12];
+                steps[..3].copy_from_slice(&dc);
+                scale(codes, SH, steps, f32::from, &mut splats.sh);
+            }
+        }
+        redone
+    }
+}
+
+/// Take note of rows; whether they are others than before.
+fn replace<T>(known: &mut Weak<T>, rows: &Arc<T>) -> bool {
+    let before = std::mem::replace(known, Arc::downgrade(rows));
+    !Weak::ptr_eq(&before, known)
+}
+
+/// Write planes, from one on, as columns: each number times the step of its row.
+fn scale<T: Copy + Default, const WIDTH: usize>(
+    planes: &Rows<T>,
+    first: usize,
+    steps: [f32; WIDTH],
+    to_float: impl Fn(T) -> f32,
+    scaled: &mut Vec<f32>,
+) {
+    scaled.resize(planes.columns() * WIDTH, 0.0);
+    let mut rows = [[0.0; BLOCK]; WIDTH];
+    for (number, block) in scaled.chunks_mut(BLOCK * WIDTH).enumerate() {
+        for (place, (row, &step)) in rows.iter_mut().zip(&steps).enumerate() {
+            let plane = &planes.row(first + place)[number * BLOCK..];
+            row.iter_mut().zip(plane).for_each(|(to, &number)| *to = to_float(number) * step);
+        }
+        for (column, to) in block.chunks_exact_mut(WIDTH).enumerate() {
+            for (to, row) in to.iter_mut().zip(&rows) {
+                *to = row[column % BLOCK];
+            }
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! The way to a frame without what lies before it: SPEC 11.2.
+//!
+//! Through INDX where a stream has one; else from chunk header to chunk header. Neither is
+//! trusted: the decoder holds the chunk that is come to against what led there. To a snapshot
+//! belongs the CANO that it is coded against.
+
+use crate::chunks::{
+    is_canonical, is_frame, kind_name, parse_chunk_header, prove_payload, ChunkHeader, Kind, CANO,
+    CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, INDX, SNAP, TAIL, TAIL_BYTES,
+};
+use crate::error::{Error, Reject, Result};
+use crate::reader::{Chunk, ChunkReader};
+use crate::records::{SeekPoint, Tail};
+use crate::source::{read, Source};
+use crate::state::State;
+use crate::stream::StateDecoder;
+use crate::wire;
+use std::ops::Deref;
+
+const FRAME_BYTES: u32 = 4;
+const TAIL_CHUNK_BYTES: u64 = (CHUNK_HEADER_BYTES + TAIL_BYTES as usize + CHUNK_CRC_BYTES) as u64;
+
+/// Decodes the frames of a stream from one on; what lies before it is read only as far as it
+/// must be. What is known of the stream otherwise is asked of the [`StateDecoder`] that this
+/// one derefs to.
+#[derive(Debug)]
+pub struct SeekDecoder<S> {
+    reader: ChunkReader<S>,
+    states: StateDecoder,
+    start: u32,
+    failure: Option<Error>,
+}
+
+impl<S> Deref for SeekDecoder<S> {
+    type Target = StateDecoder;
+
+    fn deref(&self) -> &StateDecoder {
+        &self.states
+    }
+}
+
+impl<S: Source> SeekDecoder<S> {
+    /// A decoder whose first frame is that of an ordinal, or the first after it.
+    ///
+    /// # Errors
+    /// What is wrong with HEAD, and with what leads to the frame.
+    pub fn new(source: S, start: u32) -> Result<Self> {
+        let mut reader = ChunkReader::new(source)?;
+        let mut states = StateDecoder::default();
+        take_head(&mut reader, &mut states)?;
+        if start > 0 {
+            let way = find_way(&mut reader, start)?;
+            if let Some((chunk, point)) = way.reference {
+                states.refer_to(&chunk.header, &chunk.payload, point)?;
+            }
+            states.skip_to(way.points);
+        }
+        Ok(SeekDecoder { reader, states, start, failure: None })
+    }
+
+    /// The state of the next frame that is wanted; `None` behind TAIL.
+    ///
+    /// # Errors
+    /// What is wrong with the stream, also if it is pulled again; all frames before the fault
+    /// have been given out.
+    pub fn pull(&mut self) -> Result<Option<&State>> {
+        if let Some(failure) = &self.failure {
+            return Err(failure.clone());
+        }
+        match self.advance() {
+            Ok(true) => Ok(self.states.state()),
+            Ok(false) => Ok(None),
+            Err(error) => {
+                self.failure = Some(error.clone());
+                Err(error)
+            }
+        }
+    }
+
+    /// Go on to the end of the next frame that is wanted; false where there is none.
+    fn advance(&mut self) -> Result<bool> {
+        while let Some(chunk) = self.reader.read_chunk()? {
+            let is_frame = self.states.push(&chunk.header, &chunk.payload)?;
+            let ordinal = self.states.state().map_or(0, State::frame_ordinal);
+            if is_frame && ordinal >= self.start {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// Read HEAD.
+pub(crate) fn take_head<S: Source>(
+    reader: &mut ChunkReader<S>,
+    states: &mut StateDecoder,
+) -> Result<()> {
+    if let Some(chunk) = reader.read_chunk()? {
+        states.push(&chunk.header, &chunk.payload)?;
+    }
+    if let Some(header) = states.header() {
+        reader.order.keep_to(header);
+    }
+    Ok(())
+}
+
+/// What leads to a frame.
+#[derive(Debug, Default)]
+pub struct Way {
+    /// All seek points up to the one that the reader is at; none where it has stayed, as the
+    /// stream has no such frame.
+    pub points: Vec<SeekPoint>,
+    /// If the frame there is a snapshot: the CANO that it is coded against, and its seek point.
+    pub reference: Option<(Chunk, SeekPoint)>,
+}
+
+/// Move a reader that has read HEAD to the last canonical frame that is not after a frame.
+///
+/// # Errors
+/// What is wrong with the bytes that were read.
+pub fn find_way<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Way> {
+    let here = reader.order.clone();
+    let mut points = if let Some(points) = read_index(reader)? {
+        points
+    } else {
+        reader.order = here.clone();
+        walk_headers(reader, frame)?
+    };
+    points.retain(|point| point.frame <= frame);
+    let Some(&last) = points.last() else {
+        reader.order = here;
+        return Ok(Way::default());
+    };
+    let header = go_to(reader, last.offset, last.sequence.into(), &[CANO, SNAP])?; // [11.2-4]
+    let mut reference = None;
+    if header.kind == SNAP {
+        reference = Some(take_reference(reader, &header, &points)?);
+        reader.order.go_to(header.offset, header.sequence.into());
+    }
+    Ok(Way { points, reference })
+}
+
+/// The CANO that a snapshot is coded against. [11.2-5]
+fn take_reference<S: Source>(
+    reader: &mut ChunkReader<S>,
+    header: &ChunkHeader,
+    points: &[SeekPoint],
+) -> Result<(Chunk, SeekPoint)> {
+    let canonical = read_number(reader, header, FRAME_BYTES)?;
+    let Some(&point) = points.iter().find(|point| point.frame == canonical) else {
+        let message = format!("no seek point is of frame {canonical}, which a snapshot names");
+        return Err(Error::new(Reject::IndexMismatch, message).at(header.offset));
+    };
+    let found = go_to(reader, point.offset, point.sequence.into(), &[CANO])?;
+    Ok((reader.take(found)?, point))
+}
+
+/// The entries of INDX; `None` in a stream without, or without its end yet.
+fn read_index<S: Source>(reader: &mut ChunkReader<S>) -> Result<Option<Vec<SeekPoint>>> {
+    let size = reader.source.size()?;
+    let Some((header, tail)) = read_tail(&mut reader.source, size)? else { return Ok(None) };
+    if tail.index_offset == 0 {
+        return Ok(None);
+    }
+    let mismatch = |message: &str| {
+        Error::new(Reject::IndexMismatch, message).at(tail.index_offset) // [11.2-2] [11.2-3]
+    };
+    let before = u64::from(header.sequence).wrapping_sub(1); // of no chunk, if TAIL is the first
+    let found = go_to(reader, tail.index_offset, before, &[INDX])?;
+    let index = reader.take(found)?;
+    if found.end() != header.offset {
+        return Err(mismatch("INDX does not end where TAIL begins"));
+    }
+    let points = wire::parse_index(&index.payload).map_err(|error| error.at(found.offset))?;
+    if points.len() != tail.canonical_count as usize {
+        return Err(mismatch("INDX has not a seek point to each canonical frame"));
+    }
+    Ok(Some(points))
+}
+
+/// The TAIL chunk at the end of a stream; `None` where there is none that is proved.
+fn read_tail<S: Source>(source: &mut S, size: u64) -> Result<Option<(ChunkHeader, Tail)>> {
+    let Some(offset) = size.checked_sub(TAIL_CHUNK_BYTES) else { return Ok(None) };
+    let data = read(source, offset, TAIL_CHUNK_BYTES)?;
+    if data.len() as u64 != TAIL_CHUNK_BYTES {
+        return Ok(None); // cut meanwhile
+    }
+    Ok(prove_tail(&data, offset).ok())
+}
+
+fn prove_tail(data: &[u8], offset: u64) -> Result<(ChunkHeader, Tail)> {
+    let header = parse_chunk_header(data, offset)?;
+    if header.kind != TAIL || header.length != TAIL_BYTES {
+        return Err(Error::new(Reject::ChunkOrder, "the last chunk is no TAIL"));
+    }
+    let (payload, stored) = data[CHUNK_HEADER_BYTES..].split_at(TAIL_BYTES as usize);
+    prove_payload(&header, crc32fast::hash(payload), stored)?;
+    Ok((header, wire::parse_tail(payload)?))
+}
+
+/// The seek points up to a frame, and maybe one after it, from chunk header to chunk header.
+fn walk_headers<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Vec<SeekPoint>> {
+    let mut points = Vec::new();
+    let mut due = 0;
+    while due <= u64::from(frame) {
+        match walk_header(reader, &mut points, due) {
+            Ok(Some(next)) => due = next,
+            Ok(None) => break,
+            Err(error) if error.reject() == Some(Reject::Truncated) => break, // the stream ends
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(points)
+}
+
+/// Pass one chunk; returns the ordinal that is due behind it, `None` behind TAIL.
+fn walk_header<S: Source>(
+    reader: &mut ChunkReader<S>,
+    points: &mut Vec<SeekPoint>,
+    due: u64,
+) -> Result<Option<u64>> {
+    let Some(header) = reader.read_header()? else { return Ok(None) };
+    let mut here = due;
+    if is_canonical(header.kind) {
+        let frame = read_number(reader, &header, 0)?;
+        points.push(SeekPoint { offset: header.offset, sequence: header.sequence, frame });
+        here = frame.into();
+    }
+    reader.order.pass(&header);
+    Ok(Some(here + u64::from(is_frame(header.kind))))
+}
+
+/// The ordinal at a place of a payload, in bytes.
+fn read_number<S: Source>(
+    reader: &mut ChunkReader<S>,
+    header: &ChunkHeader,
+    place: u32,
+) -> Result<u32> {
+    if header.length < place + FRAME_BYTES {
+        let message = format!("a payload of {} bytes has no ordinal", header.length);
+        return Err(Error::new(Reject::Field, message).at(header.offset));
+    }
+    let at = header.payload_offset() + u64::from(place);
+    let data = read(&mut reader.source, at, FRAME_BYTES.into())?;
+    let number = <[u8; 4]>::try_from(data).map(u32::from_le_bytes);
+    let message = "the stream ends inside a chunk";
+    number.map_err(|_| Error::new(Reject::Truncated, message).at(header.offset))
+}
+
+/// Move a reader to a chunk, and see that it is there and of one of these types.
+fn go_to<S: Source>(
+    reader: &mut ChunkReader<S>,
+    offset: u64,
+    sequence: u64,
+    kinds: &[Kind],
+) -> Result<ChunkHeader> {
+    reader.order.go_to(offset, sequence);
+    let message = match reader.read_header() {
+        Ok(Some(header)) if kinds.contains(&header.kind) => return Ok(header),
+        Err(error) if error.reject().is_none() => return Err(error),
+        Err(error) => format!("no chunk where the stream says: {error}"),
+        Ok(_) => format!("chunk {sequence} is no {}", kind_name(kinds[0])),
+    };
+    Err(Error::new(Reject::IndexMismatch, message).at(offset))
+}

@@ -1,0 +1,58 @@
+//! Where the bytes of a stream are: anything that reads at a place.
+
+use crate::error::{Error, Result};
+use std::io::{Read, Seek, SeekFrom};
+
+/// The bytes of a stream, read where they are needed.
+pub trait Source {
+    /// Append `length` bytes from `offset` on; fewer only at the end of what there is. No more
+    /// room is to be made than for bytes that are there. [13-1]
+    ///
+    /// # Errors
+    /// [`Error::Source`] where the bytes cannot be had.
+    fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()>;
+
+    /// How many bytes there are now.
+    ///
+    /// # Errors
+    /// [`Error::Source`] where that cannot be told.
+    fn size(&mut self) -> Result<u64>;
+}
+
+/// A stream in memory.
+impl Source for &[u8] {
+    fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()> {
+        let size = self.len() as u64;
+        let begin = offset.min(size);
+        let end = offset.saturating_add(length).min(size);
+        into.extend_from_slice(&self[begin as usize..end as usize]);
+        Ok(())
+    }
+
+    fn size(&mut self) -> Result<u64> {
+        Ok(self.len() as u64)
+    }
+}
+
+/// A stream in a file, or in whatever else can be read and sought in.
+#[derive(Debug)]
+pub struct IoSource<T>(pub T);
+
+impl<T: Read + Seek> Source for IoSource<T> {
+    fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()> {
+        let at = self.0.seek(SeekFrom::Start(offset.min(i64::MAX as u64)));
+        let read = at.and_then(|_| self.0.by_ref().take(length).read_to_end(into));
+        read.map(drop).map_err(|error| Error::Source(error.to_string()))
+    }
+
+    fn size(&mut self) -> Result<u64> {
+        self.0.seek(SeekFrom::End(0)).map_err(|error| Error::Source(error.to_string()))
+    }
+}
+
+/// `length` bytes from `offset` on, fewer at the end.
+pub(crate) fn read<S: Source>(source: &mut S, offset: u64, length: u64) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.read(offset, length, &mut bytes)?;
+    Ok(bytes)
+}

@@ -1,0 +1,107 @@
+//! The newborn of a frame: SPEC 7.6.
+
+use super::canonical::{expand_rotations, narrow_codes};
+use super::{narrow_position, require_births, require_gaussians, State};
+use crate::coding::births::{read_births, write_births};
+use crate::coding::canonical::require_even;
+use crate::coding::motion::Channels;
+use crate::constants::COUNTER_LIMIT;
+use crate::error::{Error, Reject, Result};
+use crate::records::{Births, Section};
+use crate::rows::Rows;
+use std::sync::Arc;
+
+impl State {
+    /// Code the newborn of this frame; after the motion and the updates.
+    ///
+    /// # Errors
+    /// `Encode`: a number is out of its range, or parents do not ascend.
+    pub fn write_births(&self, births: &Births) -> Result<Section> {
+        write_births(births, &self.birth_counts)
+    }
+
+    /// Read so many newborn; after the motion and the updates.
+    ///
+    /// # Errors
+    /// What is wrong with the section, or with their number.
+    pub fn read_births(&mut self, section: &Section, count: u32) -> Result<Births> {
+        self.require_room(count as usize)?;
+        let (parents, code_planes) = (self.count(), self.header.code_planes());
+        let counts = Arc::make_mut(&mut self.birth_counts);
+        read_births(section, count as usize, parents, code_planes, counts)
+    }
+
+    /// Append the newborn of this frame (SPEC 7.6); after the motion and the updates.
+    ///
+    /// # Errors
+    /// `count-exceeds-level`, `parent-range`, `position-range`, `code-range`, `rotation-range`.
+    pub fn bear(&mut self, births: &Births) -> Result<()> {
+        let newborn = births.newborn.count();
+        if newborn == 0 {
+            return Ok(());
+        }
+        require_even(&births.newborn, self.header.code_planes())?;
+        self.require_room(newborn)?;
+        let positions = self.place(births)?;
+        let rotations = expand_rotations(&self.header, &births.newborn)?;
+        let codes = narrow_codes(&births.newborn)?;
+        let first = self.next_id as u32;
+        self.next_id += newborn as u64;
+        Arc::make_mut(&mut self.ids).extend((0..newborn as u32).map(|number| first + number));
+        append(Arc::make_mut(&mut self.positions), &positions);
+        append(Arc::make_mut(&mut self.rotations), &rotations);
+        append(Arc::make_mut(&mut self.codes), &codes);
+        let motion = Arc::make_mut(&mut self.motion);
+        motion.resize(motion.len() + newborn, Channels::default());
+        if self.header.updates {
+            let recency = Arc::make_mut(&mut self.recency);
+            recency.resize(recency.len() + newborn, 0);
+        }
+        Ok(())
+    }
+
+    /// Hold a number of newborn against the level and the ids that are left.
+    fn require_room(&self, newborn: usize) -> Result<()> {
+        require_births(&self.header, newborn as u64)?;
+        require_gaussians(&self.header, self.count() as u64 + newborn as u64)?;
+        // [7.6-5]
+        if self.next_id + newborn as u64 > COUNTER_LIMIT + 1 {
+            let message = "there are no ids left for the newborn";
+            return Err(Error::new(Reject::CountExceedsLevel, message));
+        }
+        Ok(())
+    }
+
+    /// The positions of the newborn.
+    fn place(&self, births: &Births) -> Result<Rows<i32>> {
+        if births.parents.len() != births.newborn.count() {
+            return Err(Error::Encode("newborn need a parent each".into()));
+        }
+        // [7.6-1]
+        if births.parents.iter().any(|&parent| parent as usize >= self.count()) {
+            let message = "a newborn's parent is not in the scene";
+            return Err(Error::new(Reject::ParentRange, message));
+        }
+        let step = i64::from(self.header.position_step);
+        let mut rows = Rows::zeros(3, births.parents.len(), 0);
+        for (axis, residuals) in births.newborn.positions.iter().enumerate() {
+            let from = self.positions.row(axis);
+            let newborn = births.parents.iter().zip(residuals);
+            for (to, (&parent, &residual)) in rows.row_mut(axis).iter_mut().zip(newborn) {
+                // [7.6-2]
+                *to =
+                    narrow_position(i64::from(from[parent as usize]) + step * i64::from(residual))?;
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// Put columns behind those of rows.
+fn append<T: Copy + Default>(rows: &mut Rows<T>, columns: &Rows<T>) {
+    let old = rows.columns();
+    rows.grow(columns.columns());
+    for row in 0..columns.rows() {
+        rows.row_mut(row)[old..].copy_from_slice(columns.row(row));
+    }
+}

@@ -1,0 +1,166 @@
+//! A frame from its beginning to its end: SPEC 7.4, 7.7.
+
+use super::{require_births, require_gaussians, State};
+use crate::anchors::Anchors;
+use crate::coding::motion::Channels;
+use crate::error::{Error, Reject, Result};
+use crate::records::{Births, FrameChunk, Updates};
+use crate::rows::{kept_ranges, remove_entries, Rows};
+use std::sync::Arc;
+
+const OPACITY: usize = 3;
+
+/// What a frame has coded.
+#[derive(Clone, Debug)]
+pub struct Coded {
+    /// The symbols of each level's anchors, level 1 first.
+    pub symbols: Vec<Vec<Channels>>,
+    /// What changed single Gaussians; `None` in a stream without updates.
+    pub updates: Option<Updates>,
+    /// The newborn.
+    pub births: Births,
+}
+
+impl State {
+    /// Become the state of the frame after this one (SPEC 7.4 to 7.8); returns what was coded.
+    ///
+    /// # Errors
+    /// What is wrong with the chunk; then the state is of no use any more.
+    pub fn frame(&mut self, chunk: &FrameChunk) -> Result<Coded> {
+        // [7.4-1]
+        if u64::from(chunk.phase) != u64::from(self.phase) + 1 {
+            let message = format!("phase {} follows {}", chunk.phase, self.phase);
+            return Err(Error::new(Reject::FrameOrder, message));
+        }
+        require_births(&self.header, u64::from(chunk.birth_count))?;
+        self.begin_frame(chunk.death_count)?;
+        if chunk.updates.is_none() {
+            require_gaussians(&self.header, self.count() as u64 + u64::from(chunk.birth_count))?;
+        }
+        let symbols = self.read_motion(&chunk.motion, chunk.previous_contexts)?;
+        self.move_by(&symbols)?;
+        let updates = match &chunk.updates {
+            Some(section) => Some(self.read_updates(section)?),
+            None => None,
+        };
+        if let Some(updates) = &updates {
+            self.update(updates)?;
+        }
+        let births = self.read_births(&chunk.births, chunk.birth_count)?;
+        self.bear(&births)?;
+        self.prove(chunk.state_crc)?;
+        Ok(Coded { symbols, updates, births })
+    }
+
+    /// Begin a frame (SPEC 7.4): so many Gaussians leave, and then every Gaussian is bound.
+    ///
+    /// # Errors
+    /// `frame-order`, no frame can follow; `count`, no Gaussian would be left.
+    pub fn begin_frame(&mut self, death_count: u32) -> Result<()> {
+        // [7.4-2]
+        let frame = self.frame.checked_add(1).ok_or_else(|| {
+            Error::new(Reject::FrameOrder, format!("no frame can follow frame {}", self.frame))
+        })?;
+        // [7.4-3]
+        if death_count as usize >= self.count() {
+            let message = format!("{death_count} deaths among {} Gaussians", self.count());
+            return Err(Error::new(Reject::Count, message));
+        }
+        // Who samples needs no binding of those that are left.
+        let samples = self.phase % u32::from(self.header.resample_interval) == 0;
+        let before = if samples { self.anchors.take() } else { None };
+        self.remove(&choose_deaths(self.codes.row(OPACITY), death_count));
+        self.frame = frame;
+        self.phase += 1;
+        self.bind(before.as_deref());
+        Ok(())
+    }
+
+    /// Bind the Gaussians that are not: all of them if there are no anchors (SPEC 6.5). The anchors
+    /// of `before` are then no more than a hint.
+    fn bind(&mut self, before: Option<&Anchors>) {
+        let (header, ids, positions) = (&self.header, &self.ids, &self.positions);
+        match (&mut self.anchors, before) {
+            (Some(anchors), _) if self.bound < ids.len() => {
+                let newborn = [0, 1, 2].map(|axis| &positions.row(axis)[self.bound..]);
+                Arc::make_mut(anchors).append(&newborn);
+            }
+            (Some(_), _) => {}
+            (None, Some(before)) => {
+                let anchors = before.sample_again(header, self.phase, ids, positions);
+                self.anchors = Some(Arc::new(anchors));
+            }
+            (None, None) => {
+                let anchors = Anchors::sample(header, self.phase, ids, positions);
+                self.anchors = Some(Arc::new(anchors));
+            }
+        }
+        self.bound = self.ids.len();
+    }
+
+    /// Take Gaussians of ascending indices away; the others keep all that they have.
+    pub(super) fn remove(&mut self, gone: &[u32]) {
+        if gone.is_empty() {
+            return;
+        }
+        remove_from(&mut self.ids, gone);
+        remove_columns(&mut self.positions, gone);
+        remove_columns(&mut self.rotations, gone);
+        remove_columns(&mut self.codes, gone);
+        remove_from(&mut self.motion, gone);
+        if self.header.updates {
+            remove_from(&mut self.recency, gone);
+        }
+        let bound = gone.partition_point(|&gaussian| (gaussian as usize) < self.bound);
+        if let Some(anchors) = &mut self.anchors {
+            Arc::make_mut(anchors).remove(&gone[..bound]);
+        }
+        self.bound -= bound;
+    }
+}
+
+/// The indices, ascending, of the Gaussians of least (opacity code, id) (SPEC 7.4).
+#[must_use]
+pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
+    if count == 0 {
+        return Vec::new();
+    }
+    let place = |opacity: i16| (i32::from(opacity) - i32::from(i16::MIN)) as usize;
+    let mut counts = vec![0u32; 1 << u16::BITS];
+    for &opacity in opacities {
+        counts[place(opacity)] += 1;
+    }
+    // All below the limit leave, and of those at the limit so many.
+    let (mut limit, mut left) = (0, count);
+    while limit + 1 < counts.len() && counts[limit] < left {
+        left -= counts[limit];
+        limit += 1;
+    }
+    let mut leaves = |opacity: i16| {
+        let at_limit = place(opacity) == limit && left > 0;
+        left -= u32::from(at_limit);
+        at_limit || place(opacity) < limit
+    };
+    let all = opacities.iter().enumerate();
+    all.filter(|(_, &opacity)| leaves(opacity)).map(|(index, _)| index as u32).collect()
+}
+
+/// Remove the columns of ascending indices, in place unless somebody else has the rows.
+fn remove_columns<T: Copy + Default>(rows: &mut Arc<Rows<T>>, gone: &[u32]) {
+    if Arc::strong_count(rows) == 1 {
+        Arc::make_mut(rows).remove(gone);
+    } else {
+        *rows = Arc::new(rows.without(gone));
+    }
+}
+
+/// Remove what stands at ascending indices, in place unless somebody else has the numbers.
+fn remove_from<T: Copy>(numbers: &mut Arc<Vec<T>>, gone: &[u32]) {
+    if let Some(numbers) = Arc::get_mut(numbers) {
+        remove_entries(numbers, gone);
+    } else {
+        let mut others = Vec::with_capacity(numbers.len());
+        kept_ranges(gone, numbers.len()).for_each(|kept| others.extend_from_slice(&numbers[kept]));
+        *numbers = Arc::new(others);
+    }
+}

@@ -1,0 +1,197 @@
+//! The state of a frame and what the next one does to it: SPEC 7.
+//!
+//! ```text
+//! CANO, SNAP -> canonical, snapshot ----------------------------------+
+//! FRAM -> begin_frame -> move_by -> update -> bear -> state of the frame
+//!         (7.4)          (7.5)      (7.8)    (7.6)
+//! ```
+//!
+//! An encoder calls the same steps, with the symbols, updates and births that it has chosen.
+
+mod births; // SPEC 7.6
+mod canonical; // SPEC 7.2, 7.9
+mod frame; // SPEC 7.4, 7.7
+mod motion; // SPEC 7.5
+mod updates; // SPEC 7.8
+
+pub use frame::{choose_deaths, Coded};
+
+use crate::anchors::Anchors;
+use crate::coding::counts::Counts;
+use crate::coding::motion::Channels;
+use crate::constants::{Level, CODE_LIMIT, POSITION_LIMIT};
+use crate::error::{Error, Reject, Result};
+use crate::records::Header;
+use crate::rows::Rows;
+use std::sync::Arc;
+
+/// Everything that a frame hands to the next (SPEC 7.1).
+///
+/// A clone shares what it has with what it was made of, until one of them changes it: who holds
+/// no clone has the next frame made in place.
+#[derive(Clone, Debug)]
+pub struct State {
+    header: Arc<Header>,
+    frame: u32,
+    phase: u32,
+    next_id: u64,
+    ids: Arc<Vec<u32>>,
+    positions: Arc<Rows<i32>>,
+    rotations: Arc<Rows<i32>>,
+    codes: Arc<Rows<i16>>,
+    motion: Arc<Vec<Channels>>,
+    /// In streams with updates, else empty.
+    recency: Arc<Vec<u8>>,
+    /// From the last sampling on.
+    anchors: Option<Arc<Anchors>>,
+    /// How many Gaussians are bound: those behind them were born in the last frame.
+    bound: usize,
+    motion_counts: Arc<Counts>,
+    birth_counts: Arc<Counts>,
+    update_counts: Arc<Counts>,
+}
+
+impl State {
+    /// What the stream chose for itself.
+    #[must_use]
+    pub const fn header(&self) -> &Arc<Header> {
+        &self.header
+    }
+
+    /// Ordinal of the frame in the stream.
+    #[must_use]
+    pub const fn frame_ordinal(&self) -> u32 {
+        self.frame
+    }
+
+    /// Frames since the canonical one, 0 there.
+    #[must_use]
+    pub const fn phase(&self) -> u32 {
+        self.phase
+    }
+
+    /// Gaussians of the scene, N.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// `[N]`, ascending.
+    #[must_use]
+    pub fn ids(&self) -> &[u32] {
+        &self.ids
+    }
+
+    /// `[3, N]` xyz, lattice units.
+    #[must_use]
+    pub fn positions(&self) -> &Rows<i32> {
+        &self.positions
+    }
+
+    /// `[4, N]` wxyz of unit quaternions with `ROTATION_FRACTION_BITS` fraction bits.
+    #[must_use]
+    pub fn rotations(&self) -> &Rows<i32> {
+        &self.rotations
+    }
+
+    /// `[7 or 16, N]` log-scale 3, opacity 1, SH DC 3, SH rest 9.
+    #[must_use]
+    pub fn codes(&self) -> &Rows<i16> {
+        &self.codes
+    }
+
+    /// Positions and rotations, as clones of the state share them.
+    #[must_use]
+    pub const fn shared_places(&self) -> [&Arc<Rows<i32>>; 2] {
+        [&self.positions, &self.rotations]
+    }
+
+    /// Codes, as clones of the state share them.
+    #[must_use]
+    pub const fn shared_codes(&self) -> &Arc<Rows<i16>> {
+        &self.codes
+    }
+
+    /// The id that the next newborn gets.
+    #[must_use]
+    pub const fn next_id(&self) -> u64 {
+        self.next_id
+    }
+
+    /// `[N]` of each Gaussian the sum of the symbols that moved it in the frame.
+    #[must_use]
+    pub fn motion(&self) -> &[Channels] {
+        &self.motion
+    }
+
+    /// `[N]` frames since each Gaussian was updated or born, at most `RECENCY_LIMIT`; nothing in a
+    /// stream without updates.
+    #[must_use]
+    pub fn recency(&self) -> &[u8] {
+        &self.recency
+    }
+
+    /// The anchors; `None` before the first frame that samples.
+    #[must_use]
+    pub fn anchors(&self) -> Option<&Arc<Anchors>> {
+        self.anchors.as_ref()
+    }
+
+    /// The anchors, to be looked through.
+    ///
+    /// # Errors
+    /// `Encode`: the state has not been through `begin_frame`.
+    pub fn anchors_mut(&mut self) -> Result<&mut Anchors> {
+        motion::anchors_of(&mut self.anchors)
+    }
+}
+
+/// What this decoder gives a stream of the unlimited level (SPEC 3.2).
+const OWN_LIMITS: Level = match Level::of(30) {
+    Some(level) => level,
+    None => panic!("there is a level 30"),
+};
+
+/// Hold a number of Gaussians against the level of a stream: [3.2-1] [3.2-2] [3.2-6].
+fn require_gaussians(header: &Header, count: u64) -> Result<()> {
+    require_within(header, count, "Gaussians", |level| level.gaussians)
+}
+
+/// Hold a number of births against the level of a stream: [3.2-3].
+fn require_births(header: &Header, count: u64) -> Result<()> {
+    require_within(header, count, "births", |level| level.births)
+}
+
+fn require_within(
+    header: &Header,
+    count: u64,
+    what: &str,
+    most: impl Fn(Level) -> u32,
+) -> Result<()> {
+    if count > u64::from(most(header.limits())) {
+        let message = format!("{count} {what} are too many for level {}", header.level);
+        return Err(Error::new(Reject::CountExceedsLevel, message));
+    }
+    let own = most(OWN_LIMITS);
+    if count > u64::from(own) {
+        let message = format!("{count} {what} are more than this decoder takes, {own}");
+        return Err(Error::Limit(message));
+    }
+    Ok(())
+}
+
+/// A coordinate that is within the lattice.
+fn narrow_position(position: i64) -> Result<i32> {
+    if position.abs() > POSITION_LIMIT {
+        return Err(Error::new(Reject::PositionRange, "a Gaussian is off the lattice"));
+    }
+    Ok(position as i32)
+}
+
+/// A code that is within its range.
+fn narrow_code(code: i32) -> Result<i16> {
+    if i64::from(code).abs() > CODE_LIMIT {
+        return Err(Error::new(Reject::CodeRange, "an attribute code is out of its range"));
+    }
+    Ok(code as i16)
+}

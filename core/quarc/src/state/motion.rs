@@ -1,0 +1,180 @@
+//! The motion of a frame: SPEC 7.5.
+
+use super::{narrow_position, State};
+use crate::anchors::{AnchorLevel, Anchors};
+use crate::coding::motion::{
+    add, read_motion, write_motion, Channels, LevelContext, TRANSLATION_CHANNELS,
+};
+use crate::error::{Error, Result};
+use crate::records::{Header, Section};
+use crate::rotation::{turn, Quaternion, Residuals};
+use std::sync::Arc;
+
+const STILL: Channels = [0; 8];
+
+impl State {
+    /// What is known of every level's anchors before their symbols (SPEC 8.7), level 1 first;
+    /// after `begin_frame`. `previous`: whether the last frame's motion counts.
+    ///
+    /// # Errors
+    /// `Encode`: the state has not been through `begin_frame`.
+    pub fn motion_contexts(&self, previous: bool) -> Result<Vec<LevelContext<'_>>> {
+        self.require_bound()?;
+        let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
+        let know = |level: &AnchorLevel| {
+            if previous {
+                self.recall(&level.ids)
+            } else {
+                vec![STILL; level.ids.len()]
+            }
+        };
+        let levels = anchors.levels().iter();
+        Ok(levels.map(|level| LevelContext { parents: &level.parents, own: know(level) }).collect())
+    }
+
+    /// Whether every Gaussian is bound.
+    fn require_bound(&self) -> Result<()> {
+        if self.bound == self.ids.len() {
+            return Ok(());
+        }
+        Err(not_begun())
+    }
+
+    /// The last motion of the Gaussians of ascending ids, 0 of those that have died.
+    fn recall(&self, owners: &[u32]) -> Vec<Channels> {
+        let mut place = 0;
+        let mut own = |&owner: &u32| {
+            // Ids ascend: an id is no farther on than it is greater, nearer where some have died.
+            let far = (owner - self.ids[place].min(owner)) as usize;
+            let most = (place + far).min(self.ids.len() - 1);
+            place = if self.ids[most] == owner {
+                most
+            } else {
+                place + self.ids[place..=most].partition_point(|&id| id < owner)
+            };
+            place = place.min(self.ids.len() - 1);
+            if self.ids[place] == owner {
+                self.motion[place]
+            } else {
+                STILL
+            }
+        };
+        owners.iter().map(&mut own).collect()
+    }
+
+    /// Code the symbols of this frame's anchors, of each level, level 1 first.
+    ///
+    /// # Errors
+    /// `Encode`: a symbol is beyond what the format carries, or they are not of these anchors.
+    pub fn write_motion(&self, symbols: &[Vec<Channels>], previous: bool) -> Result<Section> {
+        let levels = self.motion_contexts(previous)?;
+        write_motion(&levels, symbols, self.header.symbol_planes(), &self.motion_counts)
+    }
+
+    /// Read the symbols of this frame's anchors, of each level, level 1 first.
+    ///
+    /// # Errors
+    /// What is wrong with the section.
+    pub fn read_motion(&mut self, section: &Section, previous: bool) -> Result<Vec<Vec<Channels>>> {
+        let mut counts = (*self.motion_counts).clone();
+        let levels = self.motion_contexts(previous)?;
+        let symbols = read_motion(section, &levels, self.header.symbol_planes(), &mut counts)?;
+        self.motion_counts = Arc::new(counts);
+        Ok(symbols)
+    }
+
+    /// Move every Gaussian by its anchors (SPEC 7.5); after `begin_frame`.
+    ///
+    /// # Errors
+    /// `position-range`, `degenerate-rotation`.
+    pub fn move_by(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
+        self.require_bound()?;
+        let anchors = anchors_of(&mut self.anchors)?;
+        let counts = anchors.levels().iter().map(|level| level.ids.len());
+        if !counts.eq(symbols.iter().map(Vec::len)) {
+            return Err(Error::Encode("the symbols are not of these anchors".into()));
+        }
+        let mut levels = Vec::new();
+        for (level, symbols) in symbols.iter().enumerate() {
+            let moves: Vec<bool> = symbols.iter().map(|own| own != &STILL).collect();
+            if moves.contains(&true) {
+                anchors.followed(level, &moves);
+                levels.push(level);
+            }
+        }
+        self.displace(symbols, &levels)
+    }
+
+    /// Move and turn every Gaussian by what it follows at those levels at which anchors move.
+    fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
+        if Arc::get_mut(&mut self.motion).is_none() {
+            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all of it is written anew
+        }
+        let motion = Arc::make_mut(&mut self.motion);
+        let (Some(anchors), false) = (&self.anchors, levels.is_empty()) else {
+            motion.fill(STILL);
+            return Ok(());
+        };
+        let followed: Vec<(&[u32], &[Channels])> =
+            levels.iter().map(|&level| (anchors.known(level), &symbols[level][..])).collect();
+        let step = i64::from(self.header.translation_step);
+        let mut positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
+        let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+        let mut residuals = Residuals::default();
+        for (place, motion) in motion.iter_mut().enumerate() {
+            *motion = STILL;
+            for (followed, symbols) in &followed {
+                // NOBODY is beyond all anchors.
+                if let Some(own) = symbols.get(followed[place] as usize) {
+                    *motion = add(motion, own);
+                }
+            }
+            if *motion == STILL {
+                continue;
+            }
+            for (row, &shift) in positions.iter_mut().zip(&*motion) {
+                // [7.5-1]
+                row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
+            }
+            if motion[TRANSLATION_CHANNELS..] != STILL[TRANSLATION_CHANNELS..] {
+                let residual = residuals.of(sum_of(&self.header, motion))?;
+                turn_at(&mut rotations, place, residual)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Turn one of rotations, `[4, N]`.
+pub(super) fn turn_at(
+    rotations: &mut [&mut [i32]; 4],
+    place: usize,
+    residual: Quaternion,
+) -> Result<()> {
+    let rotation = [0, 1, 2, 3].map(|row: usize| rotations[row][place]);
+    for (row, part) in rotations.iter_mut().zip(turn(rotation, residual)?) {
+        row[place] = part;
+    }
+    Ok(())
+}
+
+/// The sum of the residuals of a rotation, the identities of all levels in it.
+fn sum_of(header: &Header, motion: &Channels) -> [i32; 4] {
+    let [_, _, _, rest @ ..] = motion.map(i32::from);
+    let unity = i32::from(header.rotation_unity) * i32::from(header.level_count);
+    let [first, second, third, fourth, _] = rest;
+    if header.rotation_components == 3 {
+        [unity, first, second, third]
+    } else {
+        [unity + first, second, third, fourth]
+    }
+}
+
+/// The anchors of a state, to be looked through.
+pub(super) fn anchors_of(anchors: &mut Option<Arc<Anchors>>) -> Result<&mut Anchors> {
+    anchors.as_mut().map(Arc::make_mut).ok_or_else(not_begun)
+}
+
+fn not_begun() -> Error {
+    Error::Encode("the state has not been through begin_frame".into())
+}

@@ -1,0 +1,131 @@
+//! Updates of single Gaussians: SPEC 7.8.
+
+use super::motion::turn_at;
+use super::{narrow_code, narrow_position, State};
+use crate::coding::updates::{
+    read_updates, require_shape, write_updates, UpdateContext, CODES, ROTATION, TRANSLATION,
+    TURN_LIMIT,
+};
+use crate::constants::RECENCY_LIMIT;
+use crate::error::{Error, Reject, Result};
+use crate::records::{Section, Updates};
+use crate::rotation::normalize_sum;
+use std::sync::Arc;
+
+impl State {
+    /// What is known of the Gaussians before their updates (SPEC 8.8); after `move_by`.
+    fn update_context(&self) -> Result<UpdateContext<'_>> {
+        if !self.header.updates {
+            return Err(Error::Encode("the stream has no updates".into()));
+        }
+        Ok(UpdateContext { motion: &self.motion, recency: &self.recency })
+    }
+
+    /// Code the updates of this frame; after `move_by`, in a stream with updates.
+    ///
+    /// # Errors
+    /// `Encode`: a residual is beyond what the format carries.
+    pub fn write_updates(&self, updates: &Updates) -> Result<Section> {
+        write_updates(self.update_context()?, updates, &self.update_counts)
+    }
+
+    /// Read the updates of this frame; after `move_by`, in a stream with updates.
+    ///
+    /// # Errors
+    /// What is wrong with the section.
+    pub fn read_updates(&mut self, section: &Section) -> Result<Updates> {
+        let mut counts = (*self.update_counts).clone();
+        let updates = read_updates(section, self.update_context()?, &mut counts)?;
+        self.update_counts = Arc::new(counts);
+        Ok(updates)
+    }
+
+    /// Change single Gaussians (SPEC 7.8); after `move_by`, in a stream with updates.
+    ///
+    /// # Errors
+    /// `count`, no Gaussian would be left; `position-range`, `code-range`, `symbol-range`.
+    pub fn update(&mut self, updates: &Updates) -> Result<()> {
+        self.update_context()?;
+        require_shape(updates, self.count())?;
+        let dying = updates.gaussians.iter().zip(&updates.dies).filter(|(_, &dies)| dies);
+        let gone: Vec<u32> = dying.map(|(&gaussian, _)| gaussian).collect();
+        // [7.8-1]
+        if gone.len() == self.count() {
+            return Err(Error::new(Reject::Count, format!("all {} Gaussians leave", gone.len())));
+        }
+        let recency = Arc::make_mut(&mut self.recency);
+        recency.iter_mut().for_each(|recency| *recency = (*recency + 1).min(RECENCY_LIMIT));
+        for &gaussian in &updates.gaussians {
+            recency[gaussian as usize] = 0;
+        }
+        let stays = |place: &usize| !updates.dies[*place];
+        let staying: Vec<usize> = (0..updates.gaussians.len()).filter(stays).collect();
+        self.shift_some(updates, &staying)?;
+        self.turn_some(updates, &staying)?;
+        self.recode_some(updates, &staying)?;
+        self.remove(&gone);
+        Ok(())
+    }
+
+    /// Add the residuals of translation at some places to their Gaussians.
+    fn shift_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
+        let step = i64::from(self.header.translation_step);
+        for row in TRANSLATION {
+            let residuals = not_zero(updates, places, row);
+            if residuals.is_empty() {
+                continue;
+            }
+            let positions = Arc::make_mut(&mut self.positions).row_mut(row);
+            for (gaussian, residual) in residuals {
+                let by = i64::from(residual) * step;
+                // [7.8-2]
+                positions[gaussian] = narrow_position(i64::from(positions[gaussian]) + by)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Add the residuals of codes.
+    fn recode_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
+        for row in CODES {
+            let residuals = not_zero(updates, places, row);
+            if residuals.is_empty() {
+                continue;
+            }
+            let codes = Arc::make_mut(&mut self.codes).row_mut(row - CODES.start);
+            for (gaussian, residual) in residuals {
+                // [7.8-3]
+                let code = i32::from(codes[gaussian]).saturating_add(residual);
+                codes[gaussian] = narrow_code(code)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Turn by the residuals of rotation.
+    fn turn_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
+        let unity = i32::from(self.header.rotation_unity);
+        for &place in places {
+            let [x, y, z] = [0, 1, 2].map(|axis| updates.residuals[ROTATION.start + axis][place]);
+            if [x, y, z] == [0; 3] {
+                continue;
+            }
+            // [7.8-4]
+            if [x, y, z].iter().any(|residual| residual.unsigned_abs() > TURN_LIMIT) {
+                let message = format!("a residual of rotation is beyond {TURN_LIMIT}");
+                return Err(Error::new(Reject::SymbolRange, message));
+            }
+            let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+            let residual = normalize_sum([unity, x, y, z])?;
+            turn_at(&mut rotations, updates.gaussians[place] as usize, residual)?;
+        }
+        Ok(())
+    }
+}
+
+/// The Gaussians at some places whose residual of a row is not 0, and this.
+fn not_zero(updates: &Updates, places: &[usize], row: usize) -> Vec<(usize, i32)> {
+    let residuals = &updates.residuals[row];
+    let all = places.iter().map(|&place| (updates.gaussians[place] as usize, residuals[place]));
+    all.filter(|&(_, residual)| residual != 0).collect()
+}

@@ -1,0 +1,18 @@
+//! Payloads to records and back: SPEC 5.
+//!
+//! Each `parse` takes a payload whose CRC holds. It gives `field` where a field is missing or
+//! outside its range, and `trailing-data` where bytes follow the last field.
+
+mod fields;
+mod frames;
+mod head;
+mod side;
+
+pub use frames::{
+    build_canonical, build_frame, build_snapshot, parse_canonical, parse_frame, parse_snapshot,
+};
+pub use head::{build_header, parse_header};
+pub use side::{
+    build_cameras, build_index, build_metadata, build_tail, parse_cameras, parse_index,
+    parse_metadata, parse_tail, Camera, Metadata,
+};

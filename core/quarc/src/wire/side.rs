@@ -1,0 +1,191 @@
+//! What stands beside the frames: `came`, `meta`, TAIL and INDX (SPEC 5.6 to 5.9).
+
+use super::fields::{count, rejected, within, Fields, Payload};
+use crate::error::{Error, Result};
+use crate::records::{SeekPoint, Tail};
+use std::collections::HashMap;
+
+/// A pinhole camera (SPEC 5.6), which looks along its +z, x to the right and y down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// As the capture names it.
+    pub name: String,
+    /// Whether the encoder left it out of training.
+    pub held_out: bool,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Focal length along x and y, pixels.
+    pub focal: [f32; 2],
+    /// Principal point, pixels; the center of the first pixel is (0.5, 0.5).
+    pub center: [f32; 2],
+    /// World to camera, row by row.
+    pub rotation: [f32; 9],
+    /// World to camera, world units.
+    pub translation: [f32; 3],
+    /// Least depth of what the camera sees, world units.
+    pub near: f32,
+}
+
+/// Texts by their keys, each key once, in the order of the stream (SPEC 5.7).
+pub type Metadata = Vec<(String, String)>;
+
+/// Parse `came`.
+///
+/// # Errors
+/// `field`, `trailing-data`.
+pub fn parse_cameras(payload: &[u8]) -> Result<Vec<Camera>> {
+    let mut fields = Fields::new(payload);
+    let number = fields.u16()?;
+    let cameras = (0..number).map(|_| read_camera(&mut fields)).collect::<Result<_>>()?;
+    fields.end()?;
+    Ok(cameras)
+}
+
+/// The payload of `came`.
+///
+/// # Errors
+/// [`Error::Encode`] where a field is outside its range, or there are too many cameras.
+pub fn build_cameras(cameras: &[Camera]) -> Result<Vec<u8>> {
+    let mut payload = Payload::default();
+    payload.u16(count(cameras.len(), "cameras")?);
+    for camera in cameras {
+        check_camera(camera).map_err(Error::Encode)?;
+        payload.text8(&camera.name)?;
+        payload.u8(camera.held_out.into());
+        payload.u32(camera.width);
+        payload.u32(camera.height);
+        payload.f32s(&camera.focal);
+        payload.f32s(&camera.center);
+        payload.f32s(&camera.rotation);
+        payload.f32s(&camera.translation);
+        payload.f32s(&[camera.near]);
+    }
+    Ok(payload.bytes)
+}
+
+/// Parse `meta`: of entries of the same key the last holds.
+///
+/// # Errors
+/// `field`, `trailing-data`.
+pub fn parse_metadata(payload: &[u8]) -> Result<Metadata> {
+    let mut fields = Fields::new(payload);
+    let mut metadata = Metadata::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
+    for _ in 0..fields.u16()? {
+        let length = fields.u8()?;
+        let key = fields.text(length.into())?;
+        let length = fields.u32()?;
+        let value = fields.text(length as usize)?;
+        if let Some(&place) = places.get(&key) {
+            metadata[place].1 = value;
+        } else {
+            places.insert(key.clone(), metadata.len());
+            metadata.push((key, value));
+        }
+    }
+    fields.end()?;
+    Ok(metadata)
+}
+
+/// The payload of `meta`.
+///
+/// # Errors
+/// [`Error::Encode`] where there is too much of something.
+pub fn build_metadata(metadata: &[(String, String)]) -> Result<Vec<u8>> {
+    let mut payload = Payload::default();
+    payload.u16(count(metadata.len(), "entries")?);
+    for (key, value) in metadata {
+        payload.text8(key)?;
+        payload.text32(value)?;
+    }
+    Ok(payload.bytes)
+}
+
+/// Parse TAIL.
+///
+/// # Errors
+/// `field`, `trailing-data`.
+pub fn parse_tail(payload: &[u8]) -> Result<Tail> {
+    let mut fields = Fields::new(payload);
+    let tail = Tail {
+        frame_count: fields.u32()?,
+        canonical_count: fields.u32()?,
+        index_offset: fields.u64()?,
+    };
+    fields.end()?;
+    Ok(tail)
+}
+
+/// The payload of TAIL.
+#[must_use]
+pub fn build_tail(tail: &Tail) -> Vec<u8> {
+    let mut payload = Payload::default();
+    payload.u32(tail.frame_count);
+    payload.u32(tail.canonical_count);
+    payload.u64(tail.index_offset);
+    payload.bytes
+}
+
+/// Parse INDX.
+///
+/// # Errors
+/// `field`, `trailing-data`.
+pub fn parse_index(payload: &[u8]) -> Result<Vec<SeekPoint>> {
+    let mut fields = Fields::new(payload);
+    let number = fields.u32()?;
+    let points = (0..number)
+        .map(|_| {
+            Ok(SeekPoint { offset: fields.u64()?, sequence: fields.u32()?, frame: fields.u32()? })
+        })
+        .collect::<Result<_>>()?;
+    fields.end()?;
+    Ok(points)
+}
+
+/// The payload of INDX.
+///
+/// # Errors
+/// [`Error::Encode`] where there are too many seek points.
+pub fn build_index(points: &[SeekPoint]) -> Result<Vec<u8>> {
+    let mut payload = Payload::default();
+    payload.u32(count(points.len(), "seek points")?);
+    for point in points {
+        payload.u64(point.offset);
+        payload.u32(point.sequence);
+        payload.u32(point.frame);
+    }
+    Ok(payload.bytes)
+}
+
+fn read_camera(fields: &mut Fields) -> Result<Camera> {
+    let length = fields.u8()?;
+    let camera = Camera {
+        name: fields.text(length.into())?,
+        held_out: fields.flag("held_out")?,
+        width: fields.u32()?,
+        height: fields.u32()?,
+        focal: fields.f32s()?,
+        center: fields.f32s()?,
+        rotation: fields.f32s()?,
+        translation: fields.f32s()?,
+        near: fields.f32s::<1>()?[0],
+    };
+    check_camera(&camera).map_err(rejected)?;
+    Ok(camera)
+}
+
+/// The ranges of SPEC 5.6. [5-3]
+fn check_camera(camera: &Camera) -> std::result::Result<(), String> {
+    within("width", camera.width, 1, u32::MAX)?;
+    within("height", camera.height, 1, u32::MAX)?;
+    for number in camera.focal.into_iter().chain([camera.near]) {
+        within("fx, fy or near", number, f32::from_bits(1), f32::MAX)?; // above 0
+    }
+    let numbers = camera.center.iter().chain(&camera.rotation).chain(&camera.translation);
+    for &number in numbers {
+        within("a number of a camera", number, f32::MIN, f32::MAX)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,107 @@
+//! A stream written chunk by chunk: SPEC 5.1, 5.8, 5.9.
+//!
+//! Numbers, seek points and totals are kept here; what the payloads say is the caller's
+//! business. Every method returns the bytes to be appended to the stream.
+
+use crate::chunks::{
+    build_chunk, is_canonical, is_frame, kind_name, Kind, HEAD, INDX, MAGIC, TAIL,
+};
+use crate::error::{Error, Result};
+use crate::records::{Header, SeekPoint, Tail};
+use crate::wire;
+
+/// Frames payloads, numbers them and keeps the index of a stream.
+#[derive(Clone, Debug)]
+pub struct StreamWriter {
+    offset: u64,
+    sequence: Option<u32>, // that of the next chunk, if there may be one
+    limit: u32,
+    frame_count: u32,
+    points: Vec<SeekPoint>,
+}
+
+impl StreamWriter {
+    /// A writer, and the first bytes of the stream: magic and HEAD.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] where a field of the header is outside its range.
+    pub fn new(header: &Header) -> Result<(Self, Vec<u8>)> {
+        let head = wire::build_header(header)?;
+        let mut writer = StreamWriter {
+            offset: MAGIC.len() as u64,
+            sequence: Some(0),
+            limit: header.limits().chunk_bytes,
+            frame_count: 0,
+            points: Vec::new(),
+        };
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(writer.append(HEAD, &head)?);
+        Ok((writer, bytes))
+    }
+
+    /// Where the next chunk will begin.
+    #[must_use]
+    pub const fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// Chunks of frames so far.
+    #[must_use]
+    pub const fn frame_count(&self) -> u32 {
+        self.frame_count
+    }
+
+    /// A chunk of any type but HEAD, INDX and TAIL.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] where the payload is longer than the level allows, a canonical frame
+    /// has no ordinal, or there is no number left.
+    pub fn write(&mut self, kind: Kind, payload: &[u8]) -> Result<Vec<u8>> {
+        if payload.len() as u64 > u64::from(self.limit) {
+            let (found, most) = (payload.len(), self.limit);
+            let message = format!("{} has {found} bytes, above {most}", kind_name(kind));
+            return Err(Error::Encode(message)); // [3.2-4]
+        }
+        let point = is_canonical(kind).then(|| self.name(payload)).transpose()?;
+        let bytes = self.append(kind, payload)?;
+        self.points.extend(point);
+        self.frame_count += u32::from(is_frame(kind));
+        Ok(bytes)
+    }
+
+    /// INDX and TAIL; no INDX if it is longer than the level allows.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] where there is no number left.
+    pub fn finish(mut self) -> Result<Vec<u8>> {
+        let index = wire::build_index(&self.points)?;
+        let (mut bytes, mut index_offset) = (Vec::new(), 0);
+        if index.len() as u64 <= u64::from(self.limit) {
+            index_offset = self.offset;
+            bytes = self.append(INDX, &index)?;
+        }
+        let canonical_count = self.points.len() as u32; // no more than chunks have been numbered
+        let tail = Tail { frame_count: self.frame_count, canonical_count, index_offset };
+        bytes.extend(self.append(TAIL, &wire::build_tail(&tail))?);
+        Ok(bytes)
+    }
+
+    fn append(&mut self, kind: Kind, payload: &[u8]) -> Result<Vec<u8>> {
+        let message = "a stream has 2^32 chunks at most"; // [5.2-4]
+        let sequence = self.sequence.ok_or_else(|| Error::Encode(message.to_owned()))?;
+        let bytes = build_chunk(kind, sequence, payload)?;
+        self.offset += bytes.len() as u64;
+        self.sequence = sequence.checked_add(1);
+        Ok(bytes)
+    }
+
+    /// The seek point of a canonical frame that is to be written.
+    fn name(&self, payload: &[u8]) -> Result<SeekPoint> {
+        let ordinal = payload.get(..4).and_then(|bytes| bytes.try_into().ok());
+        let frame = ordinal
+            .map(u32::from_le_bytes)
+            .ok_or_else(|| Error::Encode("a canonical frame without an ordinal".to_owned()))?;
+        let sequence = self.sequence.unwrap_or(u32::MAX);
+        Ok(SeekPoint { offset: self.offset, sequence, frame })
+    }
+}

@@ -1,0 +1,10 @@
+//! What frames are made of, against the conformance suite.
+
+#[path = "../known/mod.rs"]
+mod known;
+
+mod floats;
+mod steps;
+mod streams;
+mod units;
+mod writers;

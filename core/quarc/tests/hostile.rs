@@ -1,0 +1,156 @@
+//! Streams that are changed at random and whose CRCs are made right again: whatever comes of
+//! them, nothing panics, and what is rejected is so in every way of reading.
+
+use quarc::chunks::{build_chunk, HEAD, MAGIC};
+use quarc::error::Error;
+use quarc::reader::{Chunk, ChunkReader};
+use quarc::recover::{Recovered, Recovery};
+use quarc::seek::SeekDecoder;
+use quarc::stream::Decoder;
+use quarc::wire::parse_header;
+use std::fs;
+use std::path::PathBuf;
+
+const STREAMS: [&str; 6] = [
+    "journey",
+    "births-and-deaths",
+    "snapshots-journey",
+    "snapshots-newborn",
+    "rotation",
+    "updates-journey",
+];
+const CHANGES: u32 = 150;
+
+fn read(name: &str) -> Vec<u8> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
+    fs::read(folder.join(name).with_extension("quarc")).expect("the suite stands beside the crate")
+}
+
+fn chunks(stream: &[u8]) -> Vec<Chunk> {
+    let mut reader = ChunkReader::new(stream).expect("the magic");
+    let mut chunks = Vec::new();
+    while let Some(header) = reader.read_header().expect("a header") {
+        let mut chunk = reader.take(header).expect("a chunk");
+        if header.kind == HEAD {
+            reader.order.keep_to(&parse_header(&chunk.payload).expect("HEAD"));
+        }
+        let from = header.payload_offset() as usize; // also where the reader keeps nothing
+        chunk.payload = stream[from..][..header.length as usize].to_vec();
+        chunks.push(chunk);
+    }
+    chunks
+}
+
+/// Xorshift: numbers that are the same every time.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % bound as u64) as usize
+    }
+
+    /// Change up to three bytes of a payload, or its length.
+    fn change(&mut self, payload: &mut Vec<u8>) {
+        for _ in 0..=self.below(3) {
+            if payload.is_empty() {
+                return;
+            }
+            let place = self.below(payload.len());
+            match self.below(8) {
+                0 => payload.truncate(place),
+                1 => payload.insert(place, 0xFF),
+                2 => payload[place] = 0xFF,
+                3 => payload[place] = 0,
+                bit => payload[place] ^= 1 << (bit + self.below(5) - 4),
+            }
+        }
+    }
+}
+
+fn build(chunks: &[Chunk]) -> Vec<u8> {
+    let mut stream = MAGIC.to_vec();
+    for Chunk { header, payload } in chunks {
+        stream.extend(build_chunk(header.kind, header.sequence, payload).expect("it fits"));
+    }
+    stream
+}
+
+fn decode(stream: &[u8]) -> (Vec<String>, Option<Error>) {
+    let (mut decoder, mut digests) = (Decoder::new(), Vec::new());
+    decoder.push(stream);
+    decoder.finish();
+    loop {
+        match decoder.pull() {
+            Ok(Some(state)) => digests.push(state.digest()),
+            Ok(None) => return (digests, None),
+            Err(error) => return (digests, Some(error)),
+        }
+    }
+}
+
+/// The frames before the first gap; all bytes are in chunks that were taken or in gaps.
+fn recover(stream: &[u8]) -> Vec<String> {
+    let (mut digests, mut whole) = (Vec::new(), true);
+    let Ok(mut recovery) = Recovery::new(stream) else { return digests };
+    while let Ok(Some(found)) = recovery.pull() {
+        match found {
+            Recovered::Frame(state) if whole => digests.push(state.digest()),
+            Recovered::Frame(_) => {}
+            Recovered::Gap(gap) => {
+                assert!(gap.offset + gap.bytes <= stream.len() as u64);
+                whole = whole && gap.frames_lost == Some(0);
+            }
+        }
+    }
+    digests
+}
+
+fn seek(stream: &[u8], start: u32) {
+    let Ok(mut decoder) = SeekDecoder::new(stream, start) else { return };
+    while let Ok(Some(state)) = decoder.pull() {
+        assert!(state.frame_ordinal() >= start);
+    }
+}
+
+#[test]
+fn nothing_panics_and_all_ways_agree() {
+    let mut numbers = Numbers(0x5DEE_CE66_D1CE_CAFE);
+    let mut rejected = 0;
+    for name in STREAMS {
+        let stream = read(name);
+        let whole = chunks(&stream);
+        assert!(build(&whole) == stream, "{name} comes back from its chunks");
+        for _ in 0..CHANGES {
+            let mut changed = whole.clone();
+            let which = numbers.below(changed.len());
+            numbers.change(&mut changed[which].payload);
+            let bytes = build(&changed);
+            let (digests, error) = decode(&bytes);
+            if let Some(error) = &error {
+                assert!(matches!(error, Error::Rejected { offset: Some(_), .. }), "{error}");
+                rejected += 1;
+            }
+            let recovered = recover(&bytes);
+            assert!(recovered.starts_with(&digests) || recovered.is_empty(), "{name}: {error:?}");
+            seek(&bytes, numbers.below(12) as u32);
+        }
+    }
+    assert!(rejected > 300, "{rejected} streams were rejected");
+}
+
+#[test]
+fn a_stream_that_is_cut_gives_its_whole_frames_and_is_truncated() {
+    let stream = read("journey");
+    let (all, error) = decode(&stream);
+    assert_eq!(error, None);
+    for end in 8..stream.len() {
+        let (digests, error) = decode(&stream[..end]);
+        assert!(all.starts_with(&digests), "cut at {end}");
+        let id = error.and_then(|error| error.reject()).map(quarc::error::Reject::id);
+        assert_eq!(id, Some("truncated"), "cut at {end}");
+        assert!(recover(&stream[..end]).len() == digests.len(), "cut at {end}");
+    }
+}

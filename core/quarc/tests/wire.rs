@@ -1,0 +1,113 @@
+//! Every stream of the suite: payloads come back from their records as they were, and chunks
+//! from their payloads.
+
+use quarc::chunks::{CAME, CANO, FRAM, HEAD, INDX, META, SNAP, TAIL};
+use quarc::error::{Error, Reject};
+use quarc::reader::{Chunk, ChunkReader};
+use quarc::wire;
+use quarc::writer::StreamWriter;
+use std::fs;
+use std::path::PathBuf;
+
+fn streams() -> Vec<(String, Vec<u8>)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
+    let mut streams: Vec<_> = fs::read_dir(folder)
+        .expect("the suite stands beside the crate")
+        .map(|entry| entry.expect("a file").path())
+        .map(|path| (path.display().to_string(), fs::read(path).expect("a stream")))
+        .collect();
+    streams.sort();
+    assert!(streams.len() > 40, "the suite has its streams");
+    streams
+}
+
+fn chunks(stream: &[u8]) -> Result<Vec<Chunk>, Error> {
+    let mut reader = ChunkReader::new(stream)?;
+    let mut chunks = Vec::new();
+    while let Some(chunk) = reader.read_chunk()? {
+        if chunk.header.kind == HEAD {
+            reader.order.keep_to(&wire::parse_header(&chunk.payload)?);
+        }
+        chunks.push(chunk);
+    }
+    Ok(chunks)
+}
+
+fn rebuild(chunk: &Chunk, updates: bool) -> Result<Vec<u8>, Error> {
+    let payload = &chunk.payload;
+    match chunk.header.kind {
+        HEAD => wire::build_header(&wire::parse_header(payload)?),
+        CANO => wire::build_canonical(&wire::parse_canonical(payload)?),
+        SNAP => wire::build_snapshot(&wire::parse_snapshot(payload)?),
+        FRAM => wire::build_frame(&wire::parse_frame(payload, updates)?),
+        CAME => wire::build_cameras(&wire::parse_cameras(payload)?),
+        META => wire::build_metadata(&wire::parse_metadata(payload)?),
+        INDX => wire::build_index(&wire::parse_index(payload)?),
+        TAIL => wire::parse_tail(payload).map(|tail| wire::build_tail(&tail)),
+        _ => Ok(Vec::new()), // nothing is kept of a chunk of an unknown type
+    }
+}
+
+#[test]
+fn payloads_come_back_from_their_records() {
+    for (name, stream) in streams() {
+        let chunks = chunks(&stream).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let header = wire::parse_header(&chunks[0].payload).expect("HEAD is right");
+        for chunk in &chunks {
+            let again = rebuild(chunk, header.updates);
+            // The version and compatible features are those of a writer of this version.
+            let skip = if chunk.header.kind == HEAD { 10 } else { 0 };
+            let again = again.unwrap_or_else(|error| panic!("{name}: {error}"));
+            if chunk.header.kind == META {
+                let entries = wire::parse_metadata(&chunk.payload);
+                assert_eq!(wire::parse_metadata(&again), entries, "{name}"); // no key comes twice
+            } else {
+                assert_eq!(again.get(skip..), chunk.payload.get(skip..), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn streams_come_back_from_their_payloads() {
+    let mut same = 0;
+    for (name, stream) in streams() {
+        let chunks = chunks(&stream).expect("the streams of this folder are right");
+        let header = wire::parse_header(&chunks[0].payload).expect("HEAD is right");
+        let known = chunks.iter().all(|chunk| quarc::chunks::is_known(chunk.header.kind));
+        let indexed = chunks.iter().any(|chunk| chunk.header.kind == INDX);
+        if !known || !indexed || wire::build_header(&header).as_ref() != Ok(&chunks[0].payload) {
+            continue;
+        }
+        let (mut writer, mut written) = StreamWriter::new(&header).expect("HEAD is right");
+        for chunk in &chunks[1..] {
+            if ![INDX, TAIL].contains(&chunk.header.kind) {
+                assert_eq!(writer.offset(), chunk.header.offset, "{name}");
+                written.extend(writer.write(chunk.header.kind, &chunk.payload).expect("it fits"));
+            }
+        }
+        written.extend(writer.finish().expect("there are numbers left"));
+        assert!(written == stream, "{name}");
+        same += 1;
+    }
+    assert!(same >= 6, "{same} streams have an index and nothing that a writer does not know");
+}
+
+#[test]
+fn a_payload_that_is_cut_lacks_a_field_and_one_that_goes_on_has_too_much() {
+    for (name, stream) in streams() {
+        let chunks = chunks(&stream).expect("the streams of this folder are right");
+        let updates = wire::parse_header(&chunks[0].payload).expect("HEAD is right").updates;
+        for mut chunk in chunks {
+            if !quarc::chunks::is_known(chunk.header.kind) {
+                continue;
+            }
+            let last = chunk.payload.pop().expect("no payload is empty");
+            let cut = rebuild(&chunk, updates).map_err(|error| error.reject());
+            assert_eq!(cut, Err(Some(Reject::Field)), "{name}");
+            chunk.payload.extend([last, 0]);
+            let long = rebuild(&chunk, updates).map_err(|error| error.reject());
+            assert_eq!(long, Err(Some(Reject::TrailingData)), "{name}");
+        }
+    }
+}
