@@ -5,6 +5,7 @@
 //! anchor a Gaussian follows is found out when somebody asks, and only where it may be one that
 //! moves.
 
+mod drawn;
 mod index;
 mod near;
 mod nearest;
@@ -21,8 +22,8 @@ use crate::records::Header;
 use crate::rows::{remove_entries, Rows};
 use near::Near;
 use order::Order;
-use sampling::{unresolved, Sampling};
-use search::{bind_alone, reach, Moving, Reach, Search, Seekers};
+use sampling::Sampling;
+use search::{bind_alone, reach, unresolved, Moving, Reach, Search, Seekers};
 use std::sync::Arc;
 use survivors::Survivors;
 
