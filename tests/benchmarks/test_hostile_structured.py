@@ -13,7 +13,7 @@ from tests.benchmarks.test_hostile import SCRIPT
 from tests.engines import needs_fast
 from tests.streams import make_stream
 
-_COUNT = 3 * 84
+_COUNT = 4 * 84
 
 
 @pytest.fixture(scope="module")
