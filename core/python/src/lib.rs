@@ -4,6 +4,7 @@ mod arrays;
 mod errors;
 mod floats;
 mod state;
+mod views;
 
 use crate::arrays::CodedArguments;
 use crate::errors::raise;
