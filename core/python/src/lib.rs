@@ -8,14 +8,9 @@ mod views;
 
 use crate::arrays::CodedArguments;
 use crate::errors::raise;
-use mimalloc::MiMalloc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use quarc::coding::canonical::{self, Grid};
-
-/// Keeps what was freed: the arrays of a frame take the place of those of the frame before.
-#[global_allocator]
-static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// The words of the six sections of a canonical frame.
 #[pyfunction]
