@@ -6,12 +6,12 @@
 use crate::constants::ROTATION_FRACTION_BITS;
 use crate::rows::Rows;
 use crate::state::State;
-use std::ops::Range;
 use std::sync::{Arc, Weak};
 
-const LOG_SCALES: Range<usize> = 0..3;
-const OPACITY: Range<usize> = 3..4;
-const SH_DC_END: usize = 7;
+// Where the codes of a kind begin (SPEC 7.1).
+const LOG_SCALES: usize = 0;
+const OPACITY: usize = 3;
+const SH: usize = 4;
 
 /// Gaussians whose rows are written at once: they stay in the cache meanwhile.
 const BLOCK: usize = 256;
@@ -80,19 +80,23 @@ impl Dequantizer {
         let splats = &mut self.splats;
         if redone.positions {
             let unit = 1.0 / (1u32 << header.lattice_exponent) as f32;
-            scale(positions, 0..3, |_| unit, |number| number as f32, &mut splats.positions);
+            scale(positions, 0, [unit; 3], |number| number as f32, &mut splats.positions);
         }
         if redone.rotations {
             let unit = 1.0 / (1u32 << ROTATION_FRACTION_BITS) as f32;
-            scale(rotations, 0..4, |_| unit, |number| number as f32, &mut splats.rotations);
+            scale(rotations, 0, [unit; 4], |number| number as f32, &mut splats.rotations);
         }
         if redone.codes {
-            let sh_step =
-                |row| if row < SH_DC_END { header.sh_dc_step } else { header.sh_rest_step };
-            let sh = OPACITY.end..codes.rows();
-            scale(codes, LOG_SCALES, |_| header.log_scale_step, f32::from, &mut splats.log_scales);
-            scale(codes, OPACITY, |_| header.opacity_step, f32::from, &mut splats.opacities);
-            scale(codes, sh, sh_step, f32::from, &mut splats.sh);
+            scale(codes, LOG_SCALES, [header.log_scale_step; 3], f32::from, &mut splats.log_scales);
+            scale(codes, OPACITY, [header.opacity_step], f32::from, &mut splats.opacities);
+            let dc = [header.sh_dc_step; 3];
+            if header.sh_degree == 0 {
+                scale(codes, SH, dc, f32::from, &mut splats.sh);
+            } else {
+                let mut steps = [header.sh_rest_step; 12];
+                steps[..3].copy_from_slice(&dc);
+                scale(codes, SH, steps, f32::from, &mut splats.sh);
+            }
         }
         redone
     }
@@ -104,21 +108,24 @@ fn replace<T>(known: &mut Weak<T>, rows: &Arc<T>) -> bool {
     !Weak::ptr_eq(&before, known)
 }
 
-/// Write some planes as columns, each number times the step of its row.
-fn scale<T: Copy + Default>(
+/// Write planes, from one on, as columns: each number times the step of its row.
+fn scale<T: Copy + Default, const WIDTH: usize>(
     planes: &Rows<T>,
-    rows: Range<usize>,
-    step_of: impl Fn(usize) -> f32,
+    first: usize,
+    steps: [f32; WIDTH],
     to_float: impl Fn(T) -> f32,
     scaled: &mut Vec<f32>,
 ) {
-    let width = rows.len();
-    scaled.resize(planes.columns() * width, 0.0);
-    for (number, block) in scaled.chunks_mut(BLOCK * width).enumerate() {
-        for (place, row) in rows.clone().enumerate() {
-            let (step, plane) = (step_of(row), &planes.row(row)[number * BLOCK..]);
-            for (columns, &number) in block.chunks_exact_mut(width).zip(plane) {
-                columns[place] = to_float(number) * step;
+    scaled.resize(planes.columns() * WIDTH, 0.0);
+    let mut rows = [[0.0; BLOCK]; WIDTH];
+    for (number, block) in scaled.chunks_mut(BLOCK * WIDTH).enumerate() {
+        for (place, (row, &step)) in rows.iter_mut().zip(&steps).enumerate() {
+            let plane = &planes.row(first + place)[number * BLOCK..];
+            row.iter_mut().zip(plane).for_each(|(to, &number)| *to = to_float(number) * step);
+        }
+        for (column, to) in block.chunks_exact_mut(WIDTH).enumerate() {
+            for (to, row) in to.iter_mut().zip(&rows) {
+                *to = row[column % BLOCK];
             }
         }
     }

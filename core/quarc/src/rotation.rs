@@ -25,6 +25,7 @@ pub fn normalize_sum(sum: [i32; 4]) -> Result<Quaternion> {
 ///
 /// # Errors
 /// `degenerate-rotation`: the product is 0.
+#[inline]
 pub fn turn(rotation: Quaternion, residual: Quaternion) -> Result<Quaternion> {
     let [qw, qx, qy, qz] = rotation.map(i64::from);
     let [dw, dx, dy, dz] = residual.map(i64::from);
@@ -72,6 +73,7 @@ pub fn expand(coded: [i32; 4], rotation_bits: u8) -> Result<Quaternion> {
 
 /// SPEC 7.3 with `PRODUCT_GUARD_BITS`, of a vector that is nearly a unit quaternion, as all are
 /// that come here from a decoder: then no root has to be drawn, and nothing be divided.
+#[inline(always)] // it is most of a frame's arithmetic
 fn normalize_product(vector: Quaternion) -> Result<Quaternion> {
     const UNIT_BITS: u32 = ROTATION_FRACTION_BITS + PRODUCT_GUARD_BITS;
     let parts = vector.map(i64::from);

@@ -1,5 +1,7 @@
 //! Rows of numbers of equal length in one piece, as the planes of a state stand (SPEC 7.1).
 
+use std::ops::Range;
+
 /// Rows of equal length in one allocation, with room behind each for more columns.
 ///
 /// A row begins `stride` numbers after the one before it, so that others may look at the rows
@@ -67,19 +69,45 @@ impl<T: Copy + Default> Rows<T> {
         self.numbers.chunks_mut(self.stride.max(1)).map(move |row| &mut row[..columns])
     }
 
+    /// The first rows, to be written to side by side.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub fn first_mut<const R: usize>(&mut self) -> [&mut [T]; R] {
+        let mut rows = self.rows_mut();
+        [(); R].map(|()| rows.next().expect("as many rows as are asked for"))
+    }
+
     /// Remove the columns of ascending indices; the others keep their order.
     pub fn remove(&mut self, gone: &[u32]) {
-        let Some(&first) = gone.first() else { return };
+        let columns = self.columns - gone.len();
         for row in self.rows_mut() {
-            let mut to = first as usize;
-            for (place, &column) in gone.iter().enumerate() {
-                let from = column as usize + 1;
-                let end = gone.get(place + 1).map_or(row.len(), |&next| next as usize);
-                row.copy_within(from..end, to);
-                to += end - from;
+            let mut to = 0;
+            for kept in kept_ranges(gone, row.len()) {
+                let length = kept.len();
+                if to < kept.start {
+                    row.copy_within(kept, to);
+                }
+                to += length;
             }
         }
-        self.columns -= gone.len();
+        self.columns = columns;
+    }
+
+    /// As `remove`, but these rows stay as they are.
+    #[must_use]
+    pub fn without(&self, gone: &[u32]) -> Self {
+        let columns = self.columns - gone.len();
+        let mut others = Rows::zeros(self.rows, columns, self.stride - columns);
+        for row in 0..self.rows {
+            let (from, mut to) = (self.row(row), others.row_mut(row));
+            for kept in kept_ranges(gone, from.len()) {
+                let (begin, rest) = to.split_at_mut(kept.len());
+                begin.copy_from_slice(&from[kept]);
+                to = rest;
+            }
+        }
+        others
     }
 
     /// Append zeroed columns, in place where there is room.
@@ -98,4 +126,24 @@ impl<T: Copy + Default> Rows<T> {
             row[old..].fill(T::default());
         }
     }
+}
+
+/// Remove what stands at ascending indices; the others keep their order.
+pub fn remove_entries<T: Copy>(numbers: &mut Vec<T>, gone: &[u32]) {
+    let mut to = 0;
+    for kept in kept_ranges(gone, numbers.len()) {
+        let length = kept.len();
+        if to < kept.start {
+            numbers.copy_within(kept, to);
+        }
+        to += length;
+    }
+    numbers.truncate(to);
+}
+
+/// What stands between ascending indices that are gone, in order.
+pub fn kept_ranges(gone: &[u32], columns: usize) -> impl Iterator<Item = Range<usize>> + '_ {
+    let begins = std::iter::once(0).chain(gone.iter().map(|&index| index as usize + 1));
+    let ends = gone.iter().map(|&index| index as usize).chain(std::iter::once(columns));
+    begins.zip(ends).map(|(begin, end)| begin..end)
 }

@@ -4,8 +4,8 @@ use super::runs::{cut_runs, Bounds, Points, Tier, LANES};
 
 /// Eight numbers side by side.
 pub type Eight = [f32; LANES];
-/// A coordinate that is farther off than any reach.
-pub const NOWHERE: f32 = f32::MAX;
+/// A coordinate that is farther off than any reach, and whose square f32 still has.
+pub const NOWHERE: f32 = 1e18;
 
 /// The boxes of the parts of a node; those that are not there are nowhere.
 #[derive(Clone, Copy, Debug)]

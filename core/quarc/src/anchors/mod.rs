@@ -5,6 +5,7 @@
 //! anchor a Gaussian follows is found out when somebody asks, and only where it may be one that
 //! moves.
 
+mod drawn;
 mod index;
 mod near;
 mod nearest;
@@ -18,11 +19,11 @@ mod survivors;
 pub use sampler::count_anchors;
 
 use crate::records::Header;
-use crate::rows::Rows;
+use crate::rows::{remove_entries, Rows};
 use near::Near;
 use order::Order;
-use sampling::{unresolved, Sampling};
-use search::{bind_alone, reach, Moving, Reach, Search, Seekers};
+use sampling::Sampling;
+use search::{bind_alone, reach, unresolved, Moving, Reach, Search, Seekers};
 use std::sync::Arc;
 use survivors::Survivors;
 
@@ -119,13 +120,7 @@ impl Anchors {
         let sampled = gone.partition_point(|&index| (index as usize) < self.survivors.count());
         self.survivors.remove(&gone[..sampled]);
         for followers in &mut self.followers {
-            let (mut place, mut next) = (0, 0);
-            followers.binding.retain(|_| {
-                let dies = gone.get(next) == Some(&place);
-                next += usize::from(dies);
-                place += 1;
-                !dies
-            });
+            remove_entries(&mut followers.binding, gone);
         }
     }
 
@@ -161,6 +156,12 @@ impl Anchors {
             }
         });
         binding
+    }
+
+    /// What [`Anchors::followed`] has given last.
+    #[must_use]
+    pub fn known(&self, level: usize) -> &[u32] {
+        &self.followers[level].binding
     }
 
     /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.

@@ -84,6 +84,24 @@ impl Near {
         &self.points[..blocks(self.count)]
     }
 
+    /// The squared distance from a box to one of those listed, nearly.
+    pub fn gap(&self, listed: usize, bounds: &Bounds) -> f32 {
+        let (block, lane) = (listed / LANES, listed % LANES);
+        let (low, high) = match self.kind {
+            Kind::Points => (&self.points[block], &self.points[block]),
+            Kind::Nodes(_) => (&self.boxes[block].low, &self.boxes[block].high),
+        };
+        let mut square = 0.0;
+        for axis in 0..3 {
+            let below = bounds.low[axis] - high[axis][lane];
+            let above = low[axis][lane] - bounds.high[axis];
+            let gap = if below > above { below } else { above };
+            let gap = if gap < 0.0 { 0.0 } else { gap };
+            square += gap * gap;
+        }
+        square
+    }
+
     /// Make this the list of what of another is within a squared distance of a box, with parts
     /// in the place of nodes as long as no more than `few` are listed.
     pub fn narrow(&mut self, from: &Near, index: &Index, bounds: &Bounds, reach: f32, few: usize) {

@@ -3,23 +3,33 @@
 use super::index::{Eight, Index};
 use super::near::{Near, ROUNDED};
 use super::runs::{Points, LANES};
+use std::ops::Range;
 
-/// The places of the anchors nearest to each of eight points from `first` on.
-pub fn nearest(points: &Points, first: usize, near: &Near, index: &Index) -> [u32; LANES] {
-    let at = [0, 1, 2].map(|axis: usize| eight(&points[axis], first));
-    let mut held = Held { best: [0.0; LANES], second: [0.0; LANES], who: [0.0; LANES] };
-    hold(at, near.points(), &mut held);
-    let Held { best, second, who } = held;
-    let mut places = who.map(|k| near.places()[k as usize]);
-    for lane in 0..LANES {
-        // Two that are so nearly as far may be as far, or the other way round.
-        let within = best[lane] * ROUNDED;
-        if second[lane] <= within {
-            let point = [0, 1, 2].map(|axis: usize| at[axis][lane]);
-            places[lane] = nearest_exactly(point, near, index, within);
+/// Tell the place of the anchor nearest to each of some points, of those of a list.
+pub fn nearest(
+    points: &Points,
+    some: Range<usize>,
+    near: &Near,
+    index: &Index,
+    answer: &mut impl FnMut(usize, u32),
+) {
+    for first in some.clone().step_by(LANES) {
+        let at = [0, 1, 2].map(|axis: usize| eight(&points[axis], first));
+        let mut held = Held { best: [0.0; LANES], second: [0.0; LANES], who: [0.0; LANES] };
+        hold(at, near.points(), near.places().len(), &mut held);
+        let lanes = held.best.iter().zip(&held.second).zip(&held.who).enumerate();
+        for (lane, ((&best, &second), &who)) in lanes.take(some.end - first) {
+            let within = best * ROUNDED;
+            // Two that are so nearly as far may be as far, or the other way round.
+            let place = if second > within {
+                near.places()[who as usize]
+            } else {
+                let point = [0, 1, 2].map(|axis: usize| at[axis][lane]);
+                nearest_exactly(point, near, index, within)
+            };
+            answer(first + lane, place);
         }
     }
-    places
 }
 
 /// The place of the anchor nearest to a point, of a list of those within a squared distance,
@@ -58,13 +68,13 @@ struct Held {
 /// It stands alone, with numbers of one kind, as only then compilers see that the lanes of all
 /// of them go together.
 #[inline(never)]
-fn hold(at: [&Eight; 3], anchors: &[[Eight; 3]], held: &mut Held) {
+fn hold(at: [&Eight; 3], anchors: &[[Eight; 3]], count: usize, held: &mut Held) {
     let (mut best, mut second, mut who) = ([f32::MAX; LANES], [f32::MAX; LANES], [0.0; LANES]);
     let [xs, ys, zs] = at;
-    let mut number = 0.0;
+    let (mut number, mut left) = (0.0, count);
     for block in anchors {
-        for lane in 0..LANES {
-            let [ax, ay, az] = [block[0][lane], block[1][lane], block[2][lane]];
+        let [xs_of, ys_of, zs_of] = block;
+        for ((&ax, &ay), &az) in xs_of.iter().zip(ys_of).zip(zs_of).take(left) {
             for k in 0..LANES {
                 let (x, y, z) = (xs[k] - ax, ys[k] - ay, zs[k] - az);
                 let square = x * x + y * y + z * z;
@@ -75,6 +85,7 @@ fn hold(at: [&Eight; 3], anchors: &[[Eight; 3]], held: &mut Held) {
             }
             number += 1.0;
         }
+        left = left.saturating_sub(LANES);
     }
     *held = Held { best, second, who };
 }

@@ -26,15 +26,14 @@ pub struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    /// Draw for the Gaussians of an order; `ids` by index.
+    /// Draw for the Gaussians of an order; `ids` by index (6.2).
     pub fn new(header: &Header, phase: u32, ids: &[u32], order: &'a Order) -> Self {
         let key = [header.seed as u32, (header.seed >> 32) as u32];
-        let mut words = [0; 3].map(|_: u32| Vec::with_capacity(ids.len()));
-        for &index in &order.indices {
-            let drawn = philox([ids[index as usize], phase, 0, DOMAIN_SAMPLER], key);
-            for (words, word) in words.iter_mut().zip(drawn) {
-                words.push(word);
-            }
+        let ids: Vec<u32> = order.indices.iter().map(|&index| ids[index as usize]).collect();
+        let mut words = [0; 3].map(|_| vec![0; ids.len()]);
+        let [first, second, third] = &mut words;
+        for (((&id, first), second), third) in ids.iter().zip(first).zip(second).zip(third) {
+            [*first, *second, *third, _] = philox([id, phase, 0, DOMAIN_SAMPLER], key);
         }
         Sampler { order, words, occupied: count_cells(&order.merges) }
     }
@@ -61,7 +60,7 @@ impl<'a> Sampler<'a> {
             let rank = u64::from(word) << 32 | u64::from(index); // as (word, id): ids ascend
             let begins = merge > bits;
             found += usize::from(begins);
-            least = if begins { u64::MAX } else { least };
+            least |= u64::from(begins).wrapping_neg(); // more than any where a cell begins
             first = if rank <= least { place as u32 } else { first };
             least = least.min(rank);
             firsts[found] = first; // the last to be written of a cell stays
@@ -73,59 +72,71 @@ impl<'a> Sampler<'a> {
     /// 3: of all others those of least rank, as many as are missing; ascending.
     fn first_of_others(&self, level: usize, firsts: &[u32], missing: usize) -> Vec<u32> {
         let words = &self.words[level];
+        let rank = |place: u32| {
+            let word = words[place as usize];
+            u64::from(word) << 32 | u64::from(self.order.indices[place as usize])
+        };
         let mut is_first = vec![false; words.len()];
         for &place in firsts {
             is_first[place as usize] = true;
         }
-        let wanted = (firsts.len() + missing) as f64;
-        let share = (wanted + 6.0 * wanted.sqrt() + 16.0) / words.len() as f64;
-        let mut below = (share * 4_294_967_296.0).min(4_294_967_295.0) as u32;
-        let mut places = Vec::new();
-        loop {
-            places.resize(words.len(), 0);
-            let mut found = 0;
-            for (place, (&word, &is_first)) in words.iter().zip(&is_first).enumerate() {
-                places[found] = place as u32;
-                found += usize::from(word <= below && !is_first);
-            }
-            places.truncate(found);
-            if found >= missing {
-                break;
-            }
-            below = u32::MAX;
+        let mut places = self.below(level, likely_bound(firsts.len() + missing, words.len()));
+        places.retain(|&place| !is_first[place as usize]);
+        if places.len() < missing {
+            places = self.below(level, u32::MAX);
+            places.retain(|&place| !is_first[place as usize]);
         }
-        let rank = |place: u32| {
-            u64::from(words[place as usize]) << 32 | u64::from(self.order.indices[place as usize])
-        };
         let mut ranks: Vec<u64> = places.iter().map(|&place| rank(place)).collect();
         let last = *ranks.select_nth_unstable(missing - 1).1;
         places.retain(|&place| rank(place) <= last);
         places
     }
+
+    /// The places of all whose word is no more than a bound.
+    fn below(&self, level: usize, bound: u32) -> Vec<u32> {
+        let mut places = vec![0; self.words[level].len() + 1];
+        let mut found = 0;
+        for (place, &word) in self.words[level].iter().enumerate() {
+            places[found] = place as u32; // without a branch: what is not taken is written over
+            found += usize::from(word <= bound);
+        }
+        places.truncate(found);
+        places
+    }
+}
+
+/// A bound that very likely no fewer than so many of all words are below.
+fn likely_bound(wanted: usize, all: usize) -> u32 {
+    let wanted = wanted as f64;
+    let share = (wanted + 6.0 * wanted.sqrt() + 16.0) / all as f64;
+    (share * f64::from(u32::MAX)) as u32 // which saturates
 }
 
 /// How many cells are occupied at each shift.
 fn count_cells(merges: &[u8]) -> [usize; KEY_BITS / 3 + 1] {
-    let mut joined = [0_usize; 256];
-    for &merge in merges {
-        joined[usize::from(merge)] += 1;
+    let mut joined = [[0_usize; 256]; 2]; // by turns, as the same number often comes twice
+    for pair in merges.chunks(2) {
+        for (joined, &merge) in joined.iter_mut().zip(pair) {
+            joined[usize::from(merge)] += 1;
+        }
     }
     let mut occupied = [0; KEY_BITS / 3 + 1];
     for (shift, cells) in occupied.iter_mut().enumerate() {
-        *cells = joined[3 * shift + 1..].iter().sum();
+        *cells = joined.iter().map(|joined| joined[3 * shift + 1..].iter().sum::<usize>()).sum();
     }
     occupied
 }
 
+/// Merge two ascending lists that have nothing in common.
 fn merge_ascending(some: &[u32], others: &[u32]) -> Vec<u32> {
-    let mut all = Vec::with_capacity(some.len() + others.len());
-    let mut rest = others;
-    for &number in some {
-        let before = rest.iter().position(|&other| other > number).unwrap_or(rest.len());
-        all.extend_from_slice(&rest[..before]);
-        all.push(number);
-        rest = &rest[before..];
+    let (mut i, mut j) = (0, 0);
+    let mut all = vec![0; some.len() + others.len()];
+    for to in &mut all {
+        let number = some.get(i).map_or(u32::MAX, |&number| number);
+        let other = others.get(j).map_or(u32::MAX, |&number| number);
+        *to = number.min(other);
+        i += usize::from(number < other);
+        j += usize::from(other < number);
     }
-    all.extend_from_slice(rest);
     all
 }

@@ -9,6 +9,9 @@ use std::ops::Range;
 
 const BESIDE: usize = 3; // anchors beside a run in Morton order that bound how far it is to one
 
+const FEW: usize = 16; // nodes whose parts are listed
+const MANY: usize = 128; // nodes that are too many to be held against a run
+
 /// Points that look for their anchors, and the runs that they are in.
 #[derive(Clone, Copy)]
 pub struct Seekers<'a> {
@@ -24,11 +27,10 @@ pub type Reach = Vec<Vec<f32>>;
 /// Bound how far it is; `ranks` tell how many anchors of the index stand before each of the least
 /// runs in Morton order, and how many there are.
 pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reach {
-    let leaves = &seekers.tiers[0];
     let leaf = |leaf: usize| {
         let low = (ranks[leaf] as usize).saturating_sub(BESIDE);
         let high = (ranks[leaf + 1] as usize + BESIDE).min(index.numbers.len());
-        let parts = leaves.parts(leaf);
+        let parts = seekers.tiers[0].parts(leaf);
         let mut most = 0.0;
         for first in parts.clone().step_by(LANES) {
             let squares = least_squares(seekers.points, first, &index.points, low..high);
@@ -38,7 +40,7 @@ pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reach {
         }
         most * ROUNDED
     };
-    let mut reach: Reach = vec![(0..leaves.count()).map(leaf).collect()];
+    let mut reach: Reach = vec![(0..seekers.tiers[0].count()).map(leaf).collect()];
     for tier in &seekers.tiers[1..] {
         let below = &reach[reach.len() - 1];
         let of = |run| below[tier.parts(run)].iter().copied().fold(0.0, f32::max);
@@ -83,13 +85,32 @@ impl Moving {
         Moving { places, tiers }
     }
 
+    /// Whether anything of a list moves.
     fn any(&self, near: &Near) -> bool {
-        let moving = match near.kind() {
-            Kind::Nodes(tier) => &self.tiers[tier],
-            Kind::Points => &self.places,
-        };
+        let moving = self.of(near.kind());
         near.places().iter().any(|&place| moving[place as usize])
     }
+
+    /// Whether anything of a list moves that is within a squared distance of a box.
+    fn any_within(&self, near: &Near, bounds: &Bounds, reach: f32) -> bool {
+        let moving = self.of(near.kind());
+        let listed = near.places().iter().enumerate();
+        listed
+            .filter(|(_, &place)| moving[place as usize])
+            .any(|(i, _)| near.gap(i, bounds) <= reach)
+    }
+
+    fn of(&self, kind: Kind) -> &[bool] {
+        match kind {
+            Kind::Nodes(tier) => &self.tiers[tier],
+            Kind::Points => &self.places,
+        }
+    }
+}
+
+/// Of each tier, that no run is done.
+pub fn unresolved(tiers: &[Tier]) -> Vec<Vec<bool>> {
+    tiers.iter().map(|tier| vec![false; tier.count()]).collect()
 }
 
 /// A search for the anchors of those points that may follow one that moves.
@@ -131,19 +152,17 @@ impl Search<'_> {
             return;
         }
         let bounds = &self.seekers.tiers[tier].bounds[run];
+        let parts = self.seekers.tiers[tier].parts(run);
         let (lists, wider) = lists.split_at_mut(tier + 2);
         let near = &mut lists[tier + 1];
-        near.narrow(
-            &wider[0],
-            self.index,
-            bounds,
-            self.reach[tier][run],
-            if tier == 0 { 128 } else { 16 },
-        );
+        if !self.moving.any_within(&wider[0], bounds, self.reach[tier][run] * ROUNDED) {
+            return;
+        }
+        let few = if tier == 0 { MANY } else { FEW };
+        near.narrow(&wider[0], self.index, bounds, self.reach[tier][run], few);
         if !self.moving.any(near) {
             return;
         }
-        let parts = self.seekers.tiers[tier].parts(run);
         if tier == 0 {
             self.bind(parts, lists, answer);
             self.resolved[0][run] = true;
@@ -156,21 +175,11 @@ impl Search<'_> {
     }
 
     /// Bind the points of a least run by its list.
-    fn bind(
-        &mut self,
-        parts: Range<usize>,
-        lists: &mut [Near],
-        answer: &mut impl FnMut(usize, u32),
-    ) {
+    fn bind(&self, parts: Range<usize>, lists: &mut [Near], answer: &mut impl FnMut(usize, u32)) {
         let (alone, lists) = lists.split_first_mut().expect("a list to spare");
         let near = &lists[0];
         if near.kind() == Kind::Points {
-            for first in parts.clone().step_by(LANES) {
-                let places = nearest(self.seekers.points, first, near, self.index);
-                for (lane, &place) in places[..LANES.min(parts.end - first)].iter().enumerate() {
-                    answer(first + lane, place);
-                }
-            }
+            nearest(self.seekers.points, parts, near, self.index, answer);
         } else {
             for point in parts {
                 let at = [0, 1, 2].map(|axis: usize| self.seekers.points[axis][point]);

@@ -6,6 +6,7 @@ pub struct Survivors {
     alive: Vec<u64>,
     before: Vec<u32>, // how many are left before each word
     count: usize,
+    all: bool,
 }
 
 impl Survivors {
@@ -13,7 +14,7 @@ impl Survivors {
     pub fn all(count: usize) -> Self {
         let mut alive = vec![u64::MAX; count / 64];
         alive.push((1 << (count % 64)) - 1);
-        let mut survivors = Survivors { alive, before: Vec::new(), count: 0 };
+        let mut survivors = Survivors { alive, before: Vec::new(), count: 0, all: true };
         survivors.count_on();
         survivors
     }
@@ -25,6 +26,9 @@ impl Survivors {
 
     /// The index that a Gaussian has now; `None` if it is gone.
     pub fn place(&self, index: u32) -> Option<u32> {
+        if self.all {
+            return Some(index);
+        }
         let (word, bit) = (index as usize / 64, 1 << (index % 64));
         let left = (self.alive[word] & (bit - 1)).count_ones();
         (self.alive[word] & bit != 0).then(|| self.before[word] + left)
@@ -32,6 +36,7 @@ impl Survivors {
 
     /// Those that have these ascending indices now are gone.
     pub fn remove(&mut self, gone: &[u32]) {
+        self.all &= gone.is_empty();
         let mut word = 0;
         let mut removed = 0; // of this word
         for &place in gone {

@@ -57,6 +57,15 @@ impl Grid {
         Some(grid)
     }
 
+    /// Whether all positions, `[3, n]`, are within.
+    fn holds(&self, positions: &[Vec<i32>; 3]) -> bool {
+        let within = |(row, &origin): (&Vec<i32>, &i32)| {
+            let mut offsets = row.iter().map(|&number| i64::from(number) - i64::from(origin));
+            offsets.all(|offset| (0..1 << self.axis_bits).contains(&offset))
+        };
+        positions.iter().zip(&self.origin).all(within)
+    }
+
     /// The Morton key of a position that is within.
     fn key(&self, position: [i32; 3]) -> u64 {
         let [x, y, z] = [0, 1, 2].map(|axis| position[axis].wrapping_sub(self.origin[axis]) as u32);
@@ -117,10 +126,13 @@ pub fn take(gaussians: &Gaussians, which: &[u32]) -> Gaussians {
 /// Code Gaussians that stand in the order of [`sort`].
 ///
 /// # Errors
-/// `Encode`: two colors of a Gaussian are too far apart.
+/// `Encode`: two colors of a Gaussian are too far apart, or Gaussians are not in their order.
 pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]> {
     require_writable(gaussians)?;
     let keys = grid.keys(&gaussians.positions);
+    if !grid.holds(&gaussians.positions) || keys.windows(2).any(|pair| pair[0] > pair[1]) {
+        return Err(Error::Encode("Gaussians are not in the order of their positions".into()));
+    }
     let mut keys: Vec<i64> = keys.into_iter().map(|key| key as i64).collect();
     let mut coded = gaussians.clone();
     let mut sections: [Section; 6] = Default::default();
@@ -132,21 +144,32 @@ pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]
     Ok(sections)
 }
 
+/// Refuse Gaussians whose planes are not of one length, or not as many as a stream has.
+///
+/// # Errors
+/// `Encode`.
+pub fn require_even(gaussians: &Gaussians, code_planes: usize) -> Result<()> {
+    let rows = gaussians.positions.iter().chain(&gaussians.rotations).chain(&gaussians.codes);
+    let even = rows.map(Vec::len).all(|length| length == gaussians.count());
+    if even && gaussians.codes.len() == code_planes {
+        return Ok(());
+    }
+    Err(Error::Encode(format!("Gaussians need {code_planes} planes of codes, all of one length")))
+}
+
 /// Refuse Gaussians that no chunk can hold.
 ///
 /// # Errors
 /// `Encode`: the planes have not the same length, or a number is out of its range.
 pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
-    let rows = gaussians.positions.iter().chain(&gaussians.rotations).chain(&gaussians.codes);
-    let even = rows.map(Vec::len).all(|length| length == gaussians.count());
+    require_even(gaussians, gaussians.codes.len().max(PLAIN_CODES))?;
     let indices = gaussians.rotations[0].iter().all(|index| (0..4).contains(index));
     let parts = gaussians.rotations[1..].iter().flatten();
     let mut numbers = parts.chain(gaussians.codes.iter().flatten());
-    let within = numbers.all(|number| i64::from(number.unsigned_abs()) <= CODE_LIMIT);
-    if even && indices && within && gaussians.codes.len() >= PLAIN_CODES {
+    if indices && numbers.all(|number| i64::from(number.unsigned_abs()) <= CODE_LIMIT) {
         return Ok(());
     }
-    Err(Error::Encode(format!("a rotation or a code is beyond {CODE_LIMIT}, or planes are short")))
+    Err(Error::Encode(format!("a rotation or a code is beyond {CODE_LIMIT}")))
 }
 
 /// Decode so many Gaussians; the count is proved by the level.

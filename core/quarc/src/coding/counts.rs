@@ -67,20 +67,12 @@ impl Counts {
         self.0[model.first + context as usize]
     }
 
-    /// Add the bits that a plane has shown in a context.
+    /// Add what a plane has shown in a context.
     ///
     /// # Panics
     /// If there is no such context.
-    pub fn learn(&mut self, model: Model, context: u32, bits: &[bool]) {
-        let (zeros, ones) = count_bits(bits);
+    pub fn learn(&mut self, model: Model, context: u32, zeros: u64, ones: u64) {
         let seen = &mut self.0[model.first + context as usize];
         *seen = seen.after(zeros, ones);
     }
-}
-
-/// How many bits are 0, and how many are 1.
-#[must_use]
-pub fn count_bits(bits: &[bool]) -> (u64, u64) {
-    let ones = bits.iter().filter(|&&bit| bit).count();
-    ((bits.len() - ones) as u64, ones as u64)
 }

@@ -7,10 +7,12 @@ pub mod canonical; // SPEC 8.5
 pub mod counts; // SPEC 8.2
 pub mod motion; // SPEC 8.7
 pub mod numbers; // SPEC 8.4
+mod parts; // SPEC 8.4
 pub mod planes; // SPEC 8.1
 pub mod probability; // SPEC 8.2
 mod rows; // rows of numbers, as 8.5, 8.6 and 8.9 have them
 pub mod snapshot; // SPEC 7.9
+pub mod sorting; // SPEC 8.1
 pub mod survivors; // SPEC 8.9
 pub mod updates; // SPEC 8.8
 pub mod words; // SPEC 8.3

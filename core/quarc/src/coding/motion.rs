@@ -95,7 +95,9 @@ fn walk<P: Planes>(
     for (number, (context, symbols)) in levels.iter().zip(symbols).enumerate().rev() {
         let first = number * LEVEL_CONTEXTS;
         Level { planes, first, channels, context, above: &above }.walk(symbols)?;
-        above = above.and_then(context.parents, symbols);
+        if number > 0 {
+            above = above.and_then(context.parents, symbols);
+        }
     }
     Ok(())
 }
@@ -149,7 +151,7 @@ impl<P: Planes> Level<'_, P> {
         };
         let contexts: Vec<u16> =
             self.context.own.iter().zip(self.context.parents).map(context).collect();
-        let mut moves: Vec<bool> = symbols.iter().map(|own| own != &Channels::default()).collect();
+        let mut moves = P::known(symbols, |own| own != &Channels::default());
         self.planes.code(Model::at(self.first + MOVES), &contexts, &mut moves)?;
         let moving = moves.iter().enumerate().filter(|(_, &moves)| moves);
         Ok(moving.map(|(anchor, _)| anchor as u32).collect())
@@ -170,8 +172,7 @@ impl<P: Planes> Level<'_, P> {
                 4 * expected[channel].unsigned_abs().min(3) + so_far.min(3)
             };
             let contexts: Vec<u16> = expected.iter().zip(&so_far).map(context).collect();
-            let is_there = |&anchor: &u32| symbols[anchor as usize][channel] != 0;
-            let mut bits: Vec<bool> = moving.iter().map(is_there).collect();
+            let mut bits = P::known(moving, |&anchor| symbols[anchor as usize][channel] != 0);
             let model = Model::at(self.first + NOT_ZERO[self.kind(channel)]);
             self.planes.code(model, &contexts, &mut bits)?;
             for (place, (&bit, so_far)) in bits.iter().zip(&mut so_far).enumerate() {
@@ -203,38 +204,42 @@ impl<P: Planes> Level<'_, P> {
         moving: &[u32],
         symbols: &mut [Channels],
     ) -> Result<()> {
-        let symbol_of =
-            |&(channel, place): &(usize, u32)| (moving[place as usize] as usize, channel);
-        let values: Vec<i16> =
-            there.iter().map(symbol_of).map(|(anchor, channel)| symbols[anchor][channel]).collect();
+        let value_of =
+            |&(channel, place): &(usize, u32)| symbols[moving[place as usize] as usize][channel];
         let mut ahead: Vec<i16> =
             there.iter().map(|&(channel, place)| expected[place as usize][channel]).collect();
         let contexts: Vec<u16> = ahead.iter().map(|&expected| sign_context(expected)).collect();
-        let mut negative: Vec<bool> = values.iter().map(|&value| value < 0).collect();
+        let mut negative = P::known(there, |symbol| value_of(symbol) < 0);
         self.planes.code(Model::at(self.first + SIGN), &contexts, &mut negative)?;
         for (ahead, _) in ahead.iter_mut().zip(&negative).filter(|(_, &negative)| negative) {
             *ahead = -*ahead;
         }
-        let magnitudes = self.code_magnitudes(&ahead, &values)?;
-        for ((place, magnitude), negative) in
-            there.iter().map(symbol_of).zip(magnitudes).zip(negative)
-        {
-            symbols[place.0][place.1] = if negative { -magnitude } else { magnitude };
+        let magnitudes =
+            self.code_magnitudes(&ahead, |symbol| value_of(&there[symbol as usize]))?;
+        let signed = magnitudes.into_iter().zip(negative);
+        for (&(channel, place), (magnitude, negative)) in there.iter().zip(signed) {
+            let symbol = &mut symbols[moving[place as usize] as usize][channel];
+            *symbol = if negative { -magnitude } else { magnitude };
         }
         Ok(())
     }
 
     /// Magnitudes, by what is expected in their direction.
-    fn code_magnitudes(&mut self, ahead: &[i16], values: &[i16]) -> Result<Vec<i16>> {
-        let mut magnitudes = vec![1; values.len()];
-        let mut left: Vec<u32> = (0..values.len() as u32).collect();
+    fn code_magnitudes(
+        &mut self,
+        ahead: &[i16],
+        value_of: impl Fn(u32) -> i16,
+    ) -> Result<Vec<i16>> {
+        let mut magnitudes = vec![1; ahead.len()];
+        let mut left: Vec<u32> = (0..ahead.len() as u32).collect();
         for plane in 0..MAGNITUDE_PLANES {
+            if left.is_empty() {
+                break;
+            }
             let model = 11 * plane.min(2) as u16;
             let context = |&symbol: &u32| model + ahead_class(ahead[symbol as usize] - plane);
             let contexts: Vec<u16> = left.iter().map(context).collect();
-            let is_above =
-                |&symbol: &u32| values[symbol as usize].unsigned_abs() as i16 > plane + 1;
-            let mut above: Vec<bool> = left.iter().map(is_above).collect();
+            let mut above = P::known(&left, |&symbol| value_of(symbol).abs() > plane + 1);
             self.planes.code(Model::at(self.first + MAGNITUDE), &contexts, &mut above)?;
             let mut answers = above.iter();
             left.retain(|_| answers.next() == Some(&true));

@@ -1,11 +1,7 @@
 //! Integers as planes: SPEC 8.4.
-//!
-//! The context of a bit is what is known of its number by then. So the numbers of one context
-//! stand together once and for all: a bit parts them in two, and nothing is sorted again.
 
-use super::counts::Model;
-use super::planes::{sort_by_context, Planes, Run};
-use crate::arithmetic::bit_length;
+use super::parts::Walk;
+use super::planes::Planes;
 use crate::error::{Error, Reject, Result};
 
 /// Bits of the class of most numbers.
@@ -13,12 +9,12 @@ pub const CLASS_BITS: u32 = 4;
 /// Bits of the class of a difference of numbers that ascend.
 pub const KEY_CLASS_BITS: u32 = 6;
 
-const MODELLED_BITS: u32 = 2;
+pub(super) const MODELLED_BITS: u32 = 2;
 const STEP_LIMIT: i64 = 1 << 60;
 
 /// The form of the numbers of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+pub(super) enum Form {
     Fixed,
     Unsigned,
     Signed,
@@ -27,11 +23,11 @@ enum Form {
 /// The models of a sequence of numbers, its form and its width.
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence {
-    form: Form,
-    width: u32,
-    class: usize,
-    sign: usize,
-    mantissa: usize,
+    pub(super) form: Form,
+    pub(super) width: u32,
+    pub(super) class: usize,
+    pub(super) sign: usize,
+    pub(super) mantissa: usize,
     end: usize,
 }
 
@@ -85,14 +81,7 @@ pub fn code_numbers<P: Planes>(
     if numbers.is_empty() {
         return Ok(());
     }
-    let mut walk = Walk::begin(planes, sequence, contexts, numbers);
-    walk.code_classes()?;
-    if sequence.form != Form::Fixed {
-        walk.code_signs()?;
-        walk.code_mantissas()?;
-        walk.code_rest()?;
-    }
-    Ok(())
+    Walk::begin(planes, sequence, contexts, numbers).code()
 }
 
 /// Code numbers from 0 on that do not descend, in place: Ascending.
@@ -114,10 +103,8 @@ pub fn code_ascending<P: Planes>(
     for number in numbers {
         // [8.4-1]
         if *number > STEP_LIMIT {
-            return Err(Error::new(
-                Reject::SymbolRange,
-                "a difference of two numbers is too large",
-            ));
+            let message = format!("two numbers are {number} apart");
+            return Err(Error::new(Reject::SymbolRange, message));
         }
         sum += *number;
         if sum > most {
@@ -126,201 +113,4 @@ pub fn code_ascending<P: Planes>(
         *number = sum;
     }
     Ok(())
-}
-
-/// Numbers of which the same is known.
-#[derive(Clone, Copy)]
-struct Part {
-    first: u32,
-    last: u32,
-    /// The outer context at first, then what 8.4 makes of it.
-    context: u32,
-    /// Bit length, once it is known.
-    class: u32,
-    /// The bits that are known, behind a leading 1.
-    known: u32,
-}
-
-/// A sequence on its way through the planes.
-struct Walk<'a, P> {
-    planes: &'a mut P,
-    sequence: &'a Sequence,
-    numbers: &'a mut [i64],
-    /// The numbers' indices, by part.
-    order: Vec<u32>,
-    parts: Vec<Part>,
-    bits: Vec<bool>,
-    spare: Vec<u32>,
-}
-
-impl<'a, P: Planes> Walk<'a, P> {
-    fn begin(
-        planes: &'a mut P,
-        sequence: &'a Sequence,
-        contexts: &[u16],
-        numbers: &'a mut [i64],
-    ) -> Self {
-        let (order, runs) = sort_by_context(contexts);
-        let part = |run: &Run| Part {
-            first: run.first,
-            last: run.last,
-            context: run.context,
-            class: 0,
-            known: 1,
-        };
-        let parts = runs.iter().map(part).collect();
-        let (bits, spare) = (vec![false; order.len()], vec![0; order.len()]);
-        Walk { planes, sequence, numbers, order, parts, bits, spare }
-    }
-
-    /// Code bit lengths, or the numbers of Fixed.
-    fn code_classes(&mut self) -> Result<()> {
-        let (width, fixed) = (self.sequence.width, self.sequence.form == Form::Fixed);
-        for place in (0..width).rev() {
-            self.code_bit(
-                self.sequence.class,
-                |_| true,
-                |part| (part.context << width) + part.known,
-                |_, number| {
-                    let class = u64::from(bit_length(number.unsigned_abs()));
-                    (if fixed { number as u64 } else { class }) >> place & 1 == 1
-                },
-            )?;
-        }
-        for part in &mut self.parts {
-            part.class = part.known - (1 << width);
-            part.context = (part.context << width) + part.class;
-            part.known = u32::from(part.class > 0);
-        }
-        if fixed && !P::WRITES {
-            for part in &self.parts {
-                for &element in &self.order[part.first as usize..part.last as usize] {
-                    self.numbers[element as usize] = i64::from(part.class);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Code the signs of those that are not 0; the context of a part then ends with it.
-    fn code_signs(&mut self) -> Result<()> {
-        if self.sequence.form != Form::Signed {
-            return Ok(());
-        }
-        let there = |part: &Part| part.class > 0;
-        self.code_bit(self.sequence.sign, there, |part| part.context, |_, number| number < 0)?;
-        for part in &mut self.parts {
-            let negative = there(part) && part.known & 1 == 1;
-            part.context = 2 * part.context + u32::from(negative);
-            part.known = u32::from(part.class > 0);
-        }
-        Ok(())
-    }
-
-    /// Code the first bits below the leading 1, in their contexts.
-    fn code_mantissas(&mut self) -> Result<()> {
-        for depth in 0..MODELLED_BITS {
-            self.code_bit(
-                self.sequence.mantissa,
-                |part| part.class > depth + 1,
-                |part| (part.context << MODELLED_BITS) + part.known,
-                |part, number| number.unsigned_abs() >> (part.class - 2 - depth) & 1 == 1,
-            )?;
-        }
-        Ok(())
-    }
-
-    /// Code all other bits, which are raw: in the order of the sequence.
-    fn code_rest(&mut self) -> Result<()> {
-        let signed = self.sequence.form == Form::Signed;
-        let mut classes = vec![0u8; self.numbers.len()];
-        for part in &self.parts {
-            let known = i64::from(part.known);
-            let negative = signed && part.context & 1 == 1;
-            for &element in &self.order[part.first as usize..part.last as usize] {
-                classes[element as usize] = part.class as u8;
-                if !P::WRITES {
-                    self.numbers[element as usize] = if negative { -known } else { known };
-                }
-            }
-        }
-        let greatest = u32::from(classes.iter().max().copied().unwrap_or(0));
-        let mut left: Vec<u32> = (0..classes.len() as u32).collect();
-        for depth in MODELLED_BITS..greatest.max(1) - 1 {
-            left.retain(|&element| u32::from(classes[element as usize]) > depth + 1);
-            self.code_raw_bit(&left, &classes, depth)?;
-        }
-        Ok(())
-    }
-
-    fn code_raw_bit(&mut self, left: &[u32], classes: &[u8], depth: u32) -> Result<()> {
-        let bits = &mut self.bits[..left.len()];
-        if P::WRITES {
-            for (bit, &element) in bits.iter_mut().zip(left) {
-                let magnitude = self.numbers[element as usize].unsigned_abs();
-                *bit = magnitude >> (u32::from(classes[element as usize]) - 2 - depth) & 1 == 1;
-            }
-        }
-        self.planes.code_raw(bits)?;
-        if !P::WRITES {
-            for (&bit, &element) in bits.iter().zip(left) {
-                let number = &mut self.numbers[element as usize];
-                *number = 2 * *number + number.signum() * i64::from(bit);
-            }
-        }
-        Ok(())
-    }
-
-    /// Code a bit of the numbers of some parts, and part them by it: `known` gets the bit.
-    fn code_bit(
-        &mut self,
-        model: usize,
-        asked: impl Fn(&Part) -> bool,
-        context: impl Fn(&Part) -> u32,
-        bit_of: impl Fn(&Part, i64) -> bool,
-    ) -> Result<()> {
-        let mut runs = Vec::with_capacity(self.parts.len());
-        for part in self.parts.iter().filter(|part| asked(part)) {
-            let run = Run { context: context(part), first: part.first, last: part.last };
-            runs.push(run);
-            if P::WRITES {
-                for (bit, &element) in
-                    self.bits[run.range()].iter_mut().zip(&self.order[run.range()])
-                {
-                    *bit = bit_of(part, self.numbers[element as usize]);
-                }
-            }
-        }
-        self.planes.code_runs(Model::at(model), &runs, &mut self.bits)?;
-        let mut parts = Vec::with_capacity(2 * self.parts.len());
-        for part in &self.parts {
-            if !asked(part) {
-                parts.push(*part);
-                continue;
-            }
-            let range = part.first as usize..part.last as usize;
-            let zeros = split(&mut self.order[range.clone()], &self.bits[range], &mut self.spare);
-            let middle = part.first + zeros as u32;
-            let halves = [(part.first, middle, 0), (middle, part.last, 1)];
-            for (first, last, bit) in halves.iter().copied().filter(|half| half.0 < half.1) {
-                parts.push(Part { first, last, known: 2 * part.known + bit, ..*part });
-            }
-        }
-        self.parts = parts;
-        Ok(())
-    }
-}
-
-/// Move the elements whose bit is 0 before the others, all else in their order; how many they are.
-fn split(order: &mut [u32], bits: &[bool], spare: &mut [u32]) -> usize {
-    let (mut zeros, mut ones) = (0, 0);
-    for place in 0..order.len() {
-        let (element, bit) = (order[place], bits[place]);
-        order[zeros] = element;
-        spare[ones] = element;
-        zeros += usize::from(!bit);
-        ones += usize::from(bit);
-    }
-    order[zeros..].copy_from_slice(&spare[..ones]);
-    zeros
 }

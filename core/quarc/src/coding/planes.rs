@@ -4,46 +4,34 @@
 //! takes the answers that it is handed; a [`PlaneReader`] writes those of the section over them.
 //! So a walk hands in what it knows, and goes on from what it is given back.
 
-use super::counts::{count_bits, Counts, Model};
+use super::counts::{Counts, Model};
 use super::probability::{
     choose_code, is_worth_stating, weight_of_code, CODE_BITS, EVEN_WEIGHT, STATED_WEIGHT,
 };
+use super::sorting::{Run, Sorted};
 use super::words::{encode_bits, WeighedBits, WordReader};
 use crate::error::Result;
 use crate::records::Section;
 
-/// Elements of one context that stand side by side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Run {
-    /// Of the plane's model.
-    pub context: u32,
-    /// Where they begin.
-    pub first: u32,
-    /// Where they end; after `first`.
-    pub last: u32,
-}
+/// The answers to a plane whose elements stand by context.
+pub trait Answers {
+    /// Append the answers of a run that are to be written.
+    fn known(&self, run: Run, bits: &mut Vec<bool>);
 
-impl Run {
-    /// Its elements among all.
-    #[must_use]
-    pub const fn range(self) -> std::ops::Range<usize> {
-        self.first as usize..self.last as usize
-    }
+    /// Take the answers of a run, in the order of its elements; how many are 1.
+    fn take(&mut self, run: Run, next: impl FnMut() -> bool) -> u64;
 }
 
 /// One direction of a walk over planes.
 pub trait Planes {
-    /// Whether bits are taken, and not given.
+    /// Whether answers are written, and not read.
     const WRITES: bool;
 
-    /// Code a plane whose elements stand by context.
-    ///
-    /// `runs` ascend in context and in place, and none of them is empty; `bits` has the answers
-    /// of the elements in that order. Bits of elements of no run are left alone.
+    /// Code a plane by its runs, which ascend in context, and of which none is empty.
     ///
     /// # Errors
     /// Of the section that is read.
-    fn code_runs(&mut self, model: Model, runs: &[Run], bits: &mut [bool]) -> Result<()>;
+    fn code_runs(&mut self, model: Model, runs: &[Run], answers: &mut impl Answers) -> Result<()>;
 
     /// Code bits that are as likely 0 as 1, without contexts.
     ///
@@ -56,65 +44,46 @@ pub trait Planes {
     /// # Errors
     /// Of the section that is read.
     fn code(&mut self, model: Model, contexts: &[u16], bits: &mut [bool]) -> Result<()> {
-        let (order, runs) = sort_by_context(contexts);
-        if runs.len() <= 1 {
-            return self.code_runs(model, &runs, bits);
-        }
-        let mut sorted = vec![false; bits.len()];
-        if Self::WRITES {
-            for (&element, bit) in order.iter().zip(&mut sorted) {
-                *bit = bits[element as usize];
-            }
-        }
-        self.code_runs(model, &runs, &mut sorted)?;
-        for (&element, bit) in order.iter().zip(sorted) {
-            bits[element as usize] = bit;
-        }
+        let mut sorted = std::mem::take(self.spare());
+        sorted.sort(contexts);
+        let answers = &mut Scattered { order: &sorted.order, bits };
+        self.code_runs(model, &sorted.runs, answers)?;
+        *self.spare() = sorted;
         Ok(())
     }
-}
 
-/// The elements by context, those of one context in their order, and where contexts begin.
-#[must_use]
-pub fn sort_by_context(contexts: &[u16]) -> (Vec<u32>, Vec<Run>) {
-    let most = contexts.iter().max().map_or(0, |&most| usize::from(most));
-    let mut places = vec![[0u32; LANES]; most + 1];
-    for_each_in_turn(contexts.len(), |lane, element| {
-        places[usize::from(contexts[element])][lane] += 1;
-    });
-    let (mut runs, mut first) = (Vec::new(), 0);
-    for (context, lanes) in places.iter_mut().enumerate() {
-        let mut last = first;
-        for place in lanes {
-            // From here on: where the next element goes.
-            last += std::mem::replace(place, last);
+    /// The bits of elements that are to be written; where they are read, room for them.
+    fn known<T>(elements: &[T], bit: impl Fn(&T) -> bool) -> Vec<bool> {
+        if Self::WRITES {
+            elements.iter().map(bit).collect()
+        } else {
+            vec![false; elements.len()]
         }
-        if last > first {
-            runs.push(Run { context: context as u32, first, last });
-        }
-        first = last;
     }
-    let mut order = vec![0; contexts.len()];
-    for_each_in_turn(contexts.len(), |lane, element| {
-        let place = &mut places[usize::from(contexts[element])][lane];
-        order[*place as usize] = element as u32;
-        *place += 1;
-    });
-    (order, runs)
+
+    /// Room that is used again from plane to plane.
+    fn spare(&mut self) -> &mut Sorted;
 }
 
-const LANES: usize = 4;
+/// Answers in the order of the elements, not of their contexts.
+struct Scattered<'a> {
+    order: &'a [u32],
+    bits: &'a mut [bool],
+}
 
-/// Visit elements in as many places in turn, so that none waits for what the one before writes.
-fn for_each_in_turn(count: usize, mut visit: impl FnMut(usize, usize)) {
-    let length = count / LANES + 1;
-    for step in 0..length {
-        for lane in 0..LANES {
-            let element = lane * length + step;
-            if element < count {
-                visit(lane, element);
-            }
+impl Answers for Scattered<'_> {
+    fn known(&self, run: Run, bits: &mut Vec<bool>) {
+        bits.extend(self.order[run.range()].iter().map(|&element| self.bits[element as usize]));
+    }
+
+    fn take(&mut self, run: Run, mut next: impl FnMut() -> bool) -> u64 {
+        let mut ones = 0;
+        for &element in &self.order[run.range()] {
+            let bit = next();
+            self.bits[element as usize] = bit;
+            ones += u64::from(bit);
         }
+        ones
     }
 }
 
@@ -124,6 +93,7 @@ pub struct PlaneReader<'a> {
     words: WordReader<'a>,
     counts: &'a mut Counts,
     weights: Vec<u32>,
+    spare: Sorted,
 }
 
 impl<'a> PlaneReader<'a> {
@@ -132,7 +102,8 @@ impl<'a> PlaneReader<'a> {
     /// # Errors
     /// `invalid-words`.
     pub fn new(section: &'a Section, counts: &'a mut Counts) -> Result<Self> {
-        Ok(PlaneReader { words: WordReader::new(section)?, counts, weights: Vec::new() })
+        let (words, weights) = (WordReader::new(section)?, Vec::new());
+        Ok(PlaneReader { words, counts, weights, spare: Sorted::default() })
     }
 
     /// End the section.
@@ -143,16 +114,8 @@ impl<'a> PlaneReader<'a> {
         self.words.finish()
     }
 
-    /// Read the code of a probability.
-    fn take_code(&mut self) -> u8 {
-        (0..CODE_BITS).fold(0, |code, _| code << 1 | u8::from(self.words.take(EVEN_WEIGHT)))
-    }
-}
-
-impl Planes for PlaneReader<'_> {
-    const WRITES: bool = false;
-
-    fn code_runs(&mut self, model: Model, runs: &[Run], bits: &mut [bool]) -> Result<()> {
+    /// Read which probabilities are stated, and find the others: `weights`, one to a run.
+    fn weigh(&mut self, model: Model, runs: &[Run]) -> Result<()> {
         const STATED: u32 = 0; // no weight of a 1 is 0
         self.weights.clear();
         for run in runs {
@@ -160,22 +123,39 @@ impl Planes for PlaneReader<'_> {
             let known = self.counts.of(model, run.context).weight();
             self.weights.push(if stated { STATED } else { known });
         }
-        for run in 0..runs.len() {
-            if self.weights[run] == STATED {
-                self.weights[run] = weight_of_code(self.take_code())?;
-            }
+        for weight in self.weights.iter_mut().filter(|weight| **weight == STATED) {
+            let words = &mut self.words;
+            let code =
+                (0..CODE_BITS).fold(0, |code, _| code << 1 | u8::from(words.take(EVEN_WEIGHT)));
+            *weight = weight_of_code(code)?;
         }
+        Ok(())
+    }
+}
+
+impl Planes for PlaneReader<'_> {
+    const WRITES: bool = false;
+
+    fn code_runs(&mut self, model: Model, runs: &[Run], answers: &mut impl Answers) -> Result<()> {
+        self.weigh(model, runs)?;
         for (run, &weight) in runs.iter().zip(&self.weights) {
-            let answers = &mut bits[run.range()];
-            self.words.take_run(weight, answers);
-            self.counts.learn(model, run.context, answers);
+            let mut words = self.words; // a copy, which stays in registers
+            let ones = answers.take(*run, || words.take(weight));
+            self.words = words;
+            self.counts.learn(model, run.context, run.range().len() as u64 - ones, ones);
         }
         Ok(())
     }
 
     fn code_raw(&mut self, bits: &mut [bool]) -> Result<()> {
-        self.words.take_run(EVEN_WEIGHT, bits);
+        let mut words = self.words;
+        bits.iter_mut().for_each(|bit| *bit = words.take(EVEN_WEIGHT));
+        self.words = words;
         Ok(())
+    }
+
+    fn spare(&mut self) -> &mut Sorted {
+        &mut self.spare
     }
 }
 
@@ -186,13 +166,14 @@ pub struct PlaneWriter {
     bits: Vec<bool>,
     // The weight of bits, and where they end.
     runs: Vec<(u32, usize)>,
+    spare: Sorted,
 }
 
 impl PlaneWriter {
     /// Begin a section; the counts go on from what they are.
     #[must_use]
     pub fn new(counts: Counts) -> Self {
-        PlaneWriter { counts, bits: Vec::new(), runs: Vec::new() }
+        PlaneWriter { counts, bits: Vec::new(), runs: Vec::new(), spare: Sorted::default() }
     }
 
     /// What was written.
@@ -211,34 +192,43 @@ impl PlaneWriter {
         self.runs.push((weight, self.bits.len()));
     }
 
-    /// The code that is to be stated for the bits of a context, if one is worth it.
-    fn choose(&self, model: Model, context: u32, bits: &[bool]) -> Option<u8> {
-        let (zeros, ones) = count_bits(bits);
-        let code = choose_code(ones, zeros + ones);
-        let fitting = weight_of_code(code).expect("one of those that there are");
+    /// Of a context with so many bits, the weight and the code to be stated, if it is worth it.
+    fn choose(&self, model: Model, context: u32, zeros: u64, ones: u64) -> (u32, Option<u8>) {
+        let (code, fitting) = choose_code(ones, zeros + ones);
         let known = self.counts.of(model, context).weight();
-        is_worth_stating(zeros, ones, known, fitting).then_some(code)
+        if is_worth_stating(zeros, ones, known, fitting) {
+            (fitting, Some(code))
+        } else {
+            (known, None)
+        }
     }
 }
 
 impl Planes for PlaneWriter {
     const WRITES: bool = true;
 
-    fn code_runs(&mut self, model: Model, runs: &[Run], bits: &mut [bool]) -> Result<()> {
-        let codes: Vec<Option<u8>> =
-            runs.iter().map(|run| self.choose(model, run.context, &bits[run.range()])).collect();
+    fn code_runs(&mut self, model: Model, runs: &[Run], answers: &mut impl Answers) -> Result<()> {
+        let (mut bits, mut weights, mut codes) = (Vec::new(), Vec::new(), Vec::new());
+        for run in runs {
+            let begin = bits.len();
+            answers.known(*run, &mut bits);
+            let ones = bits[begin..].iter().filter(|&&bit| bit).count() as u64;
+            let zeros = run.range().len() as u64 - ones;
+            let (weight, code) = self.choose(model, run.context, zeros, ones);
+            weights.push(weight);
+            codes.push(code);
+            self.counts.learn(model, run.context, zeros, ones);
+        }
         self.push(STATED_WEIGHT, codes.iter().map(Option::is_some));
         for &code in codes.iter().flatten() {
             self.push(EVEN_WEIGHT, (0..CODE_BITS).rev().map(|place| code >> place & 1 == 1));
         }
-        for (run, code) in runs.iter().zip(codes) {
-            let answers = &bits[run.range()];
-            let weight = match code {
-                Some(code) => weight_of_code(code)?,
-                None => self.counts.of(model, run.context).weight(),
-            };
-            self.push(weight, answers.iter().copied());
-            self.counts.learn(model, run.context, answers);
+        let mut left = bits.into_iter();
+        for (run, weight) in runs.iter().zip(weights) {
+            let own: Vec<bool> = left.by_ref().take(run.range().len()).collect();
+            let mut given = own.iter().copied();
+            answers.take(*run, || given.next() == Some(true));
+            self.push(weight, own);
         }
         Ok(())
     }
@@ -246,5 +236,9 @@ impl Planes for PlaneWriter {
     fn code_raw(&mut self, bits: &mut [bool]) -> Result<()> {
         self.push(EVEN_WEIGHT, bits.iter().copied());
         Ok(())
+    }
+
+    fn spare(&mut self) -> &mut Sorted {
+        &mut self.spare
     }
 }

@@ -39,9 +39,9 @@ pub fn weight_of_code(code: u8) -> Result<u32> {
     })
 }
 
-/// The code nearest to `ones` of `count` bits being 1; `count` is at least 1.
+/// The code nearest to `ones` of `count` bits being 1, and its weight; `count` is at least 1.
 #[must_use]
-pub fn choose_code(ones: u64, count: u64) -> u8 {
+pub fn choose_code(ones: u64, count: u64) -> (u8, u32) {
     let share = (ones << WEIGHT_BITS) / count;
     let (mut low, mut high) = (0, CODES - 1);
     while low < high {
@@ -53,7 +53,7 @@ pub fn choose_code(ones: u64, count: u64) -> u8 {
             low = middle + 1;
         }
     }
-    ascending(low) as u8
+    (ascending(low) as u8, WEIGHTS[ascending(low)])
 }
 
 /// The code of a rank in the order of weights: those of the upper half descend.

@@ -144,7 +144,7 @@ fn code_fields<P: Planes>(planes: &mut P, left: &[u32], residuals: &mut [Vec<i32
     for (number, field) in FIELDS.iter().enumerate() {
         let rows = &residuals[field.clone()];
         let differs = |&place: &u32| rows.iter().any(|row| row[place as usize] != 0);
-        let mut bits: Vec<bool> = left.iter().map(differs).collect();
+        let mut bits = P::known(left, differs);
         planes.code(Model::at(MAY_DIFFER[number]), &answers, &mut bits)?;
         answers.iter_mut().zip(bits).for_each(|(all, bit)| *all |= u16::from(bit) << number);
     }
@@ -169,8 +169,8 @@ fn code_field<P: Planes>(
         let context = |sum: &i64| (3 * row as i64 + 1 + sum.signum()) as u16;
         let contexts: Vec<u16> = sums.iter().map(context).collect();
         let own = &mut residuals[row];
-        let mut numbers: Vec<i64> =
-            there.iter().map(|&place| i64::from(own[place as usize])).collect();
+        let known = |&place: &u32| i64::from(own[place as usize]);
+        let mut numbers: Vec<i64> = there.iter().map(known).collect();
         require_within::<P>(&numbers)?;
         code_numbers(planes, &RESIDUALS, &contexts, &mut numbers)?;
         for ((&place, number), sum) in there.iter().zip(numbers).zip(&mut sums) {

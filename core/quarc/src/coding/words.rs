@@ -7,7 +7,7 @@ const WEIGHT_TOTAL: u64 = 1 << WEIGHT_BITS;
 const WORD_BITS: u32 = 32;
 
 /// Takes bits from the words of a section.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct WordReader<'a> {
     state: u64,
     words: &'a [u32],
@@ -28,33 +28,23 @@ impl<'a> WordReader<'a> {
     }
 
     /// Take a bit whose 1 has the given weight of 2^24.
+    #[inline]
     pub fn take(&mut self, weight: u32) -> bool {
-        let mut bit = [false];
-        self.take_run(weight, &mut bit);
-        bit[0]
-    }
-
-    /// Take bits whose 1 has the given weight of 2^24.
-    pub fn take_run(&mut self, weight: u32, bits: &mut [bool]) {
+        if self.state >> WORD_BITS == 0 {
+            if let Some((&word, rest)) = self.words.split_last() {
+                self.state = self.state << WORD_BITS | u64::from(word);
+                self.words = rest;
+            }
+        }
         let one = u64::from(weight);
         let zero = WEIGHT_TOTAL - one;
-        let (mut state, mut words) = (self.state, self.words);
-        for bit in bits {
-            if state >> WORD_BITS == 0 {
-                if let Some((&word, rest)) = words.split_last() {
-                    state = state << WORD_BITS | u64::from(word);
-                    words = rest;
-                }
-            }
-            let (high, part) = (state >> WEIGHT_BITS, state & (WEIGHT_TOTAL - 1));
-            *bit = part >= zero;
-            // Both answers first: a branch before them would often be guessed wrong.
-            let if_zero = high * zero + part;
-            let if_one = (high * one + part).wrapping_sub(zero);
-            state = if *bit { if_one } else { if_zero };
-        }
-        self.state = state;
-        self.words = words;
+        let (high, part) = (self.state >> WEIGHT_BITS, self.state & (WEIGHT_TOTAL - 1));
+        let bit = part >= zero;
+        // Both answers first: a branch before them would often be guessed wrong.
+        let if_zero = high * zero + part;
+        let if_one = (high * one + part).wrapping_sub(zero);
+        self.state = if bit { if_one } else { if_zero };
+        bit
     }
 
     /// End the section.

@@ -3,6 +3,7 @@
 use super::canonical::{expand_rotations, narrow_codes};
 use super::{narrow_position, require_births, require_gaussians, State};
 use crate::coding::births::{read_births, write_births};
+use crate::coding::canonical::require_even;
 use crate::coding::motion::Channels;
 use crate::constants::COUNTER_LIMIT;
 use crate::error::{Error, Reject, Result};
@@ -39,6 +40,7 @@ impl State {
         if newborn == 0 {
             return Ok(());
         }
+        require_even(&births.newborn, self.header.code_planes())?;
         self.require_room(newborn)?;
         let positions = self.place(births)?;
         let rotations = expand_rotations(&self.header, &births.newborn)?;
@@ -72,6 +74,9 @@ impl State {
 
     /// The positions of the newborn.
     fn place(&self, births: &Births) -> Result<Rows<i32>> {
+        if births.parents.len() != births.newborn.count() {
+            return Err(Error::Encode("newborn need a parent each".into()));
+        }
         // [7.6-1]
         if births.parents.iter().any(|&parent| parent as usize >= self.count()) {
             let message = "a newborn's parent is not in the scene";

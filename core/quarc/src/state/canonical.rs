@@ -2,7 +2,7 @@
 
 use super::{narrow_code, narrow_position, require_gaussians, State};
 use crate::coding::births::birth_counts;
-use crate::coding::canonical::{read_canonical, Grid};
+use crate::coding::canonical::{read_canonical, require_even, Grid};
 use crate::coding::motion::{motion_counts, Channels};
 use crate::coding::snapshot::read_snapshot;
 use crate::coding::updates::update_counts;
@@ -57,8 +57,9 @@ impl State {
     /// The state of a canonical frame of Gaussians, in the order in which they are coded.
     ///
     /// # Errors
-    /// `position-range`, `code-range`, `rotation-range`.
+    /// `position-range`, `code-range`, `rotation-range`; `Encode`, the planes do not fit.
     pub fn begin(header: &Arc<Header>, frame: u32, gaussians: &Gaussians) -> Result<State> {
+        require_even(gaussians, header.code_planes())?;
         let count = gaussians.count();
         let recency = if header.updates { vec![RECENCY_LIMIT; count] } else { Vec::new() };
         Ok(State {

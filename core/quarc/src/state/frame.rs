@@ -5,6 +5,7 @@ use crate::anchors::Anchors;
 use crate::coding::motion::Channels;
 use crate::error::{Error, Reject, Result};
 use crate::records::{Births, FrameChunk, Updates};
+use crate::rows::{kept_ranges, remove_entries, Rows};
 use std::sync::Arc;
 
 const OPACITY: usize = 3;
@@ -65,26 +66,32 @@ impl State {
             let message = format!("{death_count} deaths among {} Gaussians", self.count());
             return Err(Error::new(Reject::Count, message));
         }
+        // Who samples needs no binding of those that are left.
+        let samples = self.phase % u32::from(self.header.resample_interval) == 0;
+        let before = if samples { self.anchors.take() } else { None };
         self.remove(&choose_deaths(self.codes.row(OPACITY), death_count));
-        if self.phase % u32::from(self.header.resample_interval) == 0 {
-            self.anchors = None;
-        }
         self.frame = frame;
         self.phase += 1;
-        self.bind();
+        self.bind(before.as_deref());
         Ok(())
     }
 
-    /// Bind the Gaussians that are not: all of them if there are no anchors (SPEC 6.5).
-    fn bind(&mut self) {
-        match &mut self.anchors {
-            Some(anchors) if self.bound < self.ids.len() => {
-                let newborn = [0, 1, 2].map(|axis| &self.positions.row(axis)[self.bound..]);
+    /// Bind the Gaussians that are not: all of them if there are no anchors (SPEC 6.5). The anchors
+    /// of `before` are then no more than a hint.
+    fn bind(&mut self, before: Option<&Anchors>) {
+        let (header, ids, positions) = (&self.header, &self.ids, &self.positions);
+        match (&mut self.anchors, before) {
+            (Some(anchors), _) if self.bound < ids.len() => {
+                let newborn = [0, 1, 2].map(|axis| &positions.row(axis)[self.bound..]);
                 Arc::make_mut(anchors).append(&newborn);
             }
-            Some(_) => {}
-            None => {
-                let anchors = Anchors::sample(&self.header, self.phase, &self.ids, &self.positions);
+            (Some(_), _) => {}
+            (None, Some(before)) => {
+                let anchors = before.sample_again(header, self.phase, ids, positions);
+                self.anchors = Some(Arc::new(anchors));
+            }
+            (None, None) => {
+                let anchors = Anchors::sample(header, self.phase, ids, positions);
                 self.anchors = Some(Arc::new(anchors));
             }
         }
@@ -96,13 +103,13 @@ impl State {
         if gone.is_empty() {
             return;
         }
-        retain_others(Arc::make_mut(&mut self.ids), gone);
-        Arc::make_mut(&mut self.positions).remove(gone);
-        Arc::make_mut(&mut self.rotations).remove(gone);
-        Arc::make_mut(&mut self.codes).remove(gone);
-        retain_others(Arc::make_mut(&mut self.motion), gone);
+        remove_from(&mut self.ids, gone);
+        remove_columns(&mut self.positions, gone);
+        remove_columns(&mut self.rotations, gone);
+        remove_columns(&mut self.codes, gone);
+        remove_from(&mut self.motion, gone);
         if self.header.updates {
-            retain_others(Arc::make_mut(&mut self.recency), gone);
+            remove_from(&mut self.recency, gone);
         }
         let bound = gone.partition_point(|&gaussian| (gaussian as usize) < self.bound);
         if let Some(anchors) = &mut self.anchors {
@@ -138,14 +145,22 @@ pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
     all.filter(|(_, &opacity)| leaves(opacity)).map(|(index, _)| index as u32).collect()
 }
 
-/// Remove what stands at ascending indices.
-fn retain_others<T: Copy>(numbers: &mut Vec<T>, gone: &[u32]) {
-    let mut to = gone.first().map_or(0, |&first| first as usize);
-    for (place, &index) in gone.iter().enumerate() {
-        let from = index as usize + 1;
-        let end = gone.get(place + 1).map_or(numbers.len(), |&next| next as usize);
-        numbers.copy_within(from..end, to);
-        to += end - from;
+/// Remove the columns of ascending indices, in place unless somebody else has the rows.
+fn remove_columns<T: Copy + Default>(rows: &mut Arc<Rows<T>>, gone: &[u32]) {
+    if Arc::strong_count(rows) == 1 {
+        Arc::make_mut(rows).remove(gone);
+    } else {
+        *rows = Arc::new(rows.without(gone));
     }
-    numbers.truncate(numbers.len() - gone.len());
+}
+
+/// Remove what stands at ascending indices, in place unless somebody else has the numbers.
+fn remove_from<T: Copy>(numbers: &mut Arc<Vec<T>>, gone: &[u32]) {
+    if let Some(numbers) = Arc::get_mut(numbers) {
+        remove_entries(numbers, gone);
+    } else {
+        let mut others = Vec::with_capacity(numbers.len());
+        kept_ranges(gone, numbers.len()).for_each(|kept| others.extend_from_slice(&numbers[kept]));
+        *numbers = Arc::new(others);
+    }
 }

@@ -1,13 +1,13 @@
 //! The motion of a frame: SPEC 7.5.
 
 use super::{narrow_position, State};
-use crate::anchors::{AnchorLevel, Anchors, NOBODY};
+use crate::anchors::{AnchorLevel, Anchors};
 use crate::coding::motion::{
     add, read_motion, write_motion, Channels, LevelContext, TRANSLATION_CHANNELS,
 };
 use crate::error::{Error, Result};
 use crate::records::{Header, Section};
-use crate::rotation::{turn, Residuals};
+use crate::rotation::{turn, Quaternion, Residuals};
 use std::sync::Arc;
 
 const STILL: Channels = [0; 8];
@@ -19,6 +19,7 @@ impl State {
     /// # Errors
     /// `Encode`: the state has not been through `begin_frame`.
     pub fn motion_contexts(&self, previous: bool) -> Result<Vec<LevelContext<'_>>> {
+        self.require_bound()?;
         let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
         let know = |level: &AnchorLevel| {
             if previous {
@@ -29,6 +30,14 @@ impl State {
         };
         let levels = anchors.levels().iter();
         Ok(levels.map(|level| LevelContext { parents: &level.parents, own: know(level) }).collect())
+    }
+
+    /// Whether every Gaussian is bound.
+    fn require_bound(&self) -> Result<()> {
+        if self.bound == self.ids.len() {
+            return Ok(());
+        }
+        Err(not_begun())
     }
 
     /// The last motion of the Gaussians of ascending ids, 0 of those that have died.
@@ -79,61 +88,74 @@ impl State {
     /// # Errors
     /// `position-range`, `degenerate-rotation`.
     pub fn move_by(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
-        self.add_up(symbols)?;
-        self.shift()?;
-        self.turn_all()
-    }
-
-    /// The motion of every Gaussian: the sums of its anchors' symbols.
-    fn add_up(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
+        self.require_bound()?;
         let anchors = anchors_of(&mut self.anchors)?;
         let counts = anchors.levels().iter().map(|level| level.ids.len());
         if !counts.eq(symbols.iter().map(Vec::len)) {
             return Err(Error::Encode("the symbols are not of these anchors".into()));
         }
-        let sums = Arc::make_mut(&mut self.motion);
-        sums.fill(STILL);
+        let mut levels = Vec::new();
         for (level, symbols) in symbols.iter().enumerate() {
             let moves: Vec<bool> = symbols.iter().map(|own| own != &STILL).collect();
-            if !moves.contains(&true) {
-                continue;
+            if moves.contains(&true) {
+                anchors.followed(level, &moves);
+                levels.push(level);
             }
-            for (sum, &anchor) in sums.iter_mut().zip(anchors.followed(level, &moves)) {
-                if anchor != NOBODY {
-                    *sum = add(sum, &symbols[anchor as usize]);
+        }
+        self.displace(symbols, &levels)
+    }
+
+    /// Move and turn every Gaussian by what it follows at those levels at which anchors move.
+    fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
+        if Arc::get_mut(&mut self.motion).is_none() {
+            self.motion = Arc::new(vec![STILL; self.ids.len()]); // all of it is written anew
+        }
+        let motion = Arc::make_mut(&mut self.motion);
+        let (Some(anchors), false) = (&self.anchors, levels.is_empty()) else {
+            motion.fill(STILL);
+            return Ok(());
+        };
+        let followed: Vec<(&[u32], &[Channels])> =
+            levels.iter().map(|&level| (anchors.known(level), &symbols[level][..])).collect();
+        let step = i64::from(self.header.translation_step);
+        let mut positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
+        let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+        let mut residuals = Residuals::default();
+        for (place, motion) in motion.iter_mut().enumerate() {
+            *motion = STILL;
+            for (followed, symbols) in &followed {
+                // NOBODY is beyond all anchors.
+                if let Some(own) = symbols.get(followed[place] as usize) {
+                    *motion = add(motion, own);
                 }
             }
-        }
-        Ok(())
-    }
-
-    fn shift(&mut self) -> Result<()> {
-        let step = i64::from(self.header.translation_step);
-        let positions = Arc::make_mut(&mut self.positions);
-        for axis in 0..TRANSLATION_CHANNELS {
-            for (position, motion) in positions.row_mut(axis).iter_mut().zip(self.motion.iter()) {
-                // [7.5-1]
-                *position = narrow_position(i64::from(*position) + step * i64::from(motion[axis]))?;
-            }
-        }
-        Ok(())
-    }
-
-    fn turn_all(&mut self) -> Result<()> {
-        let rotations = Arc::make_mut(&mut self.rotations);
-        let mut residuals = Residuals::default();
-        for (place, motion) in self.motion.iter().enumerate() {
-            if motion[TRANSLATION_CHANNELS..] == STILL[TRANSLATION_CHANNELS..] {
+            if *motion == STILL {
                 continue;
             }
-            let residual = residuals.of(sum_of(&self.header, motion))?;
-            let rotation = [0, 1, 2, 3].map(|row| rotations.row(row)[place]);
-            for (row, part) in turn(rotation, residual)?.iter().enumerate() {
-                rotations.row_mut(row)[place] = *part;
+            for (row, &shift) in positions.iter_mut().zip(&*motion) {
+                // [7.5-1]
+                row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
+            }
+            if motion[TRANSLATION_CHANNELS..] != STILL[TRANSLATION_CHANNELS..] {
+                let residual = residuals.of(sum_of(&self.header, motion))?;
+                turn_at(&mut rotations, place, residual)?;
             }
         }
         Ok(())
     }
+}
+
+/// Turn one of rotations, `[4, N]`.
+pub(super) fn turn_at(
+    rotations: &mut [&mut [i32]; 4],
+    place: usize,
+    residual: Quaternion,
+) -> Result<()> {
+    let rotation = [0, 1, 2, 3].map(|row: usize| rotations[row][place]);
+    for (row, part) in rotations.iter_mut().zip(turn(rotation, residual)?) {
+        row[place] = part;
+    }
+    Ok(())
 }
 
 /// The sum of the residuals of a rotation, the identities of all levels in it.

@@ -1,5 +1,6 @@
 //! Updates of single Gaussians: SPEC 7.8.
 
+use super::motion::turn_at;
 use super::{narrow_code, narrow_position, State};
 use crate::coding::updates::{
     read_updates, require_shape, write_updates, UpdateContext, CODES, ROTATION, TRANSLATION,
@@ -8,7 +9,7 @@ use crate::coding::updates::{
 use crate::constants::RECENCY_LIMIT;
 use crate::error::{Error, Reject, Result};
 use crate::records::{Section, Updates};
-use crate::rotation::{normalize_sum, turn};
+use crate::rotation::normalize_sum;
 use std::sync::Arc;
 
 impl State {
@@ -58,53 +59,73 @@ impl State {
             recency[gaussian as usize] = 0;
         }
         let stays = |place: &usize| !updates.dies[*place];
-        for place in (0..updates.gaussians.len()).filter(stays) {
-            self.change(updates, place)?;
-        }
+        let staying: Vec<usize> = (0..updates.gaussians.len()).filter(stays).collect();
+        self.shift_some(updates, &staying)?;
+        self.turn_some(updates, &staying)?;
+        self.recode_some(updates, &staying)?;
         self.remove(&gone);
         Ok(())
     }
 
-    /// Add the residuals at a place to their Gaussian.
-    fn change(&mut self, updates: &Updates, place: usize) -> Result<()> {
-        let gaussian = updates.gaussians[place] as usize;
-        let residuals = |row: usize| updates.residuals[row][place];
-        if TRANSLATION.map(residuals).any(|residual| residual != 0) {
-            let positions = Arc::make_mut(&mut self.positions);
-            for row in TRANSLATION {
-                let position = &mut positions.row_mut(row)[gaussian];
-                let by = i64::from(residuals(row)) * i64::from(self.header.translation_step);
+    /// Add the residuals of translation at some places to their Gaussians.
+    fn shift_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
+        let step = i64::from(self.header.translation_step);
+        for row in TRANSLATION {
+            let residuals = not_zero(updates, places, row);
+            if residuals.is_empty() {
+                continue;
+            }
+            let positions = Arc::make_mut(&mut self.positions).row_mut(row);
+            for (gaussian, residual) in residuals {
+                let by = i64::from(residual) * step;
                 // [7.8-2]
-                *position = narrow_position(i64::from(*position) + by)?;
+                positions[gaussian] = narrow_position(i64::from(positions[gaussian]) + by)?;
             }
-        }
-        if CODES.map(residuals).any(|residual| residual != 0) {
-            let codes = Arc::make_mut(&mut self.codes);
-            for row in CODES {
-                let code = &mut codes.row_mut(row - CODES.start)[gaussian];
-                // [7.8-3]
-                *code = narrow_code(i32::from(*code).saturating_add(residuals(row)))?;
-            }
-        }
-        self.turn_one(gaussian, [0, 1, 2].map(|axis| residuals(ROTATION.start + axis)))
-    }
-
-    fn turn_one(&mut self, gaussian: usize, residuals: [i32; 3]) -> Result<()> {
-        // [7.8-4]
-        if residuals.iter().any(|residual| residual.unsigned_abs() > TURN_LIMIT) {
-            let message = format!("a residual of rotation is beyond {TURN_LIMIT}");
-            return Err(Error::new(Reject::SymbolRange, message));
-        }
-        if residuals == [0; 3] {
-            return Ok(());
-        }
-        let [x, y, z] = residuals;
-        let residual = normalize_sum([i32::from(self.header.rotation_unity), x, y, z])?;
-        let rotations = Arc::make_mut(&mut self.rotations);
-        let rotation = [0, 1, 2, 3].map(|row| rotations.row(row)[gaussian]);
-        for (row, part) in turn(rotation, residual)?.iter().enumerate() {
-            rotations.row_mut(row)[gaussian] = *part;
         }
         Ok(())
     }
+
+    /// Add the residuals of codes.
+    fn recode_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
+        for row in CODES {
+            let residuals = not_zero(updates, places, row);
+            if residuals.is_empty() {
+                continue;
+            }
+            let codes = Arc::make_mut(&mut self.codes).row_mut(row - CODES.start);
+            for (gaussian, residual) in residuals {
+                // [7.8-3]
+                let code = i32::from(codes[gaussian]).saturating_add(residual);
+                codes[gaussian] = narrow_code(code)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Turn by the residuals of rotation.
+    fn turn_some(&mut self, updates: &Updates, places: &[usize]) -> Result<()> {
+        let unity = i32::from(self.header.rotation_unity);
+        for &place in places {
+            let [x, y, z] = [0, 1, 2].map(|axis| updates.residuals[ROTATION.start + axis][place]);
+            if [x, y, z] == [0; 3] {
+                continue;
+            }
+            // [7.8-4]
+            if [x, y, z].iter().any(|residual| residual.unsigned_abs() > TURN_LIMIT) {
+                let message = format!("a residual of rotation is beyond {TURN_LIMIT}");
+                return Err(Error::new(Reject::SymbolRange, message));
+            }
+            let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+            let residual = normalize_sum([unity, x, y, z])?;
+            turn_at(&mut rotations, updates.gaussians[place] as usize, residual)?;
+        }
+        Ok(())
+    }
+}
+
+/// The Gaussians at some places whose residual of a row is not 0, and this.
+fn not_zero(updates: &Updates, places: &[usize], row: usize) -> Vec<(usize, i32)> {
+    let residuals = &updates.residuals[row];
+    let all = places.iter().map(|&place| (updates.gaussians[place] as usize, residuals[place]));
+    all.filter(|&(_, residual)| residual != 0).collect()
 }

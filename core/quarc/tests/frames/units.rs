@@ -136,7 +136,9 @@ fn the_code_that_is_chosen_is_the_nearest() {
         let share = (ones << 24) / count;
         let weight = |code: u8| u64::from(weight_of_code(code).expect("a code"));
         let nearest = (0..240).map(|code| weight(code).abs_diff(share)).min();
-        assert_eq!(Some(weight(choose_code(ones, count)).abs_diff(share)), nearest);
+        let (code, chosen) = choose_code(ones, count);
+        assert_eq!(weight(code), chosen.into());
+        assert_eq!(Some(weight(code).abs_diff(share)), nearest);
     }
 }
 
@@ -186,7 +188,7 @@ fn integers_as_planes() {
 #[test]
 fn a_context_learns_where_it_is() {
     let mut counts = Counts::new(5);
-    counts.learn(Model::at(2), 1, &[true, false, true]);
+    counts.learn(Model::at(2), 1, 1, 2);
     assert_eq!(counts.of(Model::at(0), 3), Seen { zeros: 1, ones: 2 });
     assert_eq!(counts.of(Model::at(2), 2), Seen::default());
 }

@@ -4,7 +4,7 @@ import hashlib
 import struct
 from dataclasses import dataclass, field
 
-from tests.spec.plain_coder import Counts
+from plain.coder import Counts
 
 Vector = list[int]
 

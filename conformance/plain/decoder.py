@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from tests import oracle
-from tests.spec import plain_gaussians
-from tests.spec.plain_coder import Counts
-from tests.spec.plain_fields import FieldReader, PlainChunk, Row
-from tests.spec.plain_motion import read_motion
-from tests.spec.plain_planes import PlainSection, Run, open_section, rows_alike, rows_apart
-from tests.spec.plain_snapshots import read_survivors, sort
-from tests.spec.plain_state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
-from tests.spec.plain_updates import apply_updates, read_updates
+from plain import gaussians, oracle
+from plain.coder import Counts
+from plain.fields import FieldReader, PlainChunk, Row
+from plain.motion import read_motion
+from plain.planes import PlainSection, Run, open_section, rows_alike, rows_apart
+from plain.snapshots import read_survivors, sort
+from plain.state import PlainCoded, PlainGaussian, PlainLevel, PlainState, Vector
+from plain.updates import apply_updates, read_updates
 
 _CANONICAL_SECTIONS = ("positions", "SH DC", "opacity", "log-scales", "rotations", "SH rest")
 
@@ -118,13 +117,13 @@ class FrameDecoder:
         """SPEC 8.5."""
         stored = zip(_CANONICAL_SECTIONS, self.fields["sections"], strict=True)
         opened = [self._open(name, section, {}) for name, section in stored]
-        keys = plain_gaussians.read_keys(opened[0], "keys", count)
+        keys = gaussians.read_keys(opened[0], "keys", count)
         assert max(keys, default=0) < 1 << (3 * self.fields["axis_bits"]), "symbol-range"
-        dc = plain_gaussians.read_colors(opened[1], "SH DC", count)
+        dc = gaussians.read_colors(opened[1], "SH DC", count)
         opacity = rows_apart(opened[2], "opacity", count, 1)
         scales = rows_apart(opened[3], "log-scales", count, 3)
-        rotations = plain_gaussians.read_rotations(opened[4], "rotations", count)
-        rest = plain_gaussians.read_rest(opened[5], "SH rest", count) if self.has_rest else []
+        rotations = gaussians.read_rotations(opened[4], "rotations", count)
+        rest = gaussians.read_rest(opened[5], "SH rest", count) if self.has_rest else []
         for section in opened:
             self._close(section)
         self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in rotations])
@@ -154,7 +153,7 @@ class FrameDecoder:
         return oracle.expand_rotation(coded[0], coded[1:], bits)
 
     def _rotations(self, section: PlainSection, name: str, count: int) -> list[Vector]:
-        coded = plain_gaussians.read_rotations(section, name, count)
+        coded = gaussians.read_rotations(section, name, count)
         self._note("rotations (j, a, b, c)", [(j, *abc) for j, abc in coded])
         bits = self.header["rotation_bits"]
         return [self._expand([j, *abc], bits) for j, abc in coded]
@@ -251,15 +250,15 @@ class FrameDecoder:
         """SPEC 8.6 and 7.6."""
         count, step = self.fields["birth_count"], self.header["position_step"]
         section = self._open("births", self.fields["births"], state.counts)
-        parents = plain_gaussians.read_keys(section, "births parents", count)
+        parents = gaussians.read_keys(section, "births parents", count)
         position = rows_alike(section, "births positions", count, 3)
-        dc = plain_gaussians.read_colors(section, "births SH DC", count)
+        dc = gaussians.read_colors(section, "births SH DC", count)
         opacity = rows_alike(section, "births opacity", count, 1)
-        scales = plain_gaussians.read_log_scales(section, "births log-scales", count)
+        scales = gaussians.read_log_scales(section, "births log-scales", count)
         rotations = self._rotations(section, "births rotations", count)
         rest = []
         if self.has_rest:
-            rest = plain_gaussians.read_newborn_rest(section, "births SH rest", count)
+            rest = gaussians.read_newborn_rest(section, "births SH rest", count)
         self._close(section)
         before = list(state.gaussians)
         for i, parent in enumerate(parents):

@@ -1,7 +1,7 @@
 """Survivors of a snapshot, SPEC 8.9 and 7.9, in plain integers, written from the text alone."""
 
-from tests.spec.plain_planes import PlainSection, fixed, signed
-from tests.spec.plain_state import PlainCoded, Vector
+from plain.planes import PlainSection, fixed, signed
+from plain.state import PlainCoded, Vector
 
 _FIELDS = {
     "position": range(3),

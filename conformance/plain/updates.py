@@ -1,8 +1,8 @@
 """Updates, SPEC 8.8 and 7.8, in plain Python integers, written from the text alone."""
 
-from tests import oracle
-from tests.spec.plain_planes import PlainSection, signed
-from tests.spec.plain_state import PlainGaussian, Vector
+from plain import oracle
+from plain.planes import PlainSection, signed
+from plain.state import PlainGaussian, Vector
 
 _FIELDS = {
     "translation": range(3),

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tests.spec import spec_text
+from plain import spec_text
 
 _CODE_WORD = re.compile(r"\bMUST(?: NOT)?\b")
 _CLAUSE_ID = re.compile(r"\[((?:\d+(?:\.\d+)?|[A-Z]\.\d+)-\d+)\]")

@@ -14,7 +14,7 @@ pytest.importorskip("scipy")
 
 _SCRIPT = """
 import sys
-import quarc_ref.format.plane_kernels
+import quarc_ref.rendering.compiled
 assert "scipy.linalg" not in sys.modules
 assert "coverage" not in sys.modules
 
@@ -32,10 +32,9 @@ def test_scipy_is_loaded_only_when_somebody_compiles_what_needs_it():
 _SCALE = """
 import sys
 import numpy as np
-from quarc_ref.decoder.float_kernels import scale
-floats = np.ones((2, 1), dtype=np.float32)
-scale(np.ones((1, 2), dtype=np.int32), floats[0], floats)
-print(sum(scale.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
+from quarc_ref.rendering.ssim_kernels import ssim_moments
+ssim_moments(np.ones((12, 36), dtype=np.float32), np.ones((2, 12, 36), dtype=np.float32))
+print(sum(ssim_moments.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
 """
 
 
@@ -50,6 +49,6 @@ def test_machine_code_is_made_anew_when_any_kernel_has_changed(tmp_path):
 
     made, kept = ["0", "False"], ["1", "True"]  # hits; whether no compiler was loaded
     assert [run(), run()] == [made, kept]
-    with (package / "format" / "level_kernels.py").open("a") as file:
+    with (package / "rendering" / "raster_kernels.py").open("a") as file:
         file.write("\n")
     assert [run(), run()] == [made, kept]

@@ -1,6 +1,6 @@
 """The Gaussians of SPEC 8.5 and 8.6 in plain Python integers, written from the text alone."""
 
-from tests.spec.plain_planes import (
+from plain.planes import (
     PlainSection,
     Row,
     ascending,

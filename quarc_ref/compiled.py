@@ -1,8 +1,8 @@
-"""How the kernels of `format` and `decoder` are compiled.
+"""How machine code of the package's kernels is kept on disk.
 
-Kernels hold no lock of the interpreter, so that threads may run several at a
-time. Only what Python calls keeps its machine code on disk, with all that it
-calls in turn, until any kernel of the package is changed.
+The renderer and the synthetic scene have kernels; the decoder has none. Only what
+Python calls keeps its machine code, with all that it calls in turn, until any kernel
+of the package is changed.
 """
 
 import hashlib
@@ -14,6 +14,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+__all__ = ["keep", "numba"]
 
 
 @contextmanager
@@ -88,17 +90,9 @@ def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
 @cache
 def _fingerprint() -> str:
     """Return what tells the package's kernels, and how they are compiled, from any others."""
-    folder = Path(__file__).parents[1]
+    folder = Path(__file__).parent
     files = sorted([*folder.rglob("*_kernels.py"), *folder.rglob("compiled.py")])
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 _import_without_blas()
-plain = numba.njit(error_model="numpy")
-entrance = keep(nogil=True)
-# The same without the counting of references, which costs an atomic operation at many a call
-# and slice, and more where threads count the same arrays. Such kernels make no arrays. What
-# they call is part of them: many arguments passed for little work took a tenth of the binding.
-_BARE: Any = {"_nrt": False}
-bare = numba.njit(error_model="numpy", forceinline=True, **_BARE)
-bare_entrance = keep(nogil=True, **_BARE)

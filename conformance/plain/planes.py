@@ -7,7 +7,7 @@ print these runs, and the package must come to the same numbers.
 from dataclasses import dataclass, field
 from typing import Any
 
-from tests.spec.plain_coder import Counts, PlainCoder, add_to_counts, weight_by_counts, weight_of
+from plain.coder import Counts, PlainCoder, add_to_counts, weight_by_counts, weight_of
 
 Row = list[int]
 

@@ -1,7 +1,7 @@
 """The motion section, SPEC 8.7, in plain Python integers, written from the text alone."""
 
-from tests.spec.plain_planes import PlainSection
-from tests.spec.plain_state import PlainLevel, Vector
+from plain.planes import PlainSection
+from plain.state import PlainLevel, Vector
 
 # k of the magnitude planes: the least f - i of k = 1, 2, ..., 10
 _NEARNESS = (-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)

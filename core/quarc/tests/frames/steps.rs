@@ -1,0 +1,75 @@
+//! Steps of a frame that are out of place, and states that are kept.
+
+use crate::streams::{chunks, vectors, Frames};
+use quarc::coding::canonical::blank;
+use quarc::error::Error;
+use quarc::records::{Births, Gaussians, Updates};
+use quarc::rows::Rows;
+use quarc::state::State;
+
+/// The states of all frames of a stream of the suite.
+fn states(name: &str) -> Vec<State> {
+    let (_, stream, _) = vectors(name).remove(0);
+    let mut frames = Frames::default();
+    let mut states = Vec::new();
+    for (kind, payload) in chunks(&stream) {
+        states.extend(frames.push(kind, payload).expect("a valid stream").cloned());
+    }
+    states
+}
+
+#[test]
+fn a_state_that_is_kept_stays_as_it_is() {
+    for name in ["streams/births-and-deaths", "streams/updates-leaving", "streams/journey"] {
+        let (_, _, vector) = vectors(name).remove(0);
+        let due = vector.get("decode").get("frames").list();
+        let states = states(name);
+        assert_eq!(states.len(), due.len());
+        for (state, due) in states.iter().zip(due) {
+            assert_eq!(state.digest(), due.list()[2].text(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn steps_out_of_place_are_refused() {
+    let refused = |result: Result<(), Error>| matches!(result, Err(Error::Encode(_)));
+    let begun = states("streams/still").remove(0);
+    let mut state = begun.clone();
+    assert!(refused(state.move_by(&[])), "there are no anchors");
+    assert!(refused(state.write_motion(&[], true).map(|_| ())));
+    assert!(refused(state.update(&Updates::default())), "the stream has no updates");
+    state.begin_frame(0).expect("a frame may follow");
+    assert!(refused(state.move_by(&[])), "there are more levels");
+    assert!(refused(state.write_motion(&[], true).map(|_| ())));
+    let newborn = blank(state.header().code_planes(), 1);
+    let births = Births { parents: vec![0], newborn };
+    assert!(refused(state.bear(&Births { parents: vec![0, 0], ..births.clone() })));
+    let short = Gaussians { codes: Vec::new(), ..births.newborn.clone() };
+    assert!(refused(state.bear(&Births { newborn: short, ..births.clone() })));
+    state.bear(&births).expect("a newborn");
+    assert_eq!((state.count(), state.next_id()), (begun.count() + 1, begun.count() as u64 + 1));
+    assert!(refused(state.move_by(&[])), "a newborn is not bound");
+    assert_eq!(begun.digest(), states("streams/still")[0].digest(), "a clone is on its own");
+}
+
+#[test]
+fn columns_are_removed_in_place_or_not() {
+    let mut rows = Rows::zeros(2, 7, 3);
+    for row in 0..2 {
+        for column in 0..7 {
+            rows.row_mut(row)[column] = (10 * row + column) as i32;
+        }
+    }
+    for gone in [vec![], vec![0], vec![6], vec![0, 1, 4, 6], (0..7).collect()] {
+        let left: Vec<i32> = (0..7).filter(|column| !gone.contains(&(*column as u32))).collect();
+        let others = rows.without(&gone);
+        let mut same = rows.clone();
+        same.remove(&gone);
+        assert_eq!((others.columns(), others.stride()), (left.len(), rows.stride()));
+        for row in 0..2 {
+            let due: Vec<i32> = left.iter().map(|column| 10 * row as i32 + column).collect();
+            assert_eq!((others.row(row), same.row(row)), (&due[..], &due[..]));
+        }
+    }
+}
