@@ -1,10 +1,11 @@
 /**
  * The module as conformance/RUNNER.md asks for it: a stream on standard input, --jobs, or
- * --capabilities. Streams are decoded by quarc.mjs, as a page would; units by the module.
+ * --capabilities. Streams are decoded by quarc.wasm through quarc.mjs, as a page would; units are
+ * answered by quarc-conformance.wasm, where that has been built.
  */
 
 import { createHash } from "node:crypto";
-import { readFileSync, readSync, writeSync } from "node:fs";
+import { existsSync, readFileSync, readSync, writeSync } from "node:fs";
 import { Quarc, QuarcError } from "./quarc.mjs";
 
 const [INPUT, OUTPUT] = [0, 1];
@@ -12,12 +13,17 @@ const EXIT = { refused: 1, declined: 3 };
 const PIECE_BYTES = 1 << 16;
 const NEWLINE = 10;
 
-const file = process.env.QUARC_WASM ?? new URL("quarc.wasm", import.meta.url);
-const compiled = new WebAssembly.Module(readFileSync(file));
+const CAPABILITIES =
+  "jobs seek recover grow numbers metadata updates snapshots".split(" ");
+
+const compile = (file) => new WebAssembly.Module(readFileSync(file));
+const compiled = compile(process.env.QUARC_WASM ?? new URL("quarc.wasm", import.meta.url));
+const unitsFile = new URL("quarc-conformance.wasm", import.meta.url);
+const units = existsSync(unitsFile) ? start(compile(unitsFile)) : null;
 
 /** A module without a past: what a stream made it grow to is gone with the stream. */
-function start() {
-  return new Quarc(new WebAssembly.Instance(compiled, {}));
+function start(module = compiled) {
+  return new Quarc(new WebAssembly.Instance(module, {}));
 }
 
 function say(line) {
@@ -108,8 +114,11 @@ function answerStream() {
 }
 
 function answerJob(job, stream, line) {
+  if (job.job === "unit") {
+    write(answerUnit(line));
+    return;
+  }
   const quarc = start();
-  if (job.job === "unit") return write(answerUnit(quarc, line));
   const open = () => {
     if (job.job === "recover") return quarc.openRecover();
     return job.start === undefined ? quarc.open() : quarc.openSeek(job.start);
@@ -121,13 +130,13 @@ function answerJob(job, stream, line) {
   });
 }
 
-/** What the module itself answers to a line: bytes. */
-function answerUnit(quarc, line) {
-  return quarc.lend(line, (place) => {
-    const { quarc_conformance_job: ask, quarc_free: free } = quarc.functions;
-    if (ask(place, line.length, 0, quarc.scratch) !== 0) throw new Error("this is no job");
-    const [size, lines] = quarc.view(Uint32Array, quarc.scratch, 2);
-    const text = Buffer.from(quarc.view(Uint8Array, lines, size)).toString();
+/** What the other module answers to a line, bytes; to none what can be asked of it. */
+function answerUnit(line) {
+  const { quarc_conformance_job: ask, quarc_free: free } = units.functions;
+  return units.lend(line, (place) => {
+    if (ask(place, line.length, units.scratch) !== 0) throw new Error("this is no job");
+    const [size, lines] = units.view(Uint32Array, units.scratch, 2);
+    const text = Buffer.from(units.view(Uint8Array, lines, size)).toString();
     free(lines, size);
     return text;
   });
@@ -160,7 +169,8 @@ function main(argument) {
   if (argument === undefined) return answerStream();
   if (argument === "--jobs") return answerJobs();
   if (argument === "--capabilities") {
-    write(answerUnit(start(), new Uint8Array(0)));
+    const known = units === null ? [] : JSON.parse(answerUnit(new Uint8Array(0))).units;
+    say({ capabilities: CAPABILITIES, units: known });
     return 0;
   }
   process.stderr.write("usage: node conformance.mjs [--jobs | --capabilities] < stream.quarc\n");
