@@ -1,0 +1,149 @@
+/** `node --test core/wasm`, after build.sh: what a page sees of streams, whole and damaged. */
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { Quarc, QuarcError } from "./quarc.mjs";
+
+const STREAMS = new URL("../../conformance/streams/", import.meta.url);
+const NAMES = ["journey", "births-and-deaths", "snapshots-journey", "updates-journey"];
+const MUTATIONS = 300;
+
+const read = (name) => readFileSync(new URL(`${name}.quarc`, STREAMS));
+const load = () => Quarc.load(readFileSync(new URL("quarc.wasm", import.meta.url)));
+
+/** The digest of SPEC 9.1, of the arrays that a page sees. */
+function digest({ phase, count, ids, positions, rotations, codes }) {
+  const hash = createHash("sha256").update(Uint32Array.of(count, phase)).update(ids);
+  for (const row of [...positions, ...rotations]) hash.update(row);
+  for (const row of codes) hash.update(Int32Array.from(row));
+  return hash.digest("hex");
+}
+
+function* pull(decoder) {
+  for (let found = decoder.pull(); found.state || found.gap; found = decoder.pull()) yield found;
+}
+
+/** Numbers that are the same every time. */
+function* numbers(seed) {
+  for (let state = seed; ; ) {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    yield state >>> 8;
+  }
+}
+
+test("the arrays of a state are what the digest is of", async () => {
+  const quarc = await load();
+  for (const name of NAMES) {
+    const decoder = quarc.open();
+    let frames = 0;
+    const stream = read(name);
+    for (let place = 0; place < stream.length; place += 100) {
+      decoder.push(stream.subarray(place, place + 100));
+      for (const { state } of pull(decoder)) {
+        assert.equal(digest(state), decoder.digest(), name);
+        frames++;
+      }
+    }
+    decoder.finish();
+    assert.deepEqual(decoder.pull(), { isOver: true });
+    assert.ok(frames > 2, name);
+    decoder.close();
+  }
+});
+
+test("floats are the integers times the steps of the head", async () => {
+  const decoder = (await load()).open();
+  assert.equal(decoder.head, null);
+  decoder.push(read("journey"));
+  const { state } = decoder.pull();
+  const { head } = decoder;
+  const splats = decoder.dequantize();
+  const { count } = state;
+  assert.equal(splats.shCoefficients, head.shDegree === 0 ? 1 : 4);
+  for (let index = 0; index < count; index++) {
+    const steps = [head.logScaleStep, head.opacityStep, head.shDcStep, head.shRestStep];
+    const [logScale, opacity, dc, rest] = steps;
+    const position = state.positions[1][index] / 2 ** head.latticeExponent;
+    assert.equal(splats.positions[3 * index + 1], Math.fround(position));
+    assert.equal(splats.rotations[4 * index], state.rotations[0][index] / 2 ** 22);
+    assert.equal(splats.logScales[3 * index + 2], Math.fround(state.codes[2][index] * logScale));
+    assert.equal(splats.opacities[index], Math.fround(state.codes[3][index] * opacity));
+    const sh = splats.sh.subarray(3 * splats.shCoefficients * index);
+    assert.equal(sh[0], Math.fround(state.codes[4][index] * dc));
+    if (head.shDegree > 0) assert.equal(sh[3], Math.fround(state.codes[7][index] * rest));
+  }
+  assert.deepEqual(splats.changed, { positions: true, rotations: true, codes: true });
+  assert.deepEqual(decoder.dequantize().changed, {
+    ...{ positions: false, rotations: false, codes: false },
+  });
+  assert.ok(head.timescale > 0 && head.frameTicks > 0 && [10, 20, 30, 31].includes(head.level));
+  assert.ok(head.upAxis <= 6 && head.metersPerUnit >= 0 && typeof head.isRightHanded === "boolean");
+});
+
+test("frames are sought, and gaps are told", async () => {
+  const quarc = await load();
+  const stream = read("journey");
+  const seeking = quarc.openSeek(4);
+  seeking.push(stream);
+  assert.deepEqual(seeking.pull(), {});
+  seeking.finish();
+  assert.deepEqual([...pull(seeking)].map(({ state }) => state.frame), [4, 5, 6, 7, 8]);
+
+  stream[stream.length >> 1] ^= 1;
+  const recovering = quarc.openRecover();
+  recovering.push(stream);
+  recovering.finish();
+  const found = [...pull(recovering)];
+  const gaps = found.filter(({ gap }) => gap).map(({ gap }) => gap);
+  assert.equal(gaps.length, 1);
+  assert.equal(gaps[0].rejectId, "payload-crc");
+  assert.equal(gaps[0].framesLost, 9 - (found.length - 1));
+  assert.ok(gaps[0].offset < stream.length >> 1);
+  assert.ok(gaps[0].offset + gaps[0].bytes > stream.length >> 1);
+});
+
+test("what is wrong is said by its reject id, and a decoder that is closed is of no use", async () => {
+  const decoder = (await load()).open();
+  decoder.push(read("journey").subarray(0, -1));
+  decoder.finish();
+  const isCut = (error) => error instanceof QuarcError && error.rejectId === "truncated";
+  assert.throws(() => [...pull(decoder)], isCut);
+  assert.throws(() => decoder.pull(), isCut);
+  decoder.close();
+  decoder.close();
+  assert.throws(() => decoder.pull(), /no meaning/);
+});
+
+test("changed streams break nothing, and their memory is used again", async () => {
+  const quarc = await load();
+  const random = numbers(7);
+  const below = (bound) => random.next().value % bound;
+  const streams = NAMES.map(read);
+  const decode = () => {
+    const stream = Buffer.from(streams[below(streams.length)]);
+    for (let change = below(3); change > 0; change--) stream[below(stream.length)] ^= 1 << below(8);
+    const opened = [() => quarc.open(), () => quarc.openSeek(below(9)), () => quarc.openRecover()];
+    const decoder = opened[below(3)]();
+    try {
+      decoder.push(stream.subarray(0, stream.length - below(2) * below(stream.length)));
+      decoder.finish();
+      for (const { state } of pull(decoder)) {
+        if (state) assert.equal(decoder.dequantize().count, state.count);
+      }
+      return 0;
+    } catch (error) {
+      assert.ok(error instanceof QuarcError && error.rejectId !== null, error);
+      return 1;
+    } finally {
+      decoder.close();
+    }
+  };
+  let rejected = 0;
+  for (let time = 0; time < MUTATIONS; time++) rejected += decode();
+  const { memoryBytes } = quarc;
+  for (let time = 0; time < MUTATIONS; time++) rejected += decode();
+  assert.equal(quarc.memoryBytes, memoryBytes);
+  assert.ok(rejected > MUTATIONS / 2 && rejected < 2 * MUTATIONS, `${rejected}`);
+});
