@@ -3,8 +3,8 @@
 # --conformance quarc-conformance.wasm, which answers the suite's cases of building blocks, too.
 #
 # The standard library is built along, for size. So it takes the compiler of the version in
-# `toolchain`, with the library's source: $RUSTC and $CARGO, rustup's, that on the path, or the
-# distribution's, whichever of them is the first to fit.
+# `toolchain`, with the library's source: $RUSTC and $CARGO, that on the path, the distribution's,
+# or rustup's, whichever of them is the first to fit.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 version=$(cat "$here/toolchain")
@@ -20,18 +20,19 @@ take() {
     rustc=$1 cargo=$2
     found=$($rustc --version 2>/dev/null | cut -d ' ' -f 2)
     [ "$found" = "$version" ] || return 1
-    root=$($rustc --print sysroot)/lib/rustlib
+    root=$($rustc --print sysroot 2>/dev/null)/lib/rustlib
     [ -f "$root/src/rust/library/Cargo.lock" ]
 }
 
 find_linker() {
-    for linker in "$root"/*/bin/rust-lld "$(rustc --print sysroot 2>/dev/null)"/lib/rustlib/*/bin/rust-lld; do
+    other=$(rustc --print sysroot 2>/dev/null || true)/lib/rustlib
+    for linker in "$root"/*/bin/rust-lld "$other"/*/bin/rust-lld; do
         if [ -x "$linker" ]; then
             echo "$linker"
             return
         fi
     done
-    command -v wasm-ld
+    command -v wasm-ld || command -v wasm-ld-22
 }
 
 module=quarc features=
@@ -40,11 +41,11 @@ case ${1:-} in
 --conformance) module=quarc-conformance features="--features conformance" ;;
 *) fail "there is no option $1; the only one is --conformance" ;;
 esac
-take "${RUSTC:-none}" "${CARGO:-cargo}" || take "rustc +$version" "cargo +$version" ||
-    take rustc cargo || take /usr/bin/rustc /usr/bin/cargo ||
+take "${RUSTC:-none}" "${CARGO:-cargo}" || take rustc cargo || take /usr/bin/rustc /usr/bin/cargo ||
+    take "rustc +$version" "cargo +$version" ||
     fail "no rustc $version with its source: rustup toolchain install $version --component rust-src, \
 or Debian's packages rustc-web, cargo-web and rust-web-src"
-linker=$(find_linker) || fail "no linker for WebAssembly: rustup's rust-lld, or wasm-ld of LLVM"
+linker=$(find_linker) || fail "no linker for WebAssembly: rustup's rust-lld, or Debian's package lld-22"
 
 case $rustc in
 *+*) ;; # rustup's cargo knows it
@@ -52,7 +53,8 @@ case $rustc in
 esac
 export RUSTC_BOOTSTRAP=1 # for -Z
 export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER="$linker"
-export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS="-Ctarget-feature=+simd128 -Zunstable-options -Cpanic=immediate-abort -Clink-arg=--strip-all"
+flags="-Ctarget-feature=+simd128 -Zunstable-options -Cpanic=immediate-abort -Clink-arg=--strip-all"
+export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS="$flags"
 cd "$here/.."
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$here/../target}"
 # shellcheck disable=SC2086
