@@ -1,8 +1,8 @@
 //! Many streams in one process: lines of JSON, maybe with the bytes of a stream behind them.
 
-use super::given::Given;
-use super::lines::{Lines, Numbers};
-use super::{units, Said};
+use crate::given::Given;
+use crate::lines::{Lines, Numbers};
+use crate::{units, Said};
 use serde_json::{json, Value};
 use std::io::{BufRead, Error, ErrorKind, Read, Write};
 
@@ -28,7 +28,8 @@ fn read_stream(requests: &mut impl BufRead, count: u64) -> Said<Vec<u8>> {
     Ok(stream)
 }
 
-fn answer_job<W: Write>(job: &Value, mut stream: &[u8], lines: &mut Lines<W>) -> Said<()> {
+/// Do a job.
+pub fn answer_job<W: Write>(job: &Value, mut stream: &[u8], lines: &mut Lines<W>) -> Said<()> {
     let is_set = |key: &str| job[key].as_bool() == Some(true);
     let numbers = match (is_set("values"), is_set("numbers")) {
         (true, _) => Numbers::Values,

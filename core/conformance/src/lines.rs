@@ -1,13 +1,12 @@
 //! The lines that are said of a stream.
 
-use super::{write_line, Said};
-use crate::files::decode_all;
+use crate::Said;
 use quarc::error::Error;
 use quarc::floats::Dequantizer;
 use quarc::recover::{Gap, Recovered, Recovery};
 use quarc::seek::SeekDecoder;
 use quarc::state::State;
-use quarc::stream::Decoder;
+use quarc::stream::{decode_all, Decoder};
 use serde_json::{json, Value};
 use sha2::{Digest, Sha256};
 use std::io::{self, Read, Write};
@@ -51,8 +50,12 @@ impl<W: Write> Lines<W> {
         Lines { output }
     }
 
+    /// Write a line at once: who feeds the stream may wait for it.
     pub fn say(&mut self, line: &Value) -> Said<()> {
-        write_line(&mut self.output, line)
+        let mut text = line.to_string();
+        text.push('\n');
+        self.output.write_all(text.as_bytes())?;
+        self.output.flush()
     }
 
     /// The frames of a stream that comes in order. Returns the exit status.

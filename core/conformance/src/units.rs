@@ -1,6 +1,6 @@
 //! Building blocks one by one: the functions of conformance/unit.
 
-use super::given::Given;
+use crate::given::Given;
 use quarc::anchors::{count_anchors, Anchors};
 use quarc::arithmetic::{bit_length, divide_round, isqrt};
 use quarc::coding::canonical::blank;
