@@ -20,6 +20,16 @@ impl Boxes {
     /// Eight that are not there.
     pub const NOWHERE: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[NOWHERE; LANES]; 3] };
 
+    /// Eight that hold nothing.
+    pub const NOTHING: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[-NOWHERE; LANES]; 3] };
+
+    /// The box of all.
+    pub fn join(&self) -> Bounds {
+        let least = |row: Eight| row.iter().copied().fold(NOWHERE, f32::min);
+        let greatest = |row: Eight| row.iter().copied().fold(-NOWHERE, f32::max);
+        Bounds { low: self.low.map(least), high: self.high.map(greatest) }
+    }
+
     /// Put a box in a lane.
     pub fn set(&mut self, lane: usize, bounds: &Bounds) {
         for axis in 0..3 {

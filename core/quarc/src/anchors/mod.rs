@@ -23,7 +23,7 @@ use crate::rows::{remove_entries, Rows};
 use near::Near;
 use order::Order;
 use sampling::Sampling;
-use search::{bind_alone, reach, unresolved, Moving, Reach, Search, Seekers};
+use search::{bind_alone, reach, unresolved, Moving, Reaches, Search, Seekers};
 use std::sync::Arc;
 use survivors::Survivors;
 
@@ -53,7 +53,7 @@ pub struct Anchors {
 #[derive(Clone, Debug, Default)]
 struct Followers {
     binding: Vec<u32>,
-    reach: Option<Arc<Reach>>,
+    reach: Option<Arc<Reaches>>,
     resolved: Vec<Vec<bool>>,
 }
 
@@ -78,21 +78,11 @@ impl Anchors {
         positions: &Rows<i32>,
     ) -> Self {
         let last = &self.sampling;
-        // Where each Gaussian of the last sampling is now.
-        let mut places = Vec::with_capacity(last.ids.len());
-        let (mut now, mut newborn) = (0, Vec::new());
-        for &id in &last.ids {
-            while now < ids.len() && ids[now] < id {
-                newborn.push(now as u32);
-                now += 1;
-            }
-            let is_there = ids.get(now) == Some(&id);
-            places.push(if is_there { now as u32 } else { NOBODY });
-            now += usize::from(is_there);
-        }
-        newborn.extend(now as u32..ids.len() as u32);
         let rows = [positions.row(0), positions.row(1), positions.row(2)];
-        let order = Order::again(&last.order, &places, &newborn, rows);
+        let order = match Survivors::find(&last.ids, ids) {
+            Some(survivors) => Order::again(&last.order, &last.points, &survivors, rows),
+            None => Order::new(rows),
+        };
         Self::begin(Sampling::new(header, phase, ids, rows, order))
     }
 

@@ -50,11 +50,24 @@ pub struct Near {
     marks: Vec<[u8; LANES]>,
 }
 
-/// A box, and how far around it.
+/// A box, side by side with itself.
 struct Around {
     low: [Eight; 3],
     high: [Eight; 3],
-    reach: Eight,
+    wide_low: [Eight; 3],
+    wide_high: [Eight; 3],
+    square: Eight,
+}
+
+/// Where surely all anchors are that points of a box follow.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// The points.
+    pub bounds: Bounds,
+    /// No farther than this from the box, squared.
+    pub square: f32,
+    /// And in this box.
+    pub within: Bounds,
 }
 
 impl Near {
@@ -84,28 +97,17 @@ impl Near {
         &self.points[..blocks(self.count)]
     }
 
-    /// The squared distance from a box to one of those listed, nearly.
-    pub fn gap(&self, listed: usize, bounds: &Bounds) -> f32 {
-        let (block, lane) = (listed / LANES, listed % LANES);
-        let (low, high) = match self.kind {
-            Kind::Points => (&self.points[block], &self.points[block]),
-            Kind::Nodes(_) => (&self.boxes[block].low, &self.boxes[block].high),
-        };
-        let mut square = 0.0;
-        for axis in 0..3 {
-            let below = bounds.low[axis] - high[axis][lane];
-            let above = low[axis][lane] - bounds.high[axis];
-            let gap = if below > above { below } else { above };
-            let gap = if gap < 0.0 { 0.0 } else { gap };
-            square += gap * gap;
-        }
-        square
-    }
-
     /// Make this the list of what of another is within a squared distance of a box, with parts
     /// in the place of nodes as long as no more than `few` are listed.
-    pub fn narrow(&mut self, from: &Near, index: &Index, bounds: &Bounds, reach: f32, few: usize) {
-        let around = Around::new(bounds, reach * ROUNDED);
+    pub fn narrow(
+        &mut self,
+        from: &Near,
+        index: &Index,
+        reach: &Reach,
+        few: usize,
+        matters: impl Fn(Kind, &[u32]) -> bool,
+    ) -> bool {
+        let around = Around::new(reach);
         let blocks = blocks(from.count);
         match from.kind {
             Kind::Points => mark_points(from.points[..blocks].iter(), &around, &mut self.marks),
@@ -113,10 +115,17 @@ impl Near {
         }
         self.kind = from.kind;
         self.take(|block, lane| from.places[LANES * block + lane]);
+        if !matters(self.kind, self.places()) {
+            return false;
+        }
         while let (Kind::Nodes(tier), true) = (self.kind, self.count <= few) {
             self.expand(tier, index, &around);
         }
+        if !matters(self.kind, self.places()) {
+            return false;
+        }
         self.gather(index);
+        true
     }
 
     /// Put the parts that are near in the place of nodes.
@@ -223,12 +232,18 @@ fn mark_boxes<'a>(
 }
 
 impl Around {
-    fn new(bounds: &Bounds, reach: f32) -> Self {
+    fn new(reach: &Reach) -> Self {
         let all = |number| [number; LANES];
-        Around { low: bounds.low.map(all), high: bounds.high.map(all), reach: all(reach) }
+        Around {
+            low: reach.bounds.low.map(all),
+            high: reach.bounds.high.map(all),
+            wide_low: reach.within.low.map(all),
+            wide_high: reach.within.high.map(all),
+            square: all(reach.square * ROUNDED),
+        }
     }
 
-    /// Mark which of eight boxes are within reach.
+    /// Mark which of eight boxes meet this.
     #[inline(always)]
     fn mark(&self, low: &[Eight; 3], high: &[Eight; 3], marks: &mut [u8; LANES]) {
         let mut squares = [0.0; LANES];
@@ -242,7 +257,12 @@ impl Around {
             }
         }
         for lane in 0..LANES {
-            marks[lane] = u8::from(squares[lane] <= self.reach[lane]);
+            let meets = |axis: usize| {
+                (low[axis][lane] <= self.wide_high[axis][lane])
+                    & (high[axis][lane] >= self.wide_low[axis][lane])
+            };
+            let near = squares[lane] <= self.square[lane];
+            marks[lane] = u8::from(meets(0) & meets(1) & meets(2) & near);
         }
     }
 }

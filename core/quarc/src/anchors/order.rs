@@ -1,6 +1,7 @@
 //! Gaussians in Morton order, in which every cell of SPEC 6.3 is a run.
 
-use super::NOBODY;
+use super::runs::Points;
+use super::survivors::Survivors;
 use crate::constants::LATTICE_OFFSET;
 
 /// Bits of the key of a position: three axes of LATTICE_BITS.
@@ -22,25 +23,36 @@ pub struct Order {
 impl Order {
     /// Sort Gaussians by their positions.
     pub fn new(positions: [&[i32]; 3]) -> Self {
-        let entry = |index| entry_of(positions, index as u32);
-        let mut entries: Vec<u128> = (0..positions[0].len()).map(entry).collect();
+        let mut entries: Vec<u128> = (0..positions[0].len())
+            .map(|index| entry_of(positions.map(|row| row[index]), index as u32))
+            .collect();
         entries.sort_unstable();
         Order::of(entries)
     }
 
     /// The same, faster, where most stand about as they stood at the last time.
     ///
-    /// `places` are the indices that those of the last time have now, or `NOBODY`; `newborn` are
-    /// the indices that are not among these.
-    pub fn again(last: &Order, places: &[u32], newborn: &[u32], positions: [&[i32]; 3]) -> Self {
+    /// `points` are where they stood, in that order; `survivors` tell which of them are left, the
+    /// first of those that there are now.
+    pub fn again(
+        last: &Order,
+        points: &Points,
+        survivors: &Survivors,
+        positions: [&[i32]; 3],
+    ) -> Self {
         let mut entries: Vec<u128> = Vec::with_capacity(positions[0].len());
-        let mut far: Vec<u128> = newborn.iter().map(|&i| entry_of(positions, i)).collect();
-        for (place, &index) in last.indices.iter().enumerate() {
-            let index = places[index as usize];
-            if index == NOBODY {
+        let mut far: Vec<u128> = (survivors.count()..positions[0].len())
+            .map(|index| entry_of(positions.map(|row| row[index]), index as u32))
+            .collect();
+        for (place, (&index, &entry)) in last.indices.iter().zip(&last.entries).enumerate() {
+            let Some(index) = survivors.place(index) else { continue };
+            let at = positions.map(|row| row[index as usize]);
+            if [0, 1, 2].iter().all(|&axis| at[axis] as f32 == points[axis][place]) {
+                let key = entry >> INDEX_BITS << INDEX_BITS;
+                insert(&mut entries, key | u128::from(index));
                 continue;
             }
-            let entry = entry_of(positions, index);
+            let entry = entry_of(at, index);
             let low = place.checked_sub(NEAR).map_or(0, |place| last.entries[place]);
             let high = last.entries.get(place + NEAR).map_or(u128::MAX, |&entry| entry);
             if low <= entry && entry <= high {
@@ -81,10 +93,10 @@ pub fn stands_before(position: [f32; 3], other: [f32; 3]) -> bool {
     is_before
 }
 
-/// The key of a Gaussian's position, and its index: bit b of x, y and z is bit 3b + 2, 3b + 1 and
+/// The key of a position, and an index: bit b of x, y and z is bit 3b + 2, 3b + 1 and
 /// 3b of the key, as in `crate::morton`, but for all 24 bits.
-fn entry_of(positions: [&[i32]; 3], index: u32) -> u128 {
-    let [x, y, z] = positions.map(|row| (row[index as usize] + LATTICE_OFFSET) as u32);
+fn entry_of(position: [i32; 3], index: u32) -> u128 {
+    let [x, y, z] = position.map(|coordinate| (coordinate + LATTICE_OFFSET) as u32);
     let eight = |low: u32| {
         let spread = |coordinate: u32| u128::from(SPREAD[(coordinate >> low & 255) as usize]);
         spread(x) << 2 | spread(y) << 1 | spread(z)

@@ -44,7 +44,8 @@ impl Tier {
 }
 
 impl Bounds {
-    fn join(self, other: &Bounds) -> Bounds {
+    /// The box of two.
+    pub fn join(self, other: &Bounds) -> Bounds {
         let [low, high] = [0, 1].map(|_| [0.0; 3]);
         let mut joined = Bounds { low, high };
         for axis in 0..3 {

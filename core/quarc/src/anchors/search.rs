@@ -1,13 +1,13 @@
 //! The nearest anchor of points in Morton order: SPEC 6.4.
 
-use super::index::{Eight, Index};
-use super::near::{Kind, Near, ROUNDED};
+use super::index::{Boxes, Eight, Index};
+use super::near::{Kind, Near, Reach, ROUNDED};
 use super::nearest::{eight, nearest, nearest_exactly};
 use super::order::stands_before;
 use super::runs::{Bounds, Points, Tier, LANES};
 use std::ops::Range;
 
-const BESIDE: usize = 3; // anchors beside a run in Morton order that bound how far it is to one
+const BESIDE: usize = 4; // anchors beside a run in Morton order that bound how far it is to one
 
 const FEW: usize = 16; // nodes whose parts are listed
 const MANY: usize = 128; // nodes that are too many to be held against a run
@@ -21,48 +21,74 @@ pub struct Seekers<'a> {
     pub tiers: &'a [Tier],
 }
 
-/// How far at most it is, squared, from any point of each run to its anchor; tier by tier.
-pub type Reach = Vec<Vec<f32>>;
+/// Boxes in which surely all anchors are that points of each run follow; tier by tier.
+pub type Reaches = Vec<Vec<Reach>>;
 
-/// Bound how far it is; `ranks` tell how many anchors of the index stand before each of the least
+/// Bound where they are; `ranks` tell how many anchors of the index stand before each of the least
 /// runs in Morton order, and how many there are.
-pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reach {
+pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reaches {
     let leaf = |leaf: usize| {
         let low = (ranks[leaf] as usize).saturating_sub(BESIDE);
         let high = (ranks[leaf + 1] as usize + BESIDE).min(index.numbers.len());
+        let anchors = [0, 1, 2].map(|axis: usize| &index.points[axis][low..high]);
         let parts = seekers.tiers[0].parts(leaf);
-        let mut most = 0.0;
+        let (mut spheres, mut squares) = (Boxes::NOTHING, [0.0; LANES]);
         for first in parts.clone().step_by(LANES) {
-            let squares = least_squares(seekers.points, first, &index.points, low..high);
-            for &square in &squares[..LANES.min(parts.end - first)] {
-                most = if square > most { square } else { most };
+            // Eight points of the run, some of them twice; or all of few, and the first again.
+            let first = first.min(parts.end.max(parts.start + LANES) - LANES);
+            let mut at = [0, 1, 2].map(|axis: usize| *eight(&seekers.points[axis], first));
+            for lane in parts.len()..LANES {
+                at.iter_mut().for_each(|row| row[lane] = row[0]);
             }
+            bound_spheres(&at, anchors, &mut spheres, &mut squares);
         }
-        most * ROUNDED
+        let square = squares.iter().copied().fold(0.0, f32::max) * ROUNDED;
+        Reach { bounds: seekers.tiers[0].bounds[leaf], square, within: spheres.join() }
     };
-    let mut reach: Reach = vec![(0..seekers.tiers[0].count()).map(leaf).collect()];
+    let mut reach: Reaches = vec![(0..seekers.tiers[0].count()).map(leaf).collect()];
     for tier in &seekers.tiers[1..] {
         let below = &reach[reach.len() - 1];
-        let of = |run| below[tier.parts(run)].iter().copied().fold(0.0, f32::max);
+        let of = |run: usize| {
+            let parts = &below[tier.parts(run)];
+            let square = parts.iter().map(|part| part.square).fold(0.0, f32::max);
+            let within = parts.iter().fold(parts[0].within, |a, part| a.join(&part.within));
+            Reach { bounds: tier.bounds[run], square, within }
+        };
         let of_tier = (0..tier.count()).map(of).collect();
         reach.push(of_tier);
     }
     reach
 }
 
-/// For eight points the squared distance to the nearest of some anchors, nearly.
-fn least_squares(points: &Points, first: usize, anchors: &Points, some: Range<usize>) -> Eight {
-    let at = [0, 1, 2].map(|axis: usize| eight(&points[axis], first));
-    let mut least = [f32::MAX; LANES];
-    let [xs, ys, zs] = [0, 1, 2].map(|axis: usize| &anchors[axis][some.clone()]);
-    for ((&ax, &ay), &az) in xs.iter().zip(ys).zip(zs) {
+/// Widen boxes, one to each lane, by the spheres about points to the nearest of some anchors.
+#[inline(never)]
+fn bound_spheres(at: &[Eight; 3], anchors: [&[f32]; 3], boxes: &mut Boxes, most: &mut Eight) {
+    let mut squares = [f32::MAX; LANES];
+    for ((&ax, &ay), &az) in anchors[0].iter().zip(anchors[1]).zip(anchors[2]) {
         for k in 0..LANES {
             let (x, y, z) = (at[0][k] - ax, at[1][k] - ay, at[2][k] - az);
             let square = x * x + y * y + z * z;
-            least[k] = if square < least[k] { square } else { least[k] };
+            squares[k] = if square < squares[k] { square } else { squares[k] };
         }
     }
-    least
+    for k in 0..LANES {
+        most[k] = if squares[k] > most[k] { squares[k] } else { most[k] };
+    }
+    for (axis, at) in at.iter().enumerate() {
+        for k in 0..LANES {
+            let radius = at_most(squares[k]);
+            let (low, high) = (at[k] - radius, at[k] + radius);
+            boxes.low[axis][k] = if low < boxes.low[axis][k] { low } else { boxes.low[axis][k] };
+            boxes.high[axis][k] =
+                if high > boxes.high[axis][k] { high } else { boxes.high[axis][k] };
+        }
+    }
+}
+
+/// More than the root of a square that is nearly right, by what f32 rounds twice and once again
+/// where it is added to a coordinate.
+fn at_most(square: f32) -> f32 {
+    square.sqrt() * ROUNDED + 4.0
 }
 
 /// Which anchors move, and which nodes of an index have such.
@@ -86,25 +112,12 @@ impl Moving {
     }
 
     /// Whether anything of a list moves.
-    fn any(&self, near: &Near) -> bool {
-        let moving = self.of(near.kind());
-        near.places().iter().any(|&place| moving[place as usize])
-    }
-
-    /// Whether anything of a list moves that is within a squared distance of a box.
-    fn any_within(&self, near: &Near, bounds: &Bounds, reach: f32) -> bool {
-        let moving = self.of(near.kind());
-        let listed = near.places().iter().enumerate();
-        listed
-            .filter(|(_, &place)| moving[place as usize])
-            .any(|(i, _)| near.gap(i, bounds) <= reach)
-    }
-
-    fn of(&self, kind: Kind) -> &[bool] {
-        match kind {
+    fn any(&self, kind: Kind, places: &[u32]) -> bool {
+        let moving = match kind {
             Kind::Nodes(tier) => &self.tiers[tier],
             Kind::Points => &self.places,
-        }
+        };
+        places.iter().any(|&place| moving[place as usize])
     }
 }
 
@@ -118,7 +131,7 @@ pub struct Search<'a> {
     /// Who looks.
     pub seekers: Seekers<'a>,
     /// How far.
-    pub reach: &'a Reach,
+    pub reach: &'a Reaches,
     /// For whom.
     pub index: &'a Index,
     /// Which of the anchors move.
@@ -151,16 +164,14 @@ impl Search<'_> {
         if self.resolved[tier][run] {
             return;
         }
-        let bounds = &self.seekers.tiers[tier].bounds[run];
+        let reach = &self.reach[tier][run];
         let parts = self.seekers.tiers[tier].parts(run);
         let (lists, wider) = lists.split_at_mut(tier + 2);
         let near = &mut lists[tier + 1];
-        if !self.moving.any_within(&wider[0], bounds, self.reach[tier][run] * ROUNDED) {
-            return;
-        }
         let few = if tier == 0 { MANY } else { FEW };
-        near.narrow(&wider[0], self.index, bounds, self.reach[tier][run], few);
-        if !self.moving.any(near) {
+        let moving = self.moving;
+        if !near.narrow(&wider[0], self.index, reach, few, |kind, places| moving.any(kind, places))
+        {
             return;
         }
         if tier == 0 {
@@ -191,13 +202,19 @@ impl Search<'_> {
 
 /// The place of the anchor nearest to a point, which is among those of a list of nodes.
 pub fn bind_alone(at: [f32; 3], from: &Near, near: &mut Near, index: &Index) -> u32 {
-    let bounds = Bounds { low: at, high: at };
-    near.narrow(from, index, &bounds, reach_alone(at, index), usize::MAX);
+    let radius = at_most(reach_alone(at, index));
+    let within = Bounds { low: at.map(|at| at - radius), high: at.map(|at| at + radius) };
+    let reach = Reach {
+        bounds: Bounds { low: at, high: at },
+        square: reach_alone(at, index) * ROUNDED,
+        within,
+    };
+    near.narrow(from, index, &reach, usize::MAX, |_, _| true);
     nearest_exactly(at, near, index, f32::MAX)
 }
 
-/// A squared distance within which there surely is an anchor: to one of those that stand beside
-/// the point in Morton order.
+/// The squared distance, nearly, to the nearest of the anchors that stand beside a point in Morton
+/// order.
 fn reach_alone(at: [f32; 3], index: &Index) -> f32 {
     let point = |place: usize| [0, 1, 2].map(|axis: usize| index.points[axis][place]);
     let (mut low, mut high) = (0, index.numbers.len());
@@ -215,5 +232,5 @@ fn reach_alone(at: [f32; 3], index: &Index) -> f32 {
         let (x, y, z) = (x - at[0], y - at[1], z - at[2]);
         x * x + y * y + z * z
     });
-    squares.fold(f32::MAX, f32::min) * ROUNDED
+    squares.fold(f32::MAX, f32::min)
 }

@@ -1,13 +1,11 @@
 //! The anchors against the known answers of the conformance suite.
 
-mod known;
-
-use known::{known_answers, Json};
+use crate::known::{known_answers, Json};
+use crate::scenes::{plain_header, rows};
 use quarc::anchors::{count_anchors, Anchors};
 use quarc::morton::{deinterleave, interleave};
 use quarc::philox::philox;
 use quarc::records::Header;
-use quarc::rows::Rows;
 
 fn header(input: &Json) -> Header {
     let number = |name| input.get(name).number();
@@ -19,49 +17,9 @@ fn header(input: &Json) -> Header {
     }
 }
 
-fn plain_header() -> Header {
-    Header {
-        level: 10,
-        timescale: 30,
-        frame_ticks: 1,
-        lattice_exponent: 12,
-        position_step: 1,
-        translation_step: 1,
-        rotation_unity: 1,
-        rotation_components: 3,
-        rotation_bits: 8,
-        log_scale_step: 1.0,
-        opacity_step: 1.0,
-        sh_dc_step: 1.0,
-        sh_rest_step: 1.0,
-        sh_degree: 0,
-        level_count: 1,
-        gaussians_per_anchor: 1,
-        anchor_ratio: 2,
-        resample_interval: 1,
-        full_crc_interval: 1,
-        seed: 0,
-        right_handed: true,
-        up_axis: 0,
-        meters_per_unit: 0.0,
-        color_space: 1,
-        updates: false,
-        snapshots: false,
-    }
-}
-
-fn rows(points: &[Vec<i32>]) -> Rows<i32> {
-    let mut rows = Rows::zeros(3, points.len(), 0);
-    for axis in 0..3 {
-        for (to, point) in rows.row_mut(axis).iter_mut().zip(points) {
-            *to = point[axis];
-        }
-    }
-    rows
-}
-
-fn points(json: &Json) -> Vec<Vec<i32>> {
-    json.list().iter().map(Json::i32s).collect()
+fn points(json: &Json) -> Vec<[i32; 3]> {
+    let point = |item: &Json| item.i32s().try_into().expect("three coordinates");
+    json.list().iter().map(point).collect()
 }
 
 #[test]
