@@ -8,7 +8,7 @@ use super::sampler::{count_anchors, Sampler};
 use super::AnchorLevel;
 use crate::records::Header;
 
-const GAUSSIANS: usize = 32; // of the least runs, at most
+const GAUSSIANS: usize = 48; // of the least runs, at most
 const FAN: usize = 8; // parts of a wider run, at most
 
 /// Gaussians and anchors as they stood when they were sampled.
