@@ -3,14 +3,15 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test check lint types imports conformance mutants clean
+.PHONY: help setup lock outdated locked demo test check lint types imports core conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
-setup: $(READY) ## Install everything into .venv.
+setup: $(READY) $(CORE) ## Install everything into .venv; where cargo is at hand, the fast engine, too.
 
 # Exact versions and hashes for every platform, resolved from the ranges in pyproject.toml.
 # torch and what it needs are apart: requirements/README.md says why.
@@ -35,13 +36,13 @@ locked: $(READY) ## Compare the installed versions with requirements/.
 	$(BIN)/python requirements/compare.py requirements
 	$(BIN)/python -m pip check --disable-pip-version-check
 
-demo: $(READY) ## Trace a scene, encode it, decode it, measure it: demo/report/index.html.
+demo: $(READY) $(CORE) ## Trace a scene, encode it, decode it, measure it: demo/report/index.html.
 	$(BIN)/quarc-ref demo -o demo --force
 
-test: $(READY) ## Run all tests.
+test: $(READY) $(CORE) ## Run all tests.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
 
-check: locked lint types imports test ## Everything that CI runs: versions, lint, types, import rules, tests.
+check: locked lint types imports core test ## Everything that CI runs: versions, lint, types, import rules, tests.
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -54,14 +55,22 @@ types: $(READY) ## Types, strictly.
 imports: $(READY) ## Who may import whom.
 	$(BIN)/lint-imports
 
-REFERENCE := $(BIN)/python -m quarc_ref.decoder
+core: ## Format, lints and tests of core/.
+	@if command -v cargo >/dev/null; then cd core && \
+	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; \
+	else echo "no cargo here: core/ is not tested"; fi
+
+REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.decoder
 TYPESCRIPT := decoders/typescript
 
-conformance: $(READY) ## Test vectors: reference decoder and encoder, and decoders/.
+conformance: $(READY) $(CORE) ## Test vectors: reference decoder and encoder, and decoders/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
-	$(BIN)/python conformance/run.py --decoder "env QUARC_REF_KERNELS=compiled $(REFERENCE)" \
-	  --timeout 300 --memory 1024
+	@if command -v cargo >/dev/null; then \
+	  $(BIN)/python conformance/run.py --decoder "env QUARC_REF_ENGINE=fast $(BIN)/python -m quarc_ref.decoder" && \
+	  cargo build --quiet --release --manifest-path core/Cargo.toml --package quarc-cli && \
+	  $(BIN)/python conformance/run.py --decoder "core/target/release/quarc conformance"; \
+	else echo "no cargo here: core/ is left out"; fi
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --timeout 300 --memory 2048 \
 	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
 	@if command -v npm >/dev/null; then \
@@ -87,3 +96,8 @@ $(READY): pyproject.toml $(LOCKS)
 	$(PIP_INSTALL) $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX) $(TORCH),--require-hashes -r requirements/torch.txt)
 	$(PIP_INSTALL) --no-deps --no-build-isolation -e .
 	@touch $(READY)
+
+$(CORE): $(READY) $(shell find core -name '*.rs' -not -path '*/target/*') core/Cargo.toml core/Cargo.lock core/pyproject.toml
+	@if command -v cargo >/dev/null; then $(PIP_INSTALL) ./core; \
+	else echo "no cargo here: without quarc_core large scenes decode many times slower (core/README.md)"; fi
+	@touch $(CORE)

@@ -4,8 +4,8 @@
     python benchmarks/decode.py --table [--plot decode.png]
 
 The stream is made once, by `moving_stream`, and kept in `--cache`. It is
-decoded by `quarc-ref bench` in a process of its own, after a first, untimed one
-that leaves the kernels compiled; `--plain` does without them. `stolen` is the
+decoded by `quarc-ref bench` in a process of its own, by the fast engine or, with
+`--reference`, by the reference. `stolen` is the
 share of the time that processors had work in which the host of a virtual
 machine gave them to others: runs that lost much of it say little.
 """
@@ -31,7 +31,7 @@ _COMMAND = "from quarc_ref.cli.app import main; main()"
 def make_stream(job: Job, cache: Path) -> Path:
     """Return the stream of a job, made if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
-    numbers = (*astuple(job)[:-1], round(1000 * job.updated))
+    numbers = (*astuple(job)[:5], round(1000 * job.updated), *["sparse"] * job.sparse)
     maker = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
     path = cache / f"moving-{'-'.join(map(str, numbers))}-{maker}.quarc"
     if not path.exists():
@@ -39,12 +39,12 @@ def make_stream(job: Job, cache: Path) -> Path:
     return path
 
 
-def measure(path: Path, threads: int, kernels: str) -> dict[str, object]:
+def measure(path: Path, threads: int, engine: str) -> dict[str, object]:
     """Return what `quarc-ref bench` says of a stream, in a process of its own."""
     command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
     done = subprocess.run(
         [*command, "--json", "--quiet"],
-        env={**os.environ, "QUARC_REF_KERNELS": kernels},
+        env={**os.environ, "QUARC_REF_ENGINE": engine},
         check=True,
         capture_output=True,
     )
@@ -53,12 +53,16 @@ def measure(path: Path, threads: int, kernels: str) -> dict[str, object]:
 
 
 def measure_all(cache: Path, births: int) -> list[dict[str, object]]:
-    """Return a row to each size and number of threads."""
+    """Return a row to each size, number of threads, and stream: the harsh and the sparse one."""
     rows = []
     for size in SIZES:
-        path = make_stream(Job(size, births=births, frames=_FRAMES.get(size, 101)), cache)
-        measure(path, 1, "compiled")
-        rows += [measure(path, threads, "compiled") for threads in (1, 2)]
+        for sparse in (False, True):
+            job = Job(size, births=births, frames=_FRAMES.get(size, 101), sparse=sparse)
+            path = make_stream(job, cache)
+            rows += [
+                {"stream": "sparse" if sparse else "harsh", **measure(path, threads, "fast")}
+                for threads in (1, 2)
+            ]
     return rows
 
 
@@ -68,7 +72,8 @@ def format_table(rows: list[dict[str, object]]) -> str:
     lines = [
         [
             "Gaussians",
-            "kernels",
+            "stream",
+            "engine",
             "threads",
             "fps",
             "ms per frame",
@@ -85,8 +90,8 @@ def format_table(rows: list[dict[str, object]]) -> str:
         share = row["stolen_share"]
         stolen = "unknown" if share is None else f"{share:.0%}"
         lines.append([
-            f"{row['gaussians']:,}", row["kernels"], str(row["threads"]), f"{row['fps']:.1f}",
-            f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", stolen, *spent,
+            f"{row['gaussians']:,}", row.get("stream", ""), row["engine"], str(row["threads"]),
+            f"{row['fps']:.1f}", f"{1e3 / row['fps']:.1f}", f"{row['cpu_ms']:.1f}", stolen, *spent,
             f"{row['first_frame_s']:.2f}", f"{row['warm_first_frame_s']:.2f}",
             f"{row['peak_rss_mib']:.0f}",
         ])  # fmt: skip
@@ -99,10 +104,13 @@ def plot(rows: list[dict[str, object]], path: Path) -> None:
     from quarc_ref.evaluation.plots import plot_decode_speed
 
     lines = {
-        f"{threads} thread{'s' * (threads > 1)}": [
-            (row["gaussians"], 1e3 / row["fps"]) for row in rows if row["threads"] == threads
+        f"{stream}, {threads} thread{'s' * (threads > 1)}": [
+            (row["gaussians"], 1e3 / row["fps"])
+            for row in rows
+            if (row["threads"], row["stream"]) == (threads, stream)
         ]
         for threads in sorted({row["threads"] for row in rows})
+        for stream in ("harsh", "sparse")
     }
     path.write_bytes(plot_decode_speed(lines))
 
@@ -118,7 +126,8 @@ def main() -> None:
         parser.add_argument("--frames", type=int, default=101),
         parser.add_argument("--updated", type=float, default=0.0, help="share of the Gaussians"),
         parser.add_argument("--threads", type=int, default=2),
-        parser.add_argument("--plain", action="store_true", help="without compiled kernels"),
+        parser.add_argument("--sparse", action="store_true", help="as few move as in real streams"),
+        parser.add_argument("--reference", action="store_true", help="by the reference engine"),
     ]
     parser.add_argument("--table", action="store_true", help="all sizes, 1 and 2 threads")
     parser.add_argument("--plot", type=Path, help="of the table")
@@ -135,12 +144,10 @@ def main() -> None:
             plot(rows, options.plot)
     else:
         numbers = (options.gaussians, options.anchors_per, options.resample, options.births)
-        job = Job(*numbers, options.frames, options.updated)
+        job = Job(*numbers, options.frames, options.updated, options.sparse)
         path = make_stream(job, options.cache)
-        kernels = "plain" if options.plain else "compiled"
-        if not options.plain:
-            measure(path, options.threads, kernels)
-        rows = [measure(path, options.threads, kernels)]
+        engine = "reference" if options.reference else "fast"
+        rows = [measure(path, options.threads, engine)]
     if options.json:
         print(json.dumps(rows if options.table else rows[0], indent=2))
     else:

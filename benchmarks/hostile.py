@@ -4,7 +4,7 @@
     python benchmarks/hostile.py --structured --streams 20000
 
 Structured streams have hostile values coded anew, with CRCs that hold; each is
-decoded by plain and by compiled kernels, which must agree.
+decoded by the reference and by the fast engine, which must agree.
 
 A run that is ended goes on where it was. A stream is named by its series and number:
 `--only N` judges one again, and what failed is in OUT/failures. The exit code is

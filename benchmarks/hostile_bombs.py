@@ -1,6 +1,6 @@
 """Small streams that ask for as much as their level allows, and what that costs.
 
-    python benchmarks/hostile_bombs.py [--kernels plain] [--json]
+    python benchmarks/hostile_bombs.py [--engine reference] [--json]
 
 A level bounds Gaussians and newborn; the bytes do not, since a bit may cost
 next to nothing. Each stream is decoded in a process of its own; times are the
@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.decoder import decode
+from quarc_ref.decoder.engine import FAST, REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
-from quarc_ref.format.acceleration import COMPILED, PLAIN, computing_with
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
@@ -88,9 +89,9 @@ def _plain(header: StreamHeader, positions: Int64) -> Gaussians:
     return Gaussians(positions, zeros[:4], zeros[4:])
 
 
-def measure(path: Path, kernels: str) -> dict[str, float | None]:
+def measure(path: Path, engine: str) -> dict[str, float | None]:
     """Decode a stream in this process; return its slowest frame's seconds, and peak memory."""
-    with computing_with(kernels):
+    with decoding_by(engine):
         list(decode(_WARM.read_bytes()))
         times = [time.process_time()]
         for _ in decode(path.read_bytes()):
@@ -106,16 +107,16 @@ def measure(path: Path, kernels: str) -> dict[str, float | None]:
 def main() -> None:
     """Build every stream of at most a MiB, and measure it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--kernels", choices=(COMPILED, PLAIN), default=COMPILED)
+    parser.add_argument("--engine", choices=(FAST, REFERENCE), default=FAST)
     parser.add_argument("--out", type=Path, default=Path("out/bombs"), metavar="DIR")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--measure", type=Path, metavar="FILE", help="measure one stream alone")
     arguments = parser.parse_args()
     if arguments.measure:
-        print(json.dumps(measure(arguments.measure, arguments.kernels)))
+        print(json.dumps(measure(arguments.measure, arguments.engine)))
         return
     arguments.out.mkdir(parents=True, exist_ok=True)
-    rows = list(_list_rows(arguments.out, arguments.kernels))
+    rows = list(_list_rows(arguments.out, arguments.engine))
     if arguments.json:
         print(json.dumps(rows, indent=2))
     else:
@@ -123,14 +124,14 @@ def main() -> None:
             print("| " + " | ".join(map(str, row.values())) + " |")
 
 
-def _list_rows(folder: Path, kernels: str) -> Iterator[dict[str, object]]:
+def _list_rows(folder: Path, engine: str) -> Iterator[dict[str, object]]:
     for level, place, newborn in product(_LEVELS, _PLACES, (False, True)):
         path = folder / f"{level} {place}{' and newborn' * newborn}.quarc"
         if not path.exists():
             path.write_bytes(build(level, place, newborn=newborn))
         size = path.stat().st_size
         if size <= _MOST_BYTES:
-            command = [sys.executable, __file__, "--kernels", kernels, "--measure", str(path)]
+            command = [sys.executable, __file__, "--engine", engine, "--measure", str(path)]
             done = subprocess.run(command, capture_output=True, check=True)
             yield {"stream": path.stem, "bytes": size, **json.loads(done.stdout)}
 

@@ -6,28 +6,20 @@ on from frame to frame; a level's anchors take a third of it each, give or take
 a step. Every frame as many Gaussians die as are born.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from quarc_ref.decoder.digest import compute_state_crc
-from quarc_ref.decoder.frames import (
-    covers_all_fields,
-    decode_births,
-    decode_motion,
-    decode_updates,
-)
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
-from quarc_ref.decoder.state import State
-from quarc_ref.decoder.updates import update_context
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.files import atomic_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS, RESIDUAL_ROWS
-from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
-from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.gaussian_planes import sort_canonical
 from quarc_ref.format.records import (
     LOG_SCALES,
     OPACITY,
@@ -41,12 +33,12 @@ from quarc_ref.format.records import (
     StreamHeader,
 )
 from quarc_ref.format.stream_writer import StreamWriter
-from quarc_ref.format.update_planes import write_updates
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 _METER = 1 << 12
 _MOVERS = 8
 _SHARE_NOT_ZERO = 0.07
+_SHARES_MOVING = (0.07, 0.16, 0.33)
 _SHARE_OF_FIELDS = 0.5
 _NOTHING = Section(np.zeros(0, dtype=np.uint32))
 
@@ -62,6 +54,8 @@ class Job:
         births: Newborn of every frame, and deaths.
         frames: With the canonical one.
         updated: Share of the Gaussians that every frame updates; 0 for a stream of 1.0.
+        sparse: Whether as few anchors move as in streams of the real capture, and close together:
+            7 % of level 1, 16 % of level 2, 33 % of level 3.
     """
 
     gaussians: int
@@ -70,6 +64,7 @@ class Job:
     births: int = 150
     frames: int = 101
     updated: float = 0.0
+    sparse: bool = False
 
     def header(self) -> StreamHeader:
         """Return the header of a stream of the least level that serves."""
@@ -94,13 +89,12 @@ class _Movers:
     Attributes:
         centers: `[3, m]` lattice units.
         velocities: `[c, m]` steps per frame.
-        reach: Lattice units; set so that in the first frame the share of
-            symbols that are not 0 is that of the paper.
+        reach: Lattice units, of each level.
     """
 
     centers: np.ndarray
     velocities: np.ndarray
-    reach: float
+    reach: tuple[float, ...]
 
     def advance(self, rng: np.random.Generator, step: int) -> None:
         noise = rng.normal(size=self.velocities.shape)
@@ -108,11 +102,11 @@ class _Movers:
         self.velocities = 0.95 * self.velocities + 0.3 * noise
         self.centers = self.centers + step * self.velocities[:3]
 
-    def draw(self, positions: np.ndarray, seed: int) -> Int64:
-        """Return symbols `[c, a]` of a level's anchors at positions `[3, a]`."""
+    def draw(self, positions: np.ndarray, number: int, seed: int) -> Int64:
+        """Return symbols `[c, a]` of the anchors of a level, from 0, at positions `[3, a]`."""
         distances = np.stack([_lengths(positions - at[:, None]) for at in self.centers.T])
         nearest = distances.argmin(axis=0)
-        moving = distances.min(axis=0) < self.reach
+        moving = distances.min(axis=0) < self.reach[number]
         noise = np.random.default_rng(seed).normal(size=(self.velocities.shape[0], nearest.size))
         thirds = self.velocities[:, nearest] / 3 + 0.4 * noise
         return np.rint(thirds * moving).astype(np.int64)
@@ -170,7 +164,7 @@ def _draw_thirds(count: int, rng: np.random.Generator) -> np.ndarray:
     return np.trunc(quaternions * 64 * rng.choice([-1, 1], (3, count))).astype(np.int64)
 
 
-def _make_births(state: State, count: int, rng: np.random.Generator) -> Births:
+def _make_births(state: FrameState, count: int, rng: np.random.Generator) -> Births:
     """Return newborn near drawn parents, alike to them."""
     parents = np.sort(rng.integers(0, state.scene.count, count))
     codes = state.scene.codes[:, parents] + rng.normal(0, 2, (16, count)).astype(np.int64)
@@ -181,46 +175,71 @@ def _make_births(state: State, count: int, rng: np.random.Generator) -> Births:
 
 def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]]:
     rng = np.random.default_rng(0)
-    state, payload = _make_canonical(header, make_gaussians(job.gaussians, rng))
+    engine = choose_engine()
+    state, payload = _make_canonical(engine, header, make_gaussians(job.gaussians, rng))
     yield container.CANO, payload
     movers = None
     for frame in range(1, job.frames):
-        begun = begin_frame(state, job.births)
-        movers = movers or _make_movers(begun, rng)
+        begun = engine.begin_frame(state, job.births)
+        levels = [level.positions.astype(np.float64) for level in begun.known_anchors.levels]
+        movers = movers or _make_movers(begun, levels, rng, sparse=job.sparse)
         symbols = [
-            movers.draw(level.positions.astype(np.float64), 3 * frame + number)
-            for number, level in enumerate(begun.known_anchors.levels)
+            movers.draw(positions, number, 3 * frame + number)
+            for number, positions in enumerate(levels)
         ]
         movers.advance(rng, header.translation_step)
-        state, payload = _make_frame(begun, symbols, job, rng)
+        state, payload = _make_frame(engine, begun, symbols, job, rng)
         yield container.FRAM, payload
 
 
-def _make_canonical(header: StreamHeader, gaussians: Gaussians) -> tuple[State, bytes]:
+def _make_canonical(
+    engine: Engine[Any], header: StreamHeader, gaussians: Gaussians
+) -> tuple[FrameState, bytes]:
     origin, axis_bits, ordered = sort_canonical(gaussians)
-    state = begin_canonical(header, 0, ordered)
-    crc = compute_state_crc(state.scene, all_fields=True)
-    sections = write_canonical(ordered, origin)
+    state = engine.begin_canonical(header, 0, ordered)
+    sections = engine.write_canonical(ordered, origin)
+    crc = engine.state_crc(state)
     chunk = CanonicalChunk(0, ordered.count, origin, axis_bits, sections, crc)
     return state, wire.build_canonical(chunk)
 
 
-def _make_movers(state: State, rng: np.random.Generator) -> _Movers:
+def _make_movers(
+    state: FrameState, levels: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
+) -> _Movers:
+    """Return movers that reach so far that as much moves as is asked for."""
     channels = np.arange(state.scene.header.symbol_planes)
     velocities = rng.normal(size=(channels.size, _MOVERS))
     velocities *= np.where(channels < 3, 5.0, 1.2)[:, None]
     inside = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _METER)
     centers = state.scene.positions[:, rng.choice(inside, _MOVERS)].astype(np.float64)
+    if not sparse:
+        anchors = np.concatenate(levels, axis=1)
+        reach = _find_reach(
+            lambda reach: (_Movers(centers, velocities, (reach,)).draw(anchors, 0, 0) != 0).mean(),
+            _SHARE_NOT_ZERO,
+        )
+        return _Movers(centers, velocities, (reach,) * len(levels))
+    reaches = [
+        _find_reach(
+            lambda reach, at=at: (
+                _Movers(centers, velocities, (reach,)).draw(at, 0, 0).any(axis=0).mean()
+            ),
+            share,
+        )
+        for at, share in zip(levels, _SHARES_MOVING, strict=True)
+    ]
+    return _Movers(centers, velocities, tuple(reaches))
+
+
+def _find_reach(share_at: Callable[[float], float], wanted: float) -> float:
     low, high = 0.0, 8.0 * _METER
-    anchors = np.concatenate([level.positions for level in state.known_anchors.levels], axis=1)
     for _ in range(10):
-        movers = _Movers(centers, velocities, (low + high) / 2)
-        share = np.mean(movers.draw(anchors.astype(np.float64), 0) != 0)
-        low, high = (low, movers.reach) if share > _SHARE_NOT_ZERO else (movers.reach, high)
-    return _Movers(centers, velocities, low)
+        reach = (low + high) / 2
+        low, high = (low, reach) if share_at(reach) > wanted else (reach, high)
+    return low
 
 
-def _make_updates(state: State, share: float, rng: np.random.Generator) -> Updates:
+def _make_updates(state: FrameState, share: float, rng: np.random.Generator) -> Updates:
     """Return small changes of drawn Gaussians, each of some fields; none leaves."""
     chosen = np.flatnonzero(rng.random(state.scene.count) < share)
     residuals = rng.laplace(0, 2, (RESIDUAL_ROWS, chosen.size)).astype(np.int64)
@@ -230,22 +249,25 @@ def _make_updates(state: State, share: float, rng: np.random.Generator) -> Updat
 
 
 def _make_frame(
-    begun: State, symbols: list[Int64], job: Job, rng: np.random.Generator
-) -> tuple[State, bytes]:
+    engine: Engine[Any],
+    begun: FrameState,
+    symbols: list[Int64],
+    job: Job,
+    rng: np.random.Generator,
+) -> tuple[FrameState, bytes]:
     """Return the state of a frame and the payload of its chunk."""
     births, updates = job.births, None
-    contexts = motion_contexts(begun, previous=True)
-    motion = write_motion(contexts, symbols, begun.motion_counts)
-    moved = decode_motion(begun, motion, previous=True)
+    motion = engine.write_motion(begun, symbols, previous=True)
+    moved = engine.decode_motion(begun, motion, previous=True)
     if job.updated:
         drawn = _make_updates(moved, job.updated, rng)
-        updates = write_updates(update_context(moved), drawn, moved.update_counts)
-        moved = decode_updates(moved, updates)
-    section = (
-        write_births(_make_births(moved, births, rng), moved.birth_counts) if births else _NOTHING
-    )
-    state = decode_births(moved, section, births)
-    crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
+        updates = engine.write_updates(moved, drawn)
+        moved = engine.decode_updates(moved, updates)
+    section = _NOTHING
+    if births:
+        section = engine.write_births(moved, _make_births(moved, births, rng))
+    state = engine.decode_births(moved, section, births)
+    crc = engine.state_crc(state)
     chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc, updates)
     return state, wire.build_frame(chunk)
 

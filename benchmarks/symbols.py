@@ -15,15 +15,14 @@ import platform
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from statistics import median
 from time import perf_counter, process_time
 
 import numpy as np
 
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts, move
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts, move
 from quarc_ref.decoder.state import State
-from quarc_ref.format.acceleration import COMPILED, computing_with
 from quarc_ref.format.ans import PythonBitDecoder
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.contexts import ContextCounts
@@ -161,8 +160,6 @@ def time_regime(state: State, share: float, births: int, repeats: int) -> list[d
 def choose_readers() -> dict[str, AbstractContextManager[None]]:
     """Return what has sections be read by each reader there is, the fastest first."""
     readers: dict[str, AbstractContextManager[None]] = {}
-    if find_spec("numba"):
-        readers["compiled"] = computing_with(COMPILED)
     if HAS_CONSTRICTION:
         readers["constriction"] = decoding_with(open_fastest)
     readers["python"] = decoding_with(PythonBitDecoder)

@@ -12,7 +12,7 @@ import os
 import sys
 from pathlib import Path
 
-os.environ["QUARC_REF_KERNELS"] = "plain"  # numba compiles no code that is instrumented
+os.environ["QUARC_REF_ENGINE"] = "reference"  # what is instrumented
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
 import atheris

@@ -28,10 +28,6 @@ ALLOWED_FLOATS = {
     "decoder/dequantize.py": {"literal", "float", "float32", "Float32"},
     # A guess of a root or a quotient, which comparisons of integers correct (SPEC 4.2, 4.3).
     "format/arithmetic.py": {"sqrt", "float64"},
-    "decoder/turning_kernels.py": {"sqrt", "float64", "division"},
-    # Rounded up, to tell what may be nearest; integers tell what is (SPEC 6.4).
-    "decoder/pruning_kernels.py": {"literal", "float32", "float64"},
-    "decoder/float_kernels.py": {"float32"},
     # NEAR_FRACTION, for pictures alone (SPEC 10.3).
     "format/constants.py": {"literal"},
     # constriction takes its integer weights as doubles, in which they are exact (SPEC 8.3).

@@ -57,7 +57,7 @@ def _parse_arguments() -> argparse.Namespace:
     add(
         *("--structured",),
         action="store_true",
-        help="streams with hostile values coded anew, each by plain and compiled kernels",
+        help="streams with hostile values coded anew, each by the reference and by the fast engine",
     )
     add("--series", type=int, default=0, metavar="S", help="which mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
@@ -97,7 +97,7 @@ def _begin(arguments: argparse.Namespace) -> None:
     streams = _read_seeds(arguments.seeds)
     if arguments.structured:
         maker = StructuredMaker(arguments.series)
-        _series.append(Series(maker, lambda _number: judge.BY_BOTH_KERNELS))
+        _series.append(Series(maker, lambda _number: judge.BY_BOTH_ENGINES))
     else:
         _series.append(Series(Mutator(streams, arguments.series)))
     judge.prepare(streams.values())

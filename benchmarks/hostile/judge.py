@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import FrameType
 from unittest.mock import patch
 
-from hostile.both_kernels import decode_by_both_kernels
+from hostile.both_engines import decode_by_both_engines
 from quarc_ref.decoder import (
     BytesSource,
     PipeSource,
@@ -21,11 +21,12 @@ from quarc_ref.decoder import (
     frames,
     recover,
 )
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.editing.cut import cut
 from quarc_ref.editing.join import join
 from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.twin_coders import TwinCoders
-from quarc_ref.format.acceleration import COMPILED, computing_with
 from quarc_ref.format.entropy import decoding_with
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -76,7 +77,7 @@ def judge(way: str, data: bytes, *, heedless: bool) -> Verdict:
     begun, count, detail = time.process_time(), 0, ""
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
-        with _heedless() if heedless else contextlib.nullcontext(), computing_with(COMPILED):
+        with _heedless() if heedless else contextlib.nullcontext():
             for _ in WAYS[way](data):
                 count += 1
         outcome = "decoded"
@@ -102,7 +103,7 @@ def prepare(seeds: Iterable[bytes]) -> None:
     """
     for way in WAYS.values():
         for seed in seeds:
-            with contextlib.suppress(BitstreamError, EditError), computing_with(COMPILED):
+            with contextlib.suppress(BitstreamError, EditError):
                 list(way(seed))
     signal.signal(signal.SIGPROF, _end)
     warnings.simplefilter("error")
@@ -122,7 +123,7 @@ def _end(_signal: int, _frame: FrameType | None) -> None:
 @contextlib.contextmanager
 def _heedless() -> Iterator[None]:
     """Take every state CRC for right, as a forger would make it."""
-    with patch.object(frames, "compute_state_crc", lambda *_, **__: _AnyCrc()):
+    with decoding_by(REFERENCE), patch.object(frames, "state_crc", lambda _: _AnyCrc()):
         yield
 
 
@@ -161,11 +162,11 @@ def _inspect(data: bytes) -> Iterator[object]:
     yield from inspect_stream(data).frames
 
 
-BY_BOTH_KERNELS = "decode by both kernels"
+BY_BOTH_ENGINES = "decode by both engines"
 WAYS: dict[str, Callable[[bytes], Iterator[object]]] = {
     "decode": _decode,
     "decode by both coders": _decode_twice,
-    BY_BOTH_KERNELS: decode_by_both_kernels,
+    BY_BOTH_ENGINES: decode_by_both_engines,
     "from a pipe": lambda data: decode(PipeSource(io.BytesIO(data))),
     "from frame 1": lambda data: decode(data, 1),
     "recover": recover,

@@ -19,6 +19,8 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.config import EncoderConfig
@@ -97,7 +99,8 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
     if last >= capture.frame_count:
         message = f"frame {last} of a capture of {capture.frame_count}"
         raise TooFewFramesError(message)
-    state = next(decode_states(data, arguments.frame, arguments.frame + 1), None)
+    with decoding_by(REFERENCE):
+        state = next(decode_states(data, arguments.frame, arguments.frame + 1), None)
     if state is None:
         message = f"the stream has no frame {arguments.frame}"
         raise MismatchError(message)

@@ -20,8 +20,9 @@ from canonical_once import Train
 from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame
+from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
@@ -39,7 +40,7 @@ from quarc_ref.encoder.surrogate import deform
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.encoder.views import TrainingViews, measure_extent
 from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
-from quarc_ref.format.gaussian_planes import sort_canonical
+from quarc_ref.format.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
@@ -87,8 +88,14 @@ def encode_unquantized(
         with without_rounding():
             motion = fit_motion(studio, state, begun, priced.motion)
         moved = move_freely(begun, motion.residuals)
-        births = fit_births(studio, moved, motion.statistics, priced)
-        state = moved if births is None else bear(moved, births)
+        births = fit_births(
+            studio,
+            moved,
+            motion.statistics,
+            priced,
+            lambda births, counts=moved.birth_counts: write_births(births, counts).byte_count(),
+        )
+        state = moved if births is None else append_births(moved, births)
         studio.views.forget_before(frame)
         studio.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)

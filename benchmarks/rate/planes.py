@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.chunk_reader import ChunkReader

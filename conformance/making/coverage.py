@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 
 from making.unit_answers import Unit
 from making.vectors import Vector
-from tests.spec import spec_text
-from tests.spec.check_clauses import Clause, clauses
+from plain import spec_text
+from plain.clauses import Clause, clauses
 
 REASONS: dict[str, str] = {
     "1-4": "binds encoders: `run.py --encoder` asks whether what they write is decoded",

@@ -1,6 +1,6 @@
 """Frames from records made by hand: what a CANO or a FRAM chunk holds, and its state.
 
-The state is that of `tests.spec.plain_decoder`, which follows the text in
+The state is that of `plain.decoder`, which follows the text in
 plain integers and shares no line with the package.
 """
 
@@ -19,10 +19,10 @@ from making.planes import (
     update_planes,
 )
 from making.writing import Planes, State, WritingSection
-from tests.spec.plain_coder import Counts
-from tests.spec.plain_decoder import FrameDecoder
-from tests.spec.plain_planes import PlainSection
-from tests.spec.plain_state import PlainState, Vector
+from plain.coder import Counts
+from plain.decoder import FrameDecoder
+from plain.planes import PlainSection
+from plain.state import PlainState, Vector
 
 
 class _Maker(FrameDecoder):

@@ -11,7 +11,7 @@ from making.streams import Piece, Stream
 from making.update_scenes import NEEDS, updating
 from making.vectors import Outcome, Splice, Valid, Vector, broken, valid
 from making.writing import Planes, WritingSection
-from tests.spec.plain_updates import read_updates
+from plain.updates import read_updates
 
 LEVELS = {10: (65536, 4096, 1 << 22), 20: (262144, 16384, 1 << 24)}
 _POINT = Coded((0, 0, 0), codes=(0,) * 7)

@@ -11,7 +11,7 @@ from making.frames import make_canonical, make_frame
 from making.scenes import cloud, moving, newborn
 from making.streams import Piece
 from making.vectors import Outcome, Valid, Vector, broken
-from tests.spec.plain_state import PlainState
+from plain.state import PlainState
 
 _UNIT = 1 << 8  # 2^rotation_bits of the journey
 _MUCH = "32768 by its difference from green"

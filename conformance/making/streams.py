@@ -23,7 +23,7 @@ from making.payloads import (
     pack_tail,
 )
 from making.writing import State
-from tests.spec.plain_state import PlainState
+from plain.state import PlainState
 
 FRAMES = (b"CANO", b"SNAP", b"FRAM")
 

@@ -23,7 +23,7 @@ from making.unit_answers import make_units
 from making.update_faults import make_update_faults
 from making.valid_streams import make_streams
 from making.vectors import Outcome, Valid, Vector, broken
-from tests.spec.plain_state import PlainState
+from plain.state import PlainState
 
 FORMAT = "1.1"
 

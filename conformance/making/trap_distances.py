@@ -10,7 +10,7 @@ from making.scenes import only
 from making.streams import Stream
 from making.trap_making import set_traps
 from making.vectors import Valid
-from tests import oracle
+from plain import oracle
 
 Place = tuple[int, int, int]
 _STEP, _EDGE = 47, 178481  # their product is POSITION_LIMIT

@@ -9,7 +9,7 @@ from making.planes import morton
 from making.scenes import between, cloud
 from making.unit_coding import make_coding, make_states
 from making.units import Input, Refusal, Unit
-from tests import oracle
+from plain import oracle
 
 
 def make_units() -> list[Unit]:

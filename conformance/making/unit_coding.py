@@ -10,8 +10,8 @@ from making.scenes import between, cloud, pick
 from making.streams import Stream
 from making.units import Input, Refusal, Unit
 from making.writing import Planes, WritingSection, ascending, encode, fixed, signed, unsigned
-from tests.spec import plain_planes
-from tests.spec.plain_coder import add_to_counts, weight_by_counts, weight_of
+from plain import planes
+from plain.coder import add_to_counts, weight_by_counts, weight_of
 
 _SEEN = (
     *((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (6, 1), (3, 4), (100, 3)),
@@ -107,7 +107,7 @@ def _forms(form: str, given: Iterable[tuple[list[int], list[int], int]]) -> list
     made: list[tuple[Input, Any]] = []
     for values, contexts, width in given:
         section = WritingSection("n", Planes(_MAKERS[form](values, width)), {})
-        getattr(plain_planes, form)(section, "n", contexts, width)
+        getattr(planes, form)(section, "n", contexts, width)
         section.close()
         made.append(({"words": section.written, "contexts": contexts, "width": width}, values))
     return made
@@ -122,11 +122,11 @@ def _ascended() -> list[tuple[Input, Any]]:
         [5 * k * k for k in range(50)],
     ):
         section = WritingSection("n", Planes(ascending(values)), {})
-        plain_planes.ascending(section, "n", len(values), 6)
+        planes.ascending(section, "n", len(values), 6)
         section.close()
         made.append(({"words": section.written, "count": len(values)}, values))
     section = WritingSection("n", Planes(unsigned([(1 << 60) + 1, 0], 6)), {})
-    plain_planes.unsigned(section, "n", [0, 0], 6)
+    planes.unsigned(section, "n", [0, 0], 6)
     section.close()
     made.append(({"words": section.written, "count": 2}, Refusal("symbol-range")))
     return made

@@ -15,7 +15,7 @@ from making.streams import Piece
 from making.update_scenes import drawn, leaving, residuals
 from making.vectors import Outcome, Recovery, Valid, Vector, broken
 from making.word_faults import state_code
-from tests.spec.plain_state import PlainState
+from plain.state import PlainState
 
 _FRAMES = (3, 4, 7, 8, 10)
 """Pieces of `streams/updates-journey` that hold frames 1, 2, 4, 5 and 7."""

@@ -10,7 +10,7 @@ from making.payloads import Canonical, Frame
 from making.streams import Piece
 from making.vectors import Valid
 from making.writing import Planes, WritingSection, encode, unsigned
-from tests.spec import plain_planes
+from plain import planes
 
 _HALF, _STATED = 1 << 23, 1 << 18
 _DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
@@ -78,6 +78,6 @@ def state_code(code: int) -> list[int]:
 def _code(values: list[int]) -> list[int]:
     """The words of a sequence by Unsigned(6), from counts of 0."""
     section = WritingSection("positions", Planes(unsigned(values, 6)), {})
-    plain_planes.unsigned(section, "keys", [0] * len(values), 6)
+    planes.unsigned(section, "keys", [0] * len(values), 6)
     section.close()
     return section.written

@@ -1,6 +1,6 @@
 """Values to bits, and bits to words: the writing half of SPEC 8.
 
-The walks of `tests.spec` ask a section for planes. A section that writes knows
+The walks of `plain` ask a section for planes. A section that writes knows
 the bits of every plane beforehand, in the order of the planes; contexts and
 counts come from the walk. So what is written is what the walk reads.
 """
@@ -8,8 +8,8 @@ counts come from the walk. So what is written is what the walk reads.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from tests.spec.plain_coder import add_to_counts, weight_by_counts, weight_of
-from tests.spec.plain_planes import PlainSection
+from plain.coder import add_to_counts, weight_by_counts, weight_of
+from plain.planes import PlainSection
 
 TOTAL = 1 << 24
 Bits = list[int]

@@ -6,7 +6,7 @@ _CONTEXTS = "format/contexts.py"
 _MOTION = "format/motion_planes.py"
 _GAUSSIANS = "format/gaussian_planes.py"
 _WEIGHT = "((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)"
-_OPENED = "    reader = open_planes(section, counts, levels[0].parents.size)\n"
+_OPENED = "    reader = PlaneReader(section, counts)\n"
 _HALVED = "seen[0] + seen[1] > COUNT_LIMIT)"
 
 MUTANTS = (
@@ -26,8 +26,8 @@ MUTANTS = (
     mutant(
         "counts of births begin anew",
         "decoder/frames.py",
-        "read_births(part, header.code_planes, count, state.birth_counts)",
-        "read_births(part, header.code_planes, count, type(state.birth_counts)())",
+        "read_births(section, header.code_planes, count, state.birth_counts)",
+        "read_births(section, header.code_planes, count, type(state.birth_counts)())",
     ),
     mutant("counts never halved", _CONTEXTS, _HALVED, "seen[0] + seen[1] > 1 << 40)"),
     mutant("counts halved one too early", _CONTEXTS, _HALVED, "seen[0] + seen[1] >= COUNT_LIMIT)"),

@@ -4,7 +4,7 @@ from mutant import mutant
 
 _CONTAINER = "format/container.py"
 _READER = "format/chunk_reader.py"
-_STREAM = "decoder/decode_stream.py"
+_STREAM = "decoder/stream_decoder.py"
 _WIRE = "format/wire.py"
 _UNKNOWN = "if not is_known and not header.is_ancillary:"
 
@@ -52,9 +52,9 @@ MUTANTS = (
     mutant(
         "length held against its bound once the payload is there",
         _READER,
-        "        container.check_length(header.length, self._stream, self.offset)\n",
+        "        container.check_length(header.length, self._stream, self.offset)  #",
         "        if self._stream is None:\n"
-        "            container.check_length(header.length, self._stream, self.offset)\n",
+        "            container.check_length(header.length, self._stream, self.offset)  #",
     ),
     mutant(
         "a step of 0 taken",

@@ -141,7 +141,7 @@ def main() -> int:
     parser.add_argument("--timeout", type=float, default=30.0, help="seconds for a case")
     parser.add_argument("--package", type=Path, default=PACKAGE, help="what is broken")
     options = parser.parse_args()
-    os.environ["QUARC_REF_KERNELS"] = "plain"  # what is broken is the plain path
+    os.environ["QUARC_REF_ENGINE"] = "reference"  # what is broken
     suite = Suite.load(_HERE.parent)
     wanted = [mutant for mutant in MUTANTS if options.only in mutant.name]
     limits = Limits(options.timeout, 512)

@@ -4,7 +4,7 @@ from mutant import Mutant, mutant
 
 _PLANES = "format/snapshot_planes.py"
 _FRAMES = "decoder/frames.py"
-_STREAM = "decoder/decode_stream.py"
+_STREAM = "decoder/stream_decoder.py"
 _SEEK = "decoder/seek.py"
 _RESYNC = "format/resync.py"
 _CONTAINER = "format/container.py"
@@ -61,8 +61,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "a snapshot without Gaussians",
         _FRAMES,
-        '    if count == 0:\n        message = "a snapshot',
-        '    if count < 0:\n        message = "a snapshot',
+        "    if snapshot.gaussians.count == 0:",
+        "    if False:",
     ),
     mutant(
         "snapshots of any CANO",
@@ -80,8 +80,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "snapshots without their CANO after a seek",
         _SEEK,
-        "    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))\n",
-        "    place = points[0]\n",
+        "    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))",
+        "    place = points[0]",
     ),
     mutant(
         "resumed at any snapshot",

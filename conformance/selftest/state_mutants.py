@@ -4,8 +4,11 @@ from mutant import Mutant, mutant
 
 _RECONSTRUCT = "decoder/reconstruct.py"
 _FRAMES = "decoder/frames.py"
+_LIMITS = "decoder/limits.py"
+_RANGES = "decoder/ranges.py"
+_DIGEST = "decoder/digest.py"
 _ROTATION = "decoder/rotation.py"
-_STREAM = "decoder/decode_stream.py"
+_STREAM = "decoder/stream_decoder.py"
 _TURNING = "turning = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
 _CANONICAL = "        self._state = decode(chunk, self._sought)\n"
@@ -14,53 +17,53 @@ _NORMALIZED = "_normalize(unit, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 MUTANTS = (
     mutant(
         "one Gaussian fewer than the level allows",
-        _FRAMES,
+        _LIMITS,
         "if count > header.limits.gaussians:",
         "if count >= header.limits.gaussians:",
     ),
     mutant(
         "one birth fewer than the level allows",
-        _FRAMES,
+        _LIMITS,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
         alone="levels",
     ),
     mutant(
         "Gaussians of the unlimited level made room for, however many",
-        _FRAMES,
+        _LIMITS,
         '    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         alone="resource",
     ),
     mutant(
         "positions wrap",
-        _RECONSTRUCT,
+        _RANGES,
         "    if _exceed(positions, POSITION_LIMIT):",
         "    if False:",
     ),
-    mutant("codes wrap", _RECONSTRUCT, "    if _exceed(codes, CODE_LIMIT):", "    if False:"),
+    mutant("codes wrap", _RANGES, "    if _exceed(codes, CODE_LIMIT):", "    if False:"),
     mutant(
         "state CRC unchecked",
         _FRAMES,
-        "    if crc != state_crc:",
-        "    if crc is None:",
+        "    if state_crc(scene) != stated:",
+        "    if stated is None:",
     ),
     mutant(
         "state CRC of all fields in every frame",
-        _FRAMES,
-        "return scene.phase % scene.header.full_crc_interval == 0",
-        "return True",
+        _DIGEST,
+        "covers_all_fields = scene.phase % scene.header.full_crc_interval == 0",
+        "covers_all_fields = True",
     ),
     mutant(
         "stale binding",
         _RECONSTRUCT,
-        "if anchors is None or before.phase % scene.header.resample_interval == 0:",
+        "if anchors is None or before.phase % before.header.resample_interval == 0:",
         "if anchors is None:",
     ),
     mutant(
         "sampled one frame early",
         _RECONSTRUCT,
-        "or before.phase % scene.header.resample_interval == 0:",
+        "or before.phase % before.header.resample_interval == 0:",
         "or scene.phase % scene.header.resample_interval == 0:",
     ),
     Mutant(
@@ -68,18 +71,17 @@ MUTANTS = (
         (
             (
                 _FRAMES,
-                "    begun = begin_frame(state, chunk.death_count, ",
-                "    begun = begin_frame(state, 0, ",
+                "    state = begin_frame(state, chunk.death_count)\n",
+                "    before, state = state, begin_frame(state, 0)\n",
             ),
             (
                 _FRAMES,
-                "    grown = bear_decoded(updated)\n",
-                "    gone = np.sort(choose_deaths(state.scene, chunk.death_count))\n"
-                "    binding = np.delete(moved.anchors.binding, gone, axis=1)\n"
-                "    motion = np.delete(moved.motion, gone, axis=1)\n"
-                "    moved = replace(moved, scene=moved.scene.without(gone)[0], motion=motion)\n"
-                "    moved = replace(moved, anchors=replace(moved.anchors, binding=binding))\n"
-                "    grown = bear_decoded(moved)\n",
+                "    state = decode_births(state, chunk.births, chunk.birth_count)\n",
+                "    gone = choose_deaths(before.scene, chunk.death_count)\n"
+                "    motion = np.delete(state.motion, gone, axis=1)\n"
+                "    state = replace(state, scene=state.scene.without(gone), motion=motion)\n"
+                "    state = replace(state, anchors=state.anchors.without(gone))\n"
+                "    state = decode_births(state, chunk.births, chunk.birth_count)\n",
             ),
             (
                 _FRAMES,
@@ -106,23 +108,23 @@ MUTANTS = (
     mutant(
         "newborn follow their parents' anchors",
         _RECONSTRUCT,
-        "_follow_on(anchors, gone, scene.positions)\n",
-        "Anchors(anchors.levels, np.delete(np.hstack([anchors.binding,"
-        " anchors.binding[:, state.births.parents]"
-        " if state.births else anchors.binding[:, :0]]), gone, axis=1))\n",
+        "anchors.with_newborn(scene.positions[:, anchors.binding.shape[1] :])\n",
+        "replace(state.anchors, binding=np.delete(np.hstack([state.anchors.binding,"
+        " state.anchors.binding[:, state.births.parents]"
+        " if state.births else state.anchors.binding[:, :0]]), gone, axis=1))\n",
     ),
     mutant(
         "ids of the dead given again",
         _RECONSTRUCT,
-        "ids = state.next_id + np.arange(newborn.count)",
-        "ids = int(scene.ids[-1]) + 1 + np.arange(newborn.count)",
+        "np.append(scene.ids, state.next_id + np.arange(newborn.count))",
+        "np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count))",
     ),
     mutant(
         "parents as they stood before the motion",
         _RECONSTRUCT,
-        "scene.positions[:, parents] + newborn",
-        "scene.positions[:, parents]"
-        " - state.motion[:3, parents] * header.translation_step + newborn",
+        "scene.positions[:, births.parents] + newborn",
+        "scene.positions[:, births.parents]"
+        " - state.motion[:3, births.parents] * header.translation_step + newborn",
     ),
     mutant(
         "own motion of the dead remembered",
@@ -133,8 +135,8 @@ MUTANTS = (
     mutant(
         "previous_contexts ignored",
         _RECONSTRUCT,
-        "        if previous:\n",
-        "        if True:\n",
+        "own if previous else np.zeros_like(own)",
+        "own",
     ),
     mutant(
         "a canonical frame keeps the counts",
@@ -145,8 +147,8 @@ MUTANTS = (
         "        if before is not None:\n"
         "            self._state = replace(self._state, motion_counts=before.motion_counts,"
         " birth_counts=before.birth_counts)\n",
-        "from collections.abc import Iterator\n",
-        "from collections.abc import Iterator\nfrom dataclasses import replace\n",
+        "from typing import Any\n",
+        "from dataclasses import replace\nfrom typing import Any\n",
     ),
     mutant(
         "a sum of 0 is normalized again",

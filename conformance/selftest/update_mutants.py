@@ -12,7 +12,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "updates left out",
         _FRAMES,
-        "updated = decode_updates(moved, chunk.updates, state.scene)",
+        "state = decode_updates(state, chunk.updates)",
         "pass",
     ),
     mutant(
@@ -25,14 +25,14 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "updated positions wrap",
         _UPDATES,
-        "if np.abs(moved).max(initial=0) > POSITION_LIMIT:",
-        "if False:",
+        "narrow_positions(moved)",
+        "moved",
     ),
     mutant(
         "updated codes wrap",
         _UPDATES,
-        "if np.abs(changed).max(initial=0) > CODE_LIMIT:",
-        "if False:",
+        "narrow_codes(changed[:, which] + residuals[CODES])",
+        "changed[:, which] + residuals[CODES]",
     ),
     mutant(
         "turns of any size",
@@ -56,13 +56,13 @@ MUTANTS: tuple[Mutant, ...] = (
         "rotations that are not turned normalized again",
         _UPDATES,
         "turning = np.flatnonzero(np.any(residuals[TURN], axis=0))",
-        "turning = np.arange(left.size)",
+        "turning = np.arange(which.size)",
     ),
     mutant(
         "translation in position steps",
         _UPDATES,
-        "moved = positions + residuals * scene.header.translation_step",
-        "moved = positions + residuals * scene.header.position_step",
+        "residuals[TRANSLATION] * scene.header.translation_step",
+        "residuals[TRANSLATION] * scene.header.position_step",
     ),
     mutant(
         "recency without an end",
@@ -86,8 +86,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "frames without updates do not age",
         _UPDATES,
-        "        return replace(state, recency=recency, updates=updates)\n",
-        "        return replace(state, updates=updates)\n",
+        "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
+        "np.minimum(state.known_recency + bool(updates.count), RECENCY_LIMIT)",
     ),
     mutant(
         "newborn as if never changed",
@@ -97,20 +97,21 @@ MUTANTS: tuple[Mutant, ...] = (
     ),
     mutant(
         "all of a canonical frame new",
-        _RECONSTRUCT,
+        "decoder/canonical.py",
         "recency = np.full(count, RECENCY_LIMIT, dtype=np.int16)",
         "recency = np.zeros(count, dtype=np.int16)",
     ),
     mutant(
         "bindings kept by index where Gaussians leave",
         _UPDATES,
-        "    binding = remove(anchors.binding, gone)\n",
-        "    binding = anchors.binding[:, : anchors.binding.shape[1] - gone.size]\n",
+        "anchors=state.known_anchors.without(gone)",
+        "anchors=replace(state.known_anchors,"
+        " binding=state.known_anchors.binding[:, : scene.count])",
     ),
     mutant(
         "motion kept by index where Gaussians leave",
         _UPDATES,
-        "        motion=_without(state.motion, gone, state.room),\n",
+        "        motion=np.delete(state.motion, gone, axis=1),\n",
         "        motion=state.motion[:, : scene.count].copy(),\n",
     ),
     mutant(
@@ -122,8 +123,8 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "counts of updates begun anew in every frame",
         _FRAMES,
-        "return update(replace(state, update_counts=counts), updates, before)",
-        "return update(state, updates, before)",
+        "return update(replace(state, update_counts=counts), updates)",
+        "return update(state, updates)",
     ),
     mutant(
         "changes without the motion",

@@ -30,7 +30,7 @@ def bench(
             message = "the stream has no frame to decode"
             raise UsageError(message)
         if as_json:
-            print_json("bench/1", speed.as_json())
+            print_json("bench/2", speed.as_json())
         else:
             print_table(name_stream(file), _describe(speed))
 
@@ -44,7 +44,7 @@ def _describe(speed: "Speed") -> dict[str, str]:
     memory = "unknown" if speed.peak_rss_mib is None else f"{speed.peak_rss_mib:.0f} MiB"
     return {
         "frames": f"{speed.frames:,}, {speed.gaussians:,} Gaussians in the last",
-        "frames per second": f"{speed.fps:.1f}, {speed.threads} threads, {speed.kernels} kernels",
+        "frames per second": f"{speed.fps:.1f}, {speed.threads} threads, {speed.engine} engine",
         "processor": f"{speed.cpu_ms:.1f} ms per frame, of all threads{stolen}",
         "first frame": f"{speed.first_frame_s:.2f} s after opening{again}",
         "peak memory": memory,

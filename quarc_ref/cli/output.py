@@ -18,12 +18,10 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from quarc_ref.format.acceleration import lacks_kernels
-
 _SECONDS_BETWEEN_LINES = 5.0
-_PLAIN_KERNELS = (
-    "numba cannot be imported, and decoding takes several times as long without: "
-    "pip install 'quarc-ref[fast]'"
+_REFERENCE_ENGINE = (
+    "quarc_core is not installed, and scenes of this size decode many times faster with it: "
+    "see core/README.md"
 )
 _AS_WIDE_AS_IT_IS = 1 << 12
 
@@ -94,15 +92,18 @@ def escape_controls(text: str) -> str:
     )
 
 
-def warn_of_plain_kernels() -> bool:
-    """Say on stderr how decoding gets faster, if it does without kernels that would pay.
+def warn_of_reference_engine() -> bool:
+    """Say on stderr how decoding gets faster, if a large scene is decoded without the fast engine.
 
     Returns:
         Whether it was said.
     """
-    if lacks_kernels():
-        tell(_PLAIN_KERNELS)
-    return lacks_kernels()
+    from quarc_ref.decoder.engines import misses_fast_engine
+
+    missed = misses_fast_engine()
+    if missed:
+        tell(_REFERENCE_ENGINE)
+    return missed
 
 
 class TerminalProgress:
@@ -157,7 +158,7 @@ class TerminalProgress:
         if self._lines and stage in self._ONCE:
             self._print_line(stage, done, total)
         if self._warns:
-            self._warns = not warn_of_plain_kernels()
+            self._warns = not warn_of_reference_engine()
 
     def _print_line(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()

@@ -13,7 +13,7 @@ import typer
 from quarc_ref.cli.faults import UsageError, reported_faults
 from quarc_ref.cli.held_stream import held_stream
 from quarc_ref.cli.options import AsJson, StreamName, name_stream
-from quarc_ref.cli.output import print_json, print_table, warn_of_plain_kernels
+from quarc_ref.cli.output import print_json, print_table, warn_of_reference_engine
 
 if TYPE_CHECKING:
     from quarc_ref.decoder import Source
@@ -112,6 +112,6 @@ def _announce(title: str, url: str, *, as_json: bool, open_browser: bool) -> Non
     else:
         print_table(title, {"page": url, "end": "Ctrl-C"})
     sys.stdout.flush()
-    warn_of_plain_kernels()
+    warn_of_reference_engine()
     if open_browser:
         webbrowser.open(url)

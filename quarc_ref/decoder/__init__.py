@@ -11,7 +11,7 @@ Neither this package nor `quarc_ref.format` under it imports torch, OpenCV or
 matplotlib.
 """
 
-from quarc_ref.decoder.decode_stream import StreamDecoder, decode
+from quarc_ref.decoder.decode_stream import decode
 from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.follow import Follow
@@ -20,6 +20,7 @@ from quarc_ref.decoder.player import Player
 from quarc_ref.decoder.recover import Gap, recover
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.sources import FileSource, PipeSource, open_source
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format.source import BytesSource, Source
 
 __all__ = [

@@ -11,6 +11,8 @@ import sys
 from contextlib import ExitStack
 
 from quarc_ref.decoder.conformance_jobs import CAPABILITIES, answer_jobs, describe_stream
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.sources import PipeSource
 from quarc_ref.format.ans import PythonBitDecoder
 from quarc_ref.format.entropy import decoding_with
@@ -24,6 +26,7 @@ def main() -> int:
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":
+            stack.enter_context(decoding_by(REFERENCE))
             stack.enter_context(decoding_with(PythonBitDecoder))
         if options.capabilities:
             sys.stdout.write(json.dumps(CAPABILITIES) + "\n")

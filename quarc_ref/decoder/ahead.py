@@ -21,8 +21,6 @@ class Ahead(Generic[_Item]):
     Args:
         make: Makes the iterator, in the thread; it is closed there, too.
         most: How many items may wait to be taken.
-        first_alone: Whether the second item is not begun before it is asked for, so that
-            whoever works on the first has the processor.
         closed: Is set once this is closed or let go of, which ends what the iterator waits
             for; None where it does not wait.
     """
@@ -32,12 +30,9 @@ class Ahead(Generic[_Item]):
         make: Callable[[], Generator[_Item]],
         most: int,
         *,
-        first_alone: bool = False,
         closed: Event | None = None,
     ) -> None:
         self._work = _Work(make, most, closed or Event())
-        if not first_alone:
-            self._work.may_go_on.set()
         self._thread = Thread(target=copy_context().run, args=(self._work.run,), daemon=True)
         self._is_over = False
         weakref.finalize(self, self._work.end)  # the thread holds the work, and not this
@@ -50,8 +45,6 @@ class Ahead(Generic[_Item]):
             raise StopIteration
         if self._thread.ident is None:
             self._thread.start()
-        else:
-            self._work.may_go_on.set()
         item, error = self._work.queue.get()
         if item is not None:
             return item
@@ -77,7 +70,6 @@ class _Work(Generic[_Item]):
         self._make = make
         self.queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(most)
         self.closed = closed
-        self.may_go_on = Event()
 
     def run(self) -> None:
         """Make all items."""
@@ -92,7 +84,6 @@ class _Work(Generic[_Item]):
     def end(self) -> None:
         """Have no more made."""
         self.closed.set()
-        self.may_go_on.set()
 
     def wake(self) -> None:
         """Have whoever waits for an item wait no longer."""
@@ -110,7 +101,6 @@ class _Work(Generic[_Item]):
             for item in items:
                 if not self._hand_over(item, None):
                     return
-                self.may_go_on.wait()
 
     def _hand_over(self, item: _Item | None, error: BaseException | None) -> bool:
         """Wait for room; return whether anybody still wants it."""

@@ -5,34 +5,15 @@ been seen of the stream, `frames` makes the state of each frame.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-import numpy as np
-
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.decoder.follow import Follow, ask
-from quarc_ref.decoder.frames import (
-    Prove,
-    decode_frame,
-    decode_snapshot,
-    make_canonical,
-    read_checked,
-)
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.seek import seek
-from quarc_ref.decoder.state import State
-from quarc_ref.format import container, wire
-from quarc_ref.format.cameras import Camera
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format import container
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.errors import (
-    BitstreamError,
-    ChunkOrderError,
-    FrameOrderError,
-    IndexMismatchError,
-    TailMismatchError,
-)
-from quarc_ref.format.records import Gaussians, SeekPoint, StreamHeader, Tail
-from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.format.source import Source, as_source
 
 
@@ -64,21 +45,21 @@ def decode(
 
 def decode_states(
     stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
-) -> Iterator[State]:
+) -> Iterator[FrameState]:
     """Do as `decode`, and yield all that a frame hands to the next."""
     for _, state in walk_frames(stream, StreamDecoder(), start, stop, follow):
-        frame = state.scene.frame
+        frame = state.frame
         if start <= frame and (stop is None or frame < stop):
             yield state
 
 
 def walk_frames(
     stream: bytes | Source,
-    decoder: "StreamDecoder",
+    decoder: StreamDecoder,
     start: int = 0,
     stop: int | None = None,
     follow: Follow | None = None,
-) -> Iterator[tuple[Chunk, State]]:
+) -> Iterator[tuple[Chunk, FrameState]]:
     """Do as `decode`, and yield also the frames that lead to the first one wanted.
 
     Args:
@@ -99,202 +80,5 @@ def walk_frames(
         if state is None:
             continue
         yield chunk, state
-        if stop is not None and state.scene.frame + 1 >= stop:
+        if stop is not None and state.frame + 1 >= stop:
             return
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reference:
-    """What snapshots are coded against (SPEC 7.9).
-
-    Attributes:
-        frame: Ordinal of a CANO.
-        gaussians: Its Gaussians, as they are coded.
-    """
-
-    frame: int
-    gaussians: Gaussians
-
-
-class StreamDecoder:
-    """Takes the chunks of a stream one by one and gives the state of every frame.
-
-    Args:
-        prove: What holds each state against the CRC of its chunk, `prove_state`
-            if None; whoever puts it off sees to it before a state is given out.
-
-    Attributes:
-        cameras: From `came`.
-        metadata: From `meta`.
-        index: From INDX; None before it.
-        tail: From TAIL; None before it.
-        reference: The CANO that snapshots are coded against; None before it, and in streams
-            without snapshots.
-        roots: `[N]` of the last canonical frame: index in the CANO of each Gaussian that it
-            has, -1 of the others; nothing in streams without snapshots.
-    """
-
-    def __init__(self, prove: Prove | None = None) -> None:
-        self._prove = prove
-        self.cameras: tuple[Camera, ...] = ()
-        self.metadata: dict[str, str] = {}
-        self.index: SeekPoints | None = None
-        self.tail: Tail | None = None
-        self._header: StreamHeader | None = None
-        self._state: State | None = None
-        self._frame_count = 0
-        self._passed = SeekPoints.of(())
-        self._points: list[SeekPoint] = []
-        self._index_offset = 0
-        self._sought: SeekPoint | None = None
-        self._is_whole = True
-        self.reference: Reference | None = None
-        self.roots = np.zeros(0, dtype=np.int64)
-
-    @property
-    def header(self) -> StreamHeader:
-        """What HEAD says.
-
-        Raises:
-            ChunkOrderError: HEAD has not been pushed.
-        """
-        if self._header is None:
-            message = "no HEAD yet"
-            raise ChunkOrderError(message)
-        return self._header
-
-    def skip_to(self, points: SeekPoints, canonical: Chunk | None = None) -> None:
-        """Take it that the next frame is that of the last of these seek points.
-
-        Args:
-            points: All of the stream up to it; none where nothing is skipped.
-            canonical: The CANO that the frame is coded against, if it is a snapshot.
-
-        Raises:
-            BitstreamError: What is wrong with that CANO.
-        """
-        if canonical is not None:
-            self._decode_canonical(canonical, points.at(canonical.offset))
-        if points:
-            self._passed = points[:-1]
-            self._frame_count = points[-1].frame - points[0].frame
-            self._sought = points[-1]
-
-    @property
-    def canonical_frame(self) -> int | None:
-        """Ordinal of the CANO that a snapshot may be coded against; None if there is none."""
-        return None if self.reference is None else self.reference.frame
-
-    def lose(self) -> None:
-        """Take it that chunks up to the next canonical frame are lost (SPEC 11.4)."""
-        self._state = None
-        self._is_whole = False
-
-    def push(self, chunk: Chunk) -> State | None:
-        """Take the next chunk.
-
-        Args:
-            chunk: As a `ChunkReader` gives it: its CRCs hold.
-
-        Returns:
-            The state of the frame that the chunk holds; None if it holds none.
-
-        Raises:
-            BitstreamError: What is wrong with the chunk; the decoder stays as
-                it was.
-        """
-        try:
-            return self._push(chunk)
-        except BitstreamError as error:
-            error.offset = chunk.offset if error.offset is None else error.offset
-            raise
-
-    def _push(self, chunk: Chunk) -> State | None:
-        if chunk.kind == container.HEAD:
-            self._header = wire.parse_stream_header(chunk.payload)
-            return None
-        container.check_length(len(chunk.payload), self.header, chunk.offset)
-        if chunk.kind == container.CAME:
-            self.cameras = wire.parse_cameras(chunk.payload)
-        elif chunk.kind == container.META:
-            self.metadata = wire.parse_metadata(chunk.payload)
-        elif chunk.kind == container.INDX:
-            self._take_index(chunk)
-        elif chunk.kind == container.TAIL:
-            self._take_tail(wire.parse_tail(chunk.payload))
-        elif chunk.kind in container.CANONICAL:
-            return self._push_canonical(chunk)
-        elif chunk.kind == container.FRAM:
-            return self._push_frame(chunk)
-        return None
-
-    def _push_canonical(self, chunk: Chunk) -> State:
-        decode = self._decode_canonical if chunk.kind == container.CANO else self._decode_snapshot
-        self._state = decode(chunk, self._sought)
-        self._points.append(_name(chunk, self._state.scene.frame))
-        self._sought = None
-        self._frame_count += 1
-        return self._state
-
-    def _decode_canonical(self, chunk: Chunk, sought: SeekPoint | None) -> State:
-        canonical = wire.parse_canonical(chunk.payload)
-        self._check_place(chunk, canonical.frame, sought)
-        gaussians = read_checked(self.header, canonical)
-        crc = canonical.state_crc
-        state = make_canonical(self.header, canonical.frame, gaussians, crc, self._prove)
-        if self.header.snapshots:
-            self.reference = Reference(canonical.frame, gaussians)
-            self.roots = np.arange(gaussians.count)
-        return state
-
-    def _decode_snapshot(self, chunk: Chunk, sought: SeekPoint | None) -> State:
-        if self.reference is None:
-            message = "a snapshot must follow a CANO"
-            raise ChunkOrderError(message)
-        snapshot = wire.parse_snapshot(chunk.payload)
-        self._check_place(chunk, snapshot.frame, sought)
-        if snapshot.canonical != self.reference.frame:
-            message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
-            message += f"and the last CANO is frame {self.reference.frame}"
-            raise FrameOrderError(message)
-        gaussians = self.reference.gaussians
-        state, self.roots = decode_snapshot(self.header, snapshot, gaussians, self._prove)
-        return state
-
-    def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
-        """Refuse a canonical frame that is not the one due."""
-        if self._state is not None and frame != self._state.scene.frame + 1:
-            message = f"frame {frame} follows frame {self._state.scene.frame}"
-            raise FrameOrderError(message)
-        point = _name(chunk, frame)
-        if sought not in (None, point):
-            message = f"{sought} is said to be {point}"
-            raise IndexMismatchError(message)
-
-    def _push_frame(self, chunk: Chunk) -> State:
-        if self._state is None:
-            message = "a frame must follow a canonical frame"
-            raise ChunkOrderError(message)
-        frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
-        self._state = decode_frame(self._state, frame, self._prove)
-        self._frame_count += 1
-        return self._state
-
-    def _take_index(self, chunk: Chunk) -> None:
-        index = wire.parse_index(chunk.payload)
-        if self._is_whole and index != self._passed.followed_by(self._points):
-            message = "INDX does not say where the canonical frames are"
-            raise IndexMismatchError(message)
-        self.index, self._index_offset = index, chunk.offset
-
-    def _take_tail(self, tail: Tail) -> None:
-        canonical_count = len(self._passed) + len(self._points)
-        seen = Tail(self._frame_count, canonical_count, self._index_offset)
-        if self._is_whole and tail != seen:
-            message = f"TAIL says {tail}, the stream holds {seen}"
-            raise TailMismatchError(message)
-        self.tail = tail
-
-
-def _name(chunk: Chunk, frame: int) -> SeekPoint:
-    return SeekPoint(chunk.offset, chunk.sequence, frame)

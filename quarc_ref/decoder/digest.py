@@ -6,24 +6,25 @@ travels in every frame, a SHA-256 is what decoders are compared by.
 
 import hashlib
 from collections.abc import Iterator
+from zlib import crc32
 
 import numpy as np
 
 from quarc_ref.decoder.scene import Scene
 
-try:
-    from isal.isal_zlib import crc32  # the same, ten times as fast as the zlib that many have
-except ImportError:
-    from zlib import crc32
+
+def state_crc(scene: Scene) -> int:
+    """Return the CRC-32 that the chunk of a frame carries (SPEC 9.2)."""
+    covers_all_fields = scene.phase % scene.header.full_crc_interval == 0
+    return compute_state_crc(scene, all_fields=covers_all_fields)
 
 
 def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
-    """Return the CRC-32 that the chunk of a frame carries (SPEC 9.2).
+    """Return the CRC-32 of a scene.
 
     Args:
         scene: After the births of the frame.
-        all_fields: Whether the codes are covered too: in canonical frames and
-            every `full_crc_interval` frames after them.
+        all_fields: Whether the codes are covered, too.
     """
     crc = 0
     for plane in _planes(scene, all_fields=all_fields):

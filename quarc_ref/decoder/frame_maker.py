@@ -1,41 +1,31 @@
 """How frames are decoded ahead, for the `Player`.
 
-What a frame's symbols mean hangs on the state before it: the contexts of its
-motion on how each Gaussian moved, the parents of its newborn on the scene. So
-the reconstruction of a frame cannot begin before that of the frame before it
-has ended, and one thread does both, entropy decoding and reconstruction, frame
-after frame. What nothing waits for, a second thread does meanwhile: it holds
-each state against its CRC and makes the floats. Within the first thread, the
-binding, the motion and the sections of a canonical frame are cut in parts for
-as many threads as there may be. What the next step does not read is done
-meanwhile: the newborn are read, rotations and codes lose the dead, and level 1
-is bound, while the coarser levels are, and while symbols are decoded.
-
-No frame is given out before its CRC has been held against it, nor after a
-frame that was refused: faults come out where the frame would have.
+The symbols of a frame are coded in contexts that come from the state before it,
+so frames are decoded one after the other, in one thread. A second thread makes
+the floats meanwhile. Faults come out where the frame would have.
 """
 
 import time
-from collections.abc import Generator
+from collections import Counter
+from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import TypeVar
+from typing import Any
 
 from quarc_ref.decoder.ahead import Ahead
-from quarc_ref.decoder.decode_stream import StreamDecoder, walk_frames
-from quarc_ref.decoder.dequantize import Dequantizer, Splats
+from quarc_ref.decoder.decode_stream import walk_frames
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.decoder.follow import Follow
-from quarc_ref.decoder.frames import prove_state
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.decoder.state import State
-from quarc_ref.decoder.stopwatch import Times, stage, timing_into
-from quarc_ref.format.acceleration import threading_by
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.source import Source
 
-_Item = TypeVar("_Item")
+# Nanoseconds by stage.
+Times = Counter[str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,18 +33,22 @@ class Frame:
     """A frame that is ready to be drawn.
 
     Attributes:
-        scene: Its integers, which stay as they are.
-        splats: Its floats. Their arrays are overwritten once the next frame
-            is asked for: copy what must last longer.
+        state: All that is known of it.
+        splats: Its floats, which are not to be written to.
         chunk_bytes: Of the chunk's payload.
         nanoseconds: How long it took to decode: the times that its chunk and
             its floats took, which for frames after one another may overlap.
     """
 
-    scene: Scene
+    state: FrameState
     splats: Splats
     chunk_bytes: int
     nanoseconds: int
+
+    @property
+    def scene(self) -> Scene:
+        """Its integers, which stay as they are."""
+        return self.state.scene
 
 
 # What gives frames in order, and can be closed.
@@ -65,9 +59,7 @@ Frames = Ahead[Frame] | Generator[Frame]
 class _Decoded:
     """A state on its way from the first thread to the second."""
 
-    scene: Scene
-    state_crc: int
-    offset: int
+    state: FrameState
     chunk_bytes: int
     nanoseconds: int
 
@@ -92,61 +84,45 @@ class FrameMaker:
 
     def make(self, start: int, stop: int | None) -> Frames:
         """Return what makes the frames from `start` up to, and without, `stop`."""
+        engine = choose_engine(self.threads)
         if self.threads == 1:
-            states = self._decode(start, stop, self.follow)
-            return self._in_turn(self._finish(states, start, stop, Dequantizer(1)))
+            states = self._decode(engine, start, stop, self.follow)
+            return self._finish(states, start, stop, engine.dequantizer())
         closed = Event()
         follow = self.follow and replace(self.follow, ended=closed)
-        # One set of floats is with whoever draws, one is being written, the others wait.
-        dequantize = Dequantizer(self.ahead + 2)
-        # Both threads have kernels to load; the first frame does not wait for those of the second.
-        decoded = Ahead(
-            lambda: self._in_turn(self._decode(start, stop, follow)),
-            self.ahead,
-            first_alone=True,
-        )
+        dequantize = engine.dequantizer()
+        decoded = Ahead(lambda: self._decode(engine, start, stop, follow), self.ahead)
         return Ahead(
-            lambda: self._in_turn(self._finish(decoded, start, stop, dequantize)),
-            self.ahead,
-            closed=closed,
+            lambda: self._finish(decoded, start, stop, dequantize), self.ahead, closed=closed
         )
 
-    def _in_turn(self, items: Generator[_Item]) -> Generator[_Item]:
-        """Yield items, each made under these settings, which do not leak to others."""
-        with closing(items):
-            while True:
-                with timing_into(self.times), threading_by(self.threads):
-                    item = next(items, None)
-                if item is None:
-                    return
-                yield item
-
-    def _decode(self, start: int, stop: int | None, follow: Follow | None) -> Generator[_Decoded]:
-        """Decode frames, the first of them before `start` maybe; their CRCs are not looked at."""
-        stated: list[int] = []
-        decoder = _TimedDecoder(lambda _scene, state_crc: stated.append(state_crc))
+    def _decode(
+        self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
+    ) -> Generator[_Decoded]:
+        """Decode frames, the first of them before `start` maybe."""
+        decoder = _TimedDecoder(engine)
         for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
-            size = len(chunk.payload)
-            yield _Decoded(state.scene, stated.pop(), chunk.offset, size, decoder.nanoseconds)
+            self.times["decode"] += decoder.nanoseconds
+            yield _Decoded(state, len(chunk.payload), decoder.nanoseconds)
 
     def _finish(
         self,
         decoded: Generator[_Decoded] | Ahead[_Decoded],
         start: int,
         stop: int | None,
-        dequantize: Dequantizer,
+        dequantize: Callable[[FrameState], Splats],
     ) -> Generator[Frame]:
-        """Prove states and make floats of those that are wanted."""
+        """Make floats of the frames that are wanted."""
         with closing(decoded):
             for each in decoded:
-                begun = time.perf_counter_ns()
-                _prove(each)
-                if each.scene.frame < start or (stop is not None and each.scene.frame >= stop):
+                frame = each.state.frame
+                if frame < start or (stop is not None and frame >= stop):
                     continue
-                with stage("floats"):
-                    splats = dequantize(each.scene)
-                spent = each.nanoseconds + time.perf_counter_ns() - begun
-                yield Frame(each.scene, splats, each.chunk_bytes, spent)
+                begun = time.perf_counter_ns()
+                splats = dequantize(each.state)
+                spent = time.perf_counter_ns() - begun
+                self.times["floats"] += spent
+                yield Frame(each.state, splats, each.chunk_bytes, each.nanoseconds + spent)
 
 
 class _TimedDecoder(StreamDecoder):
@@ -154,17 +130,9 @@ class _TimedDecoder(StreamDecoder):
 
     nanoseconds = 0
 
-    def push(self, chunk: Chunk) -> State | None:
+    def push(self, chunk: Chunk) -> FrameState | None:
         """See `StreamDecoder.push`."""
         begun = time.perf_counter_ns()
         state = super().push(chunk)
         self.nanoseconds = time.perf_counter_ns() - begun
         return state
-
-
-def _prove(decoded: _Decoded) -> None:
-    try:
-        prove_state(decoded.scene, decoded.state_crc)
-    except BitstreamError as error:
-        error.offset = decoded.offset
-        raise

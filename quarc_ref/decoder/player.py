@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterator
 from types import TracebackType
 
 from quarc_ref.decoder.follow import Follow
-from quarc_ref.decoder.frame_maker import Frame, FrameMaker, Frames
-from quarc_ref.decoder.stopwatch import Times
+from quarc_ref.decoder.frame_maker import Frame, FrameMaker, Frames, Times
 from quarc_ref.format.source import Source, as_source
 
 
@@ -22,8 +21,7 @@ class Player:
     Args:
         stream: A stream; it is the caller's to close, after the player.
         threads: 1 to decode a frame when it is asked for and no sooner; 2 or
-            more to decode ahead, each piece of work cut for so many threads
-            where a frame moves Gaussians enough.
+            more to decode ahead, by an engine that may take so many.
         ahead: How many frames may wait to be taken, at least 1. Memory is
             bounded by it: a frame that waits takes about 200 bytes a Gaussian.
         follow: How long to wait for a stream that still grows; None not to.
@@ -130,7 +128,7 @@ class Player:
     def _go_to(self, ordinal: int) -> Frame | None:
         """Return a frame of the run, not before the next one; None if there is none."""
         for frame in self._run or ():
-            self._due = frame.scene.frame + 1
-            if frame.scene.frame >= ordinal:
-                return frame if frame.scene.frame == ordinal else None
+            self._due = frame.state.frame + 1
+            if frame.state.frame >= ordinal:
+                return frame if frame.state.frame == ordinal else None
         return None

@@ -7,9 +7,9 @@ taken or in a gap that is reported.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.follow import Follow, ask
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.constants import TAIL_BYTES
@@ -111,8 +111,8 @@ class _Recovery:
         if state is None:
             return None
         if self._due is None:
-            self._first = state.scene.frame
-        self._due = state.scene.frame + 1
+            self._first = state.frame
+        self._due = state.frame + 1
         return state.scene
 
     def _leave_out(self, error: BitstreamError) -> Iterator[Gap]:
@@ -126,18 +126,19 @@ class _Recovery:
             yield _gap(error, offset, header.end, 0)
         else:
             if header is not None and isinstance(error, PayloadCrcError):
-                self._effort.spend(header.length)
-            self._decoder.lose()
+                self._effort.spend(header.length)  # [13-2]
+            self._decoder.lose()  # [11.4-3]
             yield from self._resume(error, offset)
 
     def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
+        reference = self._decoder.reference
         search = Search(
             offset=self._reader.offset,
             sequence=self._reader.sequence,
             frame=self._due or 0,
             limit=self._decoder.header.limits.chunk_bytes,
             effort=self._effort,
-            canonical=self._decoder.canonical_frame,
+            canonical=None if reference is None else reference.frame,
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:
@@ -149,7 +150,7 @@ class _Recovery:
                 yield _gap(cut, cut.offset or 0, cut.offset, None)
             return
         self._reader.seek(found.offset, found.sequence)
-        yield _gap(error, offset, found.offset, self._count_lost(found))
+        yield _gap(error, offset, found.offset, self._count_lost(found))  # [11.4-2]
 
     def _count_lost(self, found: ChunkHeader) -> int | None:
         """Count the frames that are missing before the chunk that decoding resumes at."""

@@ -84,7 +84,7 @@ def _expand(coded: Int64, fraction_bits: int) -> Int64:
     unity = 1 << fraction_bits
     others = coded[1:] * (ROTATION_ONE // unity)
     left = ROTATION_ONE * ROTATION_ONE - (others * others).sum(axis=0)
-    if np.any(np.abs(coded[1:]) > unity) or np.any(left < 0):
+    if np.any(np.abs(coded[1:]) > unity) or np.any(left < 0):  # [7.2-5] [7.2-6]
         message = "three components of a rotation are longer than a unit quaternion"
         raise RotationRangeError(message)
     # The others stand in their order around the largest: those behind it are one row further.
@@ -95,7 +95,7 @@ def _expand(coded: Int64, fraction_bits: int) -> Int64:
 
 def _normalize(vectors: Int64, guard_bits: int) -> Int64:
     squared: Int64 = (vectors * vectors).sum(axis=0)
-    if np.any(squared == 0):
+    if np.any(squared == 0):  # [7.3-1]
         message = "a rotation has norm zero"
         raise DegenerateRotationError(message)
     norm = isqrt(squared << (2 * guard_bits))

@@ -55,7 +55,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Return the CANO that a snapshot is coded against."""
-    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))
+    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
     if place is None:
         message = "no seek point is of the frame that a snapshot is coded against"
         raise IndexMismatchError(message, header.offset)
@@ -77,7 +77,7 @@ def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
         message = "INDX does not end where TAIL begins"
         raise IndexMismatchError(message, tail.index_offset)
     points = wire.parse_index(index.payload)
-    if len(points) != tail.canonical_count:
+    if len(points) != tail.canonical_count:  # [11.2-3]
         message = f"{len(points)} seek points of {tail.canonical_count} canonical frames"
         raise IndexMismatchError(message, tail.index_offset)
     return points
@@ -127,7 +127,7 @@ def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> Ch
     except BitstreamError as error:
         message = f"no chunk {sequence} where the stream says: {error}"
         raise IndexMismatchError(message, offset) from error
-    if header is None or header.kind not in kinds:
+    if header is None or header.kind not in kinds:  # [11.2-2]
         message = f"chunk {sequence} is no {kinds[0].decode()}"
         raise IndexMismatchError(message, offset)
     return header

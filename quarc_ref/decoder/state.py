@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.format.acceleration import Wait, settled
 from quarc_ref.format.arrays import Int16, Int64
 from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.records import Births
+from quarc_ref.format.records import Births, Gaussians
 from quarc_ref.format.updates import Updates
 
 
@@ -23,18 +22,14 @@ class State:
             nothing in a canonical frame.
         anchors: From the last sampling, None before the first.
         births: The newborn of the frame, as coded; none in a canonical frame.
-        updates: What changed single Gaussians in the frame, as coded; None in a canonical
-            frame and in a stream without updates.
         next_id: The id that the next newborn gets.
         motion_counts: What the contexts of motion have seen since the last canonical frame.
         birth_counts: The same of births.
         update_counts: The same of updates.
         recency: `[N]` frames since each Gaussian was updated or born, at most
             RECENCY_LIMIT; None in a stream without updates.
-        room: For how many newborn there is room behind the planes; `bear`,
-            which fills it, is then called once.
-        wait: Is called before the binding, the rotations and the codes are read,
-            which other threads may still write.
+        updates: What changed single Gaussians in the frame, as coded; None in a canonical
+            frame and in a stream without updates.
     """
 
     scene: Scene
@@ -48,8 +43,11 @@ class State:
     update_counts: ContextCounts
     recency: Int16 | None
     updates: Updates | None = None
-    room: int = 0
-    wait: Wait = settled
+
+    @property
+    def frame(self) -> int:
+        """Ordinal of the frame in the stream."""
+        return self.scene.frame
 
     @property
     def known_anchors(self) -> Anchors:
@@ -74,3 +72,16 @@ class State:
             message = "the stream has no updates"
             raise ValueError(message)
         return self.recency
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """What snapshots are coded against (SPEC 7.9).
+
+    Attributes:
+        frame: Ordinal of a CANO.
+        gaussians: Its Gaussians, as they are coded.
+    """
+
+    frame: int
+    gaussians: Gaussians

@@ -5,11 +5,13 @@ statistic points at; the moved scene behind them is the decoder's and stays as
 it is.
 """
 
+from collections.abc import Callable
+
 import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.canonical import canonical_rates
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.density import ScreenStatistics, split
@@ -23,7 +25,11 @@ from quarc_ref.format.records import Births
 
 
 def fit_births(
-    studio: Studio, moved: State, statistics: ScreenStatistics, config: EncoderConfig
+    studio: Studio,
+    moved: FrameState,
+    statistics: ScreenStatistics,
+    config: EncoderConfig,
+    count_bytes: Callable[[Births], int],
 ) -> Births | None:
     """Return the newborn of a frame, or None.
 
@@ -32,6 +38,7 @@ def fit_births(
         moved: State after the motion of the frame, decoded.
         statistics: Of stage 1.
         config: Stage 2's settings, and the canonical rates that it multiplies.
+        count_bytes: Tells how many bytes births of the frame take.
     """
     settings, frame = config.births, moved.scene.frame
     if settings.iterations == 0:
@@ -43,7 +50,7 @@ def fit_births(
         newborn, parents = place_on_errors(studio, scene, frame, settings)
     if parents.numel() == 0:
         return None
-    stage = Stage(studio, config, moved, scene)
+    stage = Stage(studio, config, moved, scene, count_bytes)
     newborn, parents = _train(stage, newborn, parents)
     kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
     newborn, parents = newborn.rows(kept), parents[kept]

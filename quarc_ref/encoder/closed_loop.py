@@ -7,21 +7,14 @@ frame.
 """
 
 from dataclasses import replace
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
-from quarc_ref.decoder.digest import compute_digest, compute_state_crc
-from quarc_ref.decoder.frames import (
-    covers_all_fields,
-    decode_births,
-    decode_motion,
-    decode_updates,
-)
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
-from quarc_ref.decoder.state import State
-from quarc_ref.decoder.updates import update_context
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
@@ -35,8 +28,7 @@ from quarc_ref.format.errors import (
     ResumeError,
     StateError,
 )
-from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
-from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.gaussian_planes import sort_canonical
 from quarc_ref.format.records import (
     Births,
     CanonicalChunk,
@@ -48,7 +40,6 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.snapshot_planes import write_snapshot
 from quarc_ref.format.stream_writer import StreamWriter
-from quarc_ref.format.update_planes import write_updates
 from quarc_ref.format.updates import Updates
 
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
@@ -68,10 +59,13 @@ class ClosedLoop:
     Attributes:
         state: Of the last frame, as the decoder has it.
         frame_bytes: Of the last frame's chunk, framing included.
+        engine: What makes and codes the states.
     """
 
-    state: State
+    state: FrameState
     frame_bytes: int
+    _begun: FrameState
+    _moved: FrameState
 
     def __init__(
         self,
@@ -82,13 +76,14 @@ class ClosedLoop:
         held: int = 0,
     ) -> None:
         self._header = header
-        self._decoder = StreamDecoder()
-        self._decoded: State | None = None
+        self.engine: Engine[Any] = choose_engine()
+        self._decoder = StreamDecoder(self.engine)
+        self._decoded: FrameState | None = None
         self._writer = StreamWriter(sink, wire.build_stream_header(header), self._decode, held)
         self._writer.write(container.CAME, wire.build_cameras(cameras))
         self._writer.write(container.META, wire.build_metadata(metadata))
 
-    def replay(self, chunk: Chunk) -> State:
+    def replay(self, chunk: Chunk) -> FrameState:
         """Take a frame that the sink has already; return the decoder's state of it.
 
         Raises:
@@ -107,27 +102,27 @@ class ClosedLoop:
         self.state = self._decoded
         return self.state
 
-    def commit_canonical(self, gaussians: Gaussians, frame: int) -> State:
+    def commit_canonical(self, gaussians: Gaussians, frame: int) -> FrameState:
         """Write a canonical frame; return the decoder's state of it."""
         origin, axis_bits, ordered = sort_canonical(gaussians)
-        expected = begin_canonical(self._header, frame, ordered)
+        expected = self.engine.begin_canonical(self._header, frame, ordered)
         chunk = CanonicalChunk(
             frame,
             ordered.count,
             origin,
             axis_bits,
-            write_canonical(ordered, origin),
-            compute_state_crc(expected.scene, all_fields=True),
+            self.engine.write_canonical(ordered, origin),
+            self.engine.state_crc(expected),
         )
         return self._push(container.CANO, wire.build_canonical(chunk), expected)
 
-    def begin_frame(self, death_count: int) -> State:
+    def begin_frame(self, death_count: int) -> FrameState:
         """Return the last frame's state with the dead gone and every Gaussian bound."""
-        self._begun = begin_frame(self.state, death_count)
+        self._begun = self.engine.begin_frame(self.state, death_count)
         self._death_count = death_count
         return self._begun
 
-    def commit_motion(self, symbols: list[Int64], updates: Updates | None = None) -> State:
+    def commit_motion(self, symbols: list[Int64], updates: Updates | None = None) -> FrameState:
         """Code the motion of a frame and its updates; return the decoder's state after them.
 
         The contexts of the last frame are used where they save bytes.
@@ -142,9 +137,7 @@ class ClosedLoop:
         """
         begun = self._begun
         sections = {
-            previous: write_motion(
-                motion_contexts(begun, previous=previous), symbols, begun.motion_counts
-            )
+            previous: self.engine.write_motion(begun, symbols, previous=previous)
             for previous in (True, False)
         }
         previous = sections[True].byte_count() < sections[False].byte_count()
@@ -153,7 +146,7 @@ class ClosedLoop:
         )
         self._chunk = wire.parse_frame(wire.build_frame(chunk))
         try:
-            self._moved = decode_motion(begun, self._chunk.motion, previous=previous)
+            self._moved = self.engine.decode_motion(begun, self._chunk.motion, previous=previous)
         except StateError as error:
             raise EncodeError(str(error)) from error
         if self._header.updates:
@@ -164,14 +157,18 @@ class ClosedLoop:
         """Code the updates of a frame, after its motion."""
         moved, section = self._moved, EMPTY
         if updates is not None:
-            section = write_updates(update_context(moved), updates, moved.update_counts)
+            section = self.engine.write_updates(moved, updates)
         try:
-            self._moved = decode_updates(moved, section)
+            self._moved = self.engine.decode_updates(moved, section)
         except (StateError, EntropyError) as error:
             raise EncodeError(str(error)) from error
         self._chunk = replace(self._chunk, updates=section)
 
-    def commit_births(self, births: Births | None) -> State:
+    def count_birth_bytes(self, births: Births) -> int:
+        """Return how many bytes births take after what `commit_motion` has coded."""
+        return self.engine.write_births(self._moved, births).byte_count()
+
+    def commit_births(self, births: Births | None) -> FrameState:
         """Code the newborn of a frame and write it; return the state that seeds the next.
 
         Raises:
@@ -184,11 +181,11 @@ class ClosedLoop:
             self._chunk,
             birth_count=grown.scene.count - self._moved.scene.count,
             births=section,
-            state_crc=compute_state_crc(grown.scene, all_fields=covers_all_fields(grown.scene)),
+            state_crc=self.engine.state_crc(grown),
         )
         return self._push(container.FRAM, wire.build_frame(chunk), grown)
 
-    def commit_frame_as_canonical(self, births: Births | None) -> State:
+    def commit_frame_as_canonical(self, births: Births | None) -> FrameState:
         """Write a frame as a canonical one, in place of `commit_births`.
 
         The frame is fitted as any other; its scene is then put on the grid of
@@ -208,7 +205,7 @@ class ClosedLoop:
         except StateError as error:
             raise EncodeError(str(error)) from error
 
-    def commit_frame_as_snapshot(self, births: Births | None) -> State:
+    def commit_frame_as_snapshot(self, births: Births | None) -> FrameState:
         """Write a frame as a canonical one that is coded against the last CANO (SPEC 5.10).
 
         As `commit_frame_as_canonical`; the bytes are those of what has changed since.
@@ -227,7 +224,7 @@ class ClosedLoop:
         roots[since] = kept[scene.ids[since]]
         try:
             coded = write_snapshot(known.gaussians, put_on_grid(scene), roots)
-            expected = begin_canonical(self._header, scene.frame, coded.gaussians)
+            expected = self.engine.begin_canonical(self._header, scene.frame, coded.gaussians)
         except StateError as error:
             raise EncodeError(str(error)) from error
         chunk = SnapshotChunk(
@@ -238,7 +235,7 @@ class ClosedLoop:
             coded.axis_bits,
             coded.survivors,
             coded.sections,
-            compute_state_crc(expected.scene, all_fields=True),
+            self.engine.state_crc(expected),
         )
         return self._push(container.SNAP, wire.build_snapshot(chunk), expected)
 
@@ -246,7 +243,7 @@ class ClosedLoop:
         """Write the index and the end of the stream."""
         self._writer.finish()
 
-    def _bear(self, births: Births | None) -> tuple[State, Section]:
+    def _bear(self, births: Births | None) -> tuple[FrameState, Section]:
         """Return the state with the newborn of a frame, as the decoder has it, and their section.
 
         Raises:
@@ -254,19 +251,20 @@ class ClosedLoop:
         """
         if births is None:
             return self._moved, EMPTY
-        section = write_births(births, self._moved.birth_counts)
+        section = self.engine.write_births(self._moved, births)
         try:
-            return decode_births(self._moved, section, births.newborn.count), section
+            grown = self.engine.decode_births(self._moved, section, births.newborn.count)
         except StateError as error:
             raise EncodeError(str(error)) from error
+        return grown, section
 
-    def _push(self, kind: bytes, payload: bytes, expected: State) -> State:
+    def _push(self, kind: bytes, payload: bytes, expected: FrameState) -> FrameState:
         """Write a frame's chunk and take the decoder's state of it."""
         begun = self._writer.offset
         self._writer.write(kind, payload)
         self.frame_bytes = self._writer.offset - begun
         decoded = self._decoded
-        if decoded is None or compute_digest(decoded.scene) != compute_digest(expected.scene):
+        if decoded is None or not _are_equal(decoded.scene, expected.scene):
             message = f"frame {expected.scene.frame} decodes to another state than was committed"
             raise ClosedLoopError(message)
         self.state = decoded
@@ -279,3 +277,11 @@ class ClosedLoop:
         except BitstreamError as error:
             message = f"the decoder refuses what would be written: {error}"
             raise ClosedLoopError(message) from error
+
+
+def _are_equal(first: Scene, second: Scene) -> bool:
+    """Tell whether two scenes are the same, integer by integer."""
+    return (first.frame, first.phase) == (second.frame, second.phase) and all(
+        np.array_equal(getattr(first, plane), getattr(second, plane))
+        for plane in ("ids", "positions", "rotations", "codes")
+    )

@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.births import fit_births
 from quarc_ref.encoder.canonical import train_canonical
 from quarc_ref.encoder.capture_checks import check_capture
@@ -177,7 +177,9 @@ class _Encoding:
         priced = price_bytes(config, self._sizes, self._usual_loss)
         motion = fit_motion(self._studio, state, begun, priced.motion, priced.updates)
         moved = self._loop.commit_motion(motion.symbols, motion.updates)
-        births = fit_births(self._studio, moved, motion.statistics, priced)
+        births = fit_births(
+            self._studio, moved, motion.statistics, priced, self._loop.count_birth_bytes
+        )
         kind = config.canonical.kind_due(frame)
         if kind == container.CANO:
             self._loop.commit_frame_as_canonical(births)
@@ -207,7 +209,7 @@ class _Encoding:
                 sink.truncate(sink.seek(held))
         self._loop = ClosedLoop(sink, header, capture.cameras, self._metadata, held)
 
-    def _settle(self, state: State) -> None:
+    def _settle(self, state: FrameState) -> None:
         """Go over to what every later frame starts from, of which frame 0 is the first."""
         if self._config.canonical.exposure_rate:
             settle_exposures(self._studio, state)
@@ -238,7 +240,7 @@ def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
     return replace(config, stream=stream)
 
 
-def count_deaths(state: State, target: int, settings: BirthSettings) -> int:
+def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int:
     """Return how many Gaussians a frame loses: those that are too many, and may die."""
     header = state.scene.header
     logits = state.scene.codes[OPACITY.start] * header.opacity_step

@@ -10,13 +10,13 @@ import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import from_splats
 
 
-def draw_views(studio: Studio, state: State) -> Iterator[tuple[Tensor, Tensor]]:
+def draw_views(studio: Studio, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
     """Yield what a decoded scene shows in each training view, and the picture, `[H, W, 3]`."""
     drawn = from_splats(dequantize(state.scene), studio.device).activated()
     for view in range(len(studio.views.cameras)):
@@ -25,12 +25,12 @@ def draw_views(studio: Studio, state: State) -> Iterator[tuple[Tensor, Tensor]]:
         yield image, studio.views.picture(view, state.scene.frame)
 
 
-def settle_exposures(studio: Studio, state: State) -> None:
+def settle_exposures(studio: Studio, state: FrameState) -> None:
     """Find the exposures of the training views anew, and keep them from here on."""
     studio.exposures.settle(draw_views(studio, state))
 
 
-def measure_loss(studio: Studio, state: State, dssim: float) -> float:
+def measure_loss(studio: Studio, state: FrameState, dssim: float) -> float:
     """Return the mean loss of the training views.
 
     Args:

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.exposure import find_gain
 from quarc_ref.encoder.findings import Finding, list_names
 from quarc_ref.encoder.first_frame import draw_views
@@ -45,7 +45,7 @@ class ViewQuality:
         return self.psnr - self.coarse
 
 
-def check_first_frame(studio: Studio, state: State) -> Iterator[Finding]:
+def check_first_frame(studio: Studio, state: FrameState) -> Iterator[Finding]:
     """Yield what is wrong with a decoded first frame, if its training views show it."""
     names = [camera.name for camera in studio.views.cameras]
     return judge_views(measure_views(names, draw_views(studio, state)))

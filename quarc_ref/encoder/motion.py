@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.config import MotionSettings, UpdateSettings
 from quarc_ref.encoder.density import ScreenStatistics
 from quarc_ref.encoder.losses import photometric_loss
@@ -51,8 +51,8 @@ class FittedMotion:
 
 def fit_motion(
     studio: Studio,
-    before: State,
-    begun: State,
+    before: FrameState,
+    begun: FrameState,
     settings: MotionSettings,
     update_settings: UpdateSettings | None = None,
 ) -> FittedMotion:
@@ -78,8 +78,8 @@ class _Fit:
     def __init__(
         self,
         studio: Studio,
-        before: State,
-        begun: State,
+        before: FrameState,
+        begun: FrameState,
         settings: MotionSettings,
         update_settings: UpdateSettings | None,
     ) -> None:

@@ -12,14 +12,14 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from quarc_ref.decoder.anchors import AnchorLevel
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.config import MotionSettings
 from quarc_ref.format.arrays import Int64
 
 _NEIGHBORS = 3
 
 
-def start_symbols(before: State, begun: State, settings: MotionSettings) -> Tensor:
+def start_symbols(before: FrameState, begun: FrameState, settings: MotionSettings) -> Tensor:
     """Return `[A, c]` where the residuals of a frame start, in steps, not rounded.
 
     Args:
@@ -31,7 +31,7 @@ def start_symbols(before: State, begun: State, settings: MotionSettings) -> Tens
     return torch.tensor(start * settings.momentum, dtype=torch.float32)
 
 
-def _project(begun: State) -> NDArray[np.float64]:
+def _project(begun: FrameState) -> NDArray[np.float64]:
     """Hand each Gaussian's last motion down the levels, from coarse to fine.
 
     An anchor starts at the mean of what its Gaussians have left to explain.
@@ -48,7 +48,7 @@ def _project(begun: State) -> NDArray[np.float64]:
     return np.concatenate(starts[::-1])
 
 
-def _carry(before: State, begun: State) -> NDArray[np.float64]:
+def _carry(before: FrameState, begun: FrameState) -> NDArray[np.float64]:
     """Take over the anchors' last symbols; where they are new, the mean of the nearest old."""
     new_levels = begun.known_anchors.levels
     if before.anchors is None:

@@ -5,19 +5,19 @@ section costs, and the newborn of a frame stay if together they gain more than
 the whole section does.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.losses import photometric_loss
 from quarc_ref.encoder.quantize import quantize_births
 from quarc_ref.encoder.studio import Studio
 from quarc_ref.encoder.trainable import Attributes
-from quarc_ref.format.gaussian_planes import write_births
 from quarc_ref.format.records import Births
 from quarc_ref.rendering.rasterizer import Gaussians, Rendering
 
@@ -31,12 +31,14 @@ class Stage:
         config: Of the encoder.
         state: After the motion of the frame, decoded.
         scene: Its Gaussians.
+        count_bytes: Tells how many bytes births of the frame take.
     """
 
     studio: Studio
     config: EncoderConfig
-    state: State
+    state: FrameState
     scene: FixedScene
+    count_bytes: Callable[[Births], int]
 
     @property
     def frame(self) -> int:
@@ -80,14 +82,14 @@ def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | 
     price = stage.config.births.byte_price / stage.state.scene.count
     if price:
         births = _code(stage, newborn, parents)
-        each = write_births(births, stage.state.birth_counts).byte_count() / parents.numel()
+        each = stage.count_bytes(births) / parents.numel()
         worthy = measure_gains(stage, newborn) > price * each
         newborn, parents = newborn.rows(worthy), parents[worthy]
     if not parents.numel():
         return None
     births = _code(stage, newborn, parents)
     gain = stage.mean_loss_without() - stage.mean_loss(newborn)
-    cost = price * write_births(births, stage.state.birth_counts).byte_count()
+    cost = price * stage.count_bytes(births)
     return births if gain > cost else None
 
 

@@ -1,12 +1,12 @@
 """How fast a stream plays: frames per second, where the time goes, memory, time to begin."""
 
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 from quarc_ref.decoder import Player, open_source
+from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 from quarc_ref.evaluation.stolen_time import read_processor_time
 
@@ -19,7 +19,7 @@ class Speed:
         frames: With the first, which is canonical.
         gaussians: Of the last frame.
         threads: As asked for.
-        kernels: `compiled` or `plain`.
+        engine: `fast` or `reference`.
         fps: Of the frames after the first.
         cpu_ms: Milliseconds of the processor per frame after the first, of all
             threads; beside other work it tells more than `fps`.
@@ -28,7 +28,7 @@ class Speed:
         ms_by_stage: Milliseconds per frame after the first; what threads do
             side by side adds up to more than a frame takes.
         first_frame_s: From opening the stream to its first frame; where it is the first that
-            the process decodes, with the loading of numba and of kernels.
+            the process decodes, with all that must be loaded.
         warm_first_frame_s: The same of the second time that the stream is opened; None of
             standard input.
         peak_rss_mib: Of this process so far, by the end; None where that cannot be told.
@@ -37,7 +37,7 @@ class Speed:
     frames: int
     gaussians: int
     threads: int
-    kernels: str
+    engine: str
     fps: float
     cpu_ms: float
     stolen_share: float | None
@@ -91,7 +91,7 @@ def measure_speed(
         frames,
         gaussians,
         threads,
-        "compiled" if "quarc_ref.decoder.binding_kernels" in sys.modules else "plain",
+        choose_engine().name,
         moved / (last - first) if frames > 1 else 0.0,
         1e3 * cpu / moved if frames > 1 else 0.0,
         machine_now.stolen_share(machine) if machine_now and machine else None,

@@ -6,10 +6,10 @@ The whole stream is decoded, so that whatever is reported of it has been proved.
 from collections.abc import Callable
 from contextlib import suppress
 
-from quarc_ref.decoder.decode_stream import StreamDecoder
 from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.engine import FrameState
 from quarc_ref.decoder.seek import read_tail_chunk
-from quarc_ref.decoder.state import State
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.evaluation.estimate import (
     estimate_births,
     estimate_gaussians,
@@ -117,7 +117,7 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     return coded
 
 
-def _summarize(chunk: Chunk, state: State, decoder: StreamDecoder) -> FrameSummary:
+def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> FrameSummary:
     scene, header = state.scene, state.scene.header
     estimate: dict[str, float] = dict.fromkeys(KINDS, 0.0)
     births = deaths = updates = 0

@@ -4,9 +4,11 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from quarc_ref.decoder.decode_stream import StreamDecoder, decode
+from quarc_ref.decoder.decode_stream import decode
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.follow import Follow, ask
+from quarc_ref.decoder.reference_engine import ReferenceEngine
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.evaluation.inspect_stream import count_frames
 from quarc_ref.evaluation.twin_coders import TwinCoders
 from quarc_ref.format import container, wire
@@ -100,7 +102,7 @@ class _Run:
 
     def __init__(self, source: Source, note: Callable[[str, int, int], None]) -> None:
         self.reader = ChunkReader(source)
-        self.decoder = StreamDecoder()
+        self.decoder = StreamDecoder(ReferenceEngine())  # whose sections both coders decode
         self.digests: dict[int, str] = {}  # by ordinal
         self.canonical: list[int] = []
         self.chunk_count = 0

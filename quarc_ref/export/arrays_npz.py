@@ -1,6 +1,7 @@
 """A frame as a NumPy archive: the integer state, and the floats that it stands for."""
 
 import io
+from typing import Any
 
 import numpy as np
 
@@ -15,17 +16,19 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
     `Scene`, and `positions`, `rotations`, `log_scales`, `opacities`, `sh` as in
     `Splats`.
     """
+    arrays = {
+        "ids": scene.ids,
+        "state_positions": scene.positions,
+        "state_rotations": scene.rotations,
+        "state_codes": scene.codes.astype(np.int32),
+        "positions": splats.positions,
+        "rotations": splats.rotations,
+        "log_scales": splats.log_scales,
+        "opacities": splats.opacities,
+        "sh": splats.sh,
+    }
     buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        ids=scene.ids,
-        state_positions=scene.positions,
-        state_rotations=scene.rotations,
-        state_codes=scene.codes.astype(np.int32),
-        positions=splats.positions,
-        rotations=splats.rotations,
-        log_scales=splats.log_scales,
-        opacities=splats.opacities,
-        sh=splats.sh,
-    )
+    # However arrays stand in memory, which is up to the engine, the file is the same.
+    packed: dict[str, Any] = {name: np.ascontiguousarray(arrays[name]) for name in arrays}
+    np.savez(buffer, **packed)
     return buffer.getvalue()

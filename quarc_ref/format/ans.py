@@ -53,7 +53,7 @@ class PythonBitDecoder:
 
     def __init__(self, words: UInt32) -> None:
         self._words: list[int] = words.tolist()
-        if self._words and self._words[-1] == 0:
+        if self._words and self._words[-1] == 0:  # [8.3-1]
             message = "the last word is 0"
             raise InvalidWordsError(message)
         self._state = self._words.pop() if self._words else 0
@@ -81,6 +81,6 @@ class PythonBitDecoder:
         Raises:
             UnconsumedWordsError: The state is not 0, or words are left.
         """
-        if self._state or self._words:
+        if self._state or self._words:  # [8.3-2] [8.3-3]
             message = "words are left after the last bit"
             raise UnconsumedWordsError(message)

@@ -71,12 +71,12 @@ class ChunkReader:
         header = container.parse_header(
             self.source.read(self.offset, CHUNK_HEADER_BYTES), self.offset
         )
-        if header.sequence != self.sequence:
+        if header.sequence != self.sequence:  # [5.2-4]
             message = f"chunk {header.sequence} stands where chunk {self.sequence} is due"
             raise SequenceError(message, self.offset)
         container.check_type(header, self._stream)
         container.check_place(header, self._before)
-        container.check_length(header.length, self._stream, self.offset)
+        container.check_length(header.length, self._stream, self.offset)  # [5.2-6] [13-1]
         self.current = header
         return header
 
@@ -94,7 +94,7 @@ class ChunkReader:
         while (header := self.read_header()) is not None:
             if header.kind in container.KNOWN:
                 return self.take(header)
-            check_payload(self.source, header)
+            check_payload(self.source, header)  # [5.2-10]
             self.skip(header)
         return None
 
@@ -123,7 +123,7 @@ class ChunkReader:
         if self.offset:
             return
         start = self.source.read(0, len(MAGIC))
-        if not MAGIC.startswith(start):
+        if not MAGIC.startswith(start):  # [5.1-1]
             message = "this is no .quarc stream"
             raise BadMagicError(message, 0)
         if len(start) < len(MAGIC):
@@ -132,7 +132,7 @@ class ChunkReader:
         self.offset = len(MAGIC)
 
     def _check_end(self) -> None:
-        if self.source.read(self.offset, 1):
+        if self.source.read(self.offset, 1):  # [5.1-5]
             message = "bytes follow TAIL"
             raise TrailingDataError(message, self.offset)
 

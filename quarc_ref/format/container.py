@@ -120,13 +120,13 @@ def parse_header(data: bytes, offset: int) -> ChunkHeader:
         TruncatedError: The header is cut.
         HeaderCrcError: The header does not match its CRC.
     """
-    if not data.startswith(SYNC[: len(data)]):
+    if not data.startswith(SYNC[: len(data)]):  # [5.2-1]
         message = "a chunk must begin here"
         raise BadSyncError(message, offset)
-    if len(data) < CHUNK_HEADER_BYTES:
+    if len(data) < CHUNK_HEADER_BYTES:  # [5.1-4]
         message = "the stream ends before its TAIL chunk"
         raise TruncatedError(message, offset)
-    if not header_crc_holds(data):
+    if not header_crc_holds(data):  # [5.2-2] [5.2-5]
         message = "the chunk's header is damaged"
         raise HeaderCrcError(message, offset)
     kind, sequence, length, _ = wire.parse_chunk_header(data)
@@ -149,7 +149,7 @@ def prove_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
     if len(stored) < CHUNK_CRC_BYTES:
         message = "the stream ends inside a chunk"
         raise TruncatedError(message, header.offset)
-    if crc != int.from_bytes(stored, "little"):
+    if crc != int.from_bytes(stored, "little"):  # [5.2-3]
         message = "the chunk's payload is damaged"
         raise PayloadCrcError(message, header.offset)
 
@@ -181,13 +181,13 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
         BadChunkTypeError: The letters keep to no pattern.
         UnknownCriticalError: The type is critical, and unknown.
     """
-    if not _is_type(header.kind):
+    if not _is_type(header.kind):  # [5.2-8]
         message = f"{header.kind!r} is no chunk type"
         raise BadChunkTypeError(message, header.offset)
     is_known = header.kind in KNOWN
     if header.kind == SNAP:
         is_known = stream is not None and stream.snapshots
-    if not is_known and not header.is_ancillary:
+    if not is_known and not header.is_ancillary:  # [5.2-9]
         message = f"critical chunk {header.kind.decode()} is unknown"
         raise UnknownCriticalError(message, header.offset)
 
@@ -203,10 +203,10 @@ def check_place(header: ChunkHeader, before: bytes) -> None:
         ChunkOrderError: HEAD is not first or comes again, or INDX is not
             followed by TAIL.
     """
-    if (header.kind == HEAD) != (header.sequence == 0):
+    if (header.kind == HEAD) != (header.sequence == 0):  # [5.1-2]
         message = "HEAD must be the first chunk, and no other"
         raise ChunkOrderError(message, header.offset)
-    if before == INDX and header.kind != TAIL:
+    if before == INDX and header.kind != TAIL:  # [5.1-6]
         message = "TAIL must follow INDX"
         raise ChunkOrderError(message, header.offset)
 
@@ -223,7 +223,7 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
         ChunkSizeError: It is longer.
     """
     most = HEAD_BYTES_LIMIT if stream is None else stream.limits.chunk_bytes
-    if length > most:
+    if length > most:  # [3.2-4] [5.2-7]
         message = f"a payload of {length} bytes where {most} are the most"
         raise ChunkSizeError(message, offset)
 

@@ -47,16 +47,12 @@ class ContextCounts:
             zeros: `[n]` how many bits of each were 0.
             ones: `[n]` how many were 1.
         """
-        counts = self.open(model, int(contexts[-1]))
+        counts = self._reaching(model, int(contexts[-1])).copy()
         seen = counts[:, contexts] + (zeros, ones)
         while (many := seen[0] + seen[1] > COUNT_LIMIT).any():
             seen[:, many] >>= 1
         counts[:, contexts] = seen
-
-    def open(self, model: str, greatest: int) -> Int64:
-        """Return `[2, c]` zeros and ones of a model, to count on in place, c above a context."""
-        counts = self._models[model] = self._reaching(model, greatest).copy()
-        return counts
+        self._models[model] = counts
 
     def _reaching(self, model: str, greatest: int) -> Int64:
         """Return `[2, c]` the counts of a model, of at least the greatest context."""

@@ -67,11 +67,6 @@ def open_words(words: UInt32) -> BitDecoder:
     return (_opener.get() or open_fastest)(words)
 
 
-def is_decoder_chosen() -> bool:
-    """Tell whether `decoding_with` is in force."""
-    return _opener.get() is not None
-
-
 @contextmanager
 def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
     """Let `open_words` open another decoder, as long as this context lasts.
@@ -100,7 +95,7 @@ class _ConstrictionBitDecoder:
     def __init__(self, words: UInt32) -> None:
         try:
             self._coder = AnsCoder(np.ascontiguousarray(words, dtype=np.uint32))
-        except ValueError as error:
+        except ValueError as error:  # [8.3-1]
             message = "the last word is 0"
             raise InvalidWordsError(message) from error
 
@@ -109,7 +104,7 @@ class _ConstrictionBitDecoder:
         return bits
 
     def finish(self) -> None:
-        if not self._coder.is_empty():
+        if not self._coder.is_empty():  # [8.3-2] [8.3-3]
             message = "words are left after the last bit"
             raise UnconsumedWordsError(message)
 

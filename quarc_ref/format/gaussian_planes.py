@@ -6,11 +6,10 @@ contexts that have seen nothing; the newborn of a frame are few, so that they
 share one section, whose contexts remember the newborn of the frames before.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from quarc_ref.format.acceleration import map_parts
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import (
@@ -24,7 +23,7 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError, SymbolRangeError
 from quarc_ref.format.morton import deinterleave, interleave
-from quarc_ref.format.planes import Planes, PlaneWriter, open_planes
+from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.records import (
     LOG_SCALES,
     OPACITY,
@@ -98,12 +97,12 @@ def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
 def _read_sections(
     chunk: CanonicalChunk | SnapshotChunk, count: int, code_planes: int
 ) -> Gaussians:
-    readers = [open_planes(section, ContextCounts(), count) for section in chunk.sections]
+    readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
     blank = _blank(code_planes, count)
     keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
     for reader in readers:
         reader.finish()
-    if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):
+    if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):  # [8.5-1]
         message = "a position is outside the canonical frame's box"
         raise SymbolRangeError(message)
     positions = deinterleave(keys) + np.array(chunk.origin, dtype=np.int64)[:, None]
@@ -142,7 +141,7 @@ def read_births(
     Raises:
         EntropyError: The section is malformed.
     """
-    reader = open_planes(section, counts, count)
+    reader = PlaneReader(section, counts)
     blank = _blank(code_planes, count)
     births = _walk_births(reader, Births(blank.positions[0], blank))
     return births, reader.finish()
@@ -152,17 +151,14 @@ def _walk_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
     """Walk the sections, each of which is by itself (SPEC 8.5)."""
+    positions, colors, opacities, log_scales, turns, rests = planes
     codes = gaussians.codes
-    walks: list[Callable[[Planes], Int64]] = [
-        lambda section: code_ascending(section, "keys", keys),
-        lambda section: _code_colors(section, "SH DC", codes[SH_DC]),
-        lambda section: _code_rows(section, "opacity", codes[OPACITY]),
-        lambda section: _code_rows(section, "log-scales", codes[LOG_SCALES]),
-        lambda section: _code_rotations(section, "rotations", gaussians.rotations),
-        lambda section: _code_rest(section, "SH rest", codes[SH_REST]),
-    ]
-    coded = map_parts(lambda part: walks[part](planes[part]), range(len(walks)))
-    keys, dc, opacity, scales, rotations, rest = coded
+    keys = code_ascending(positions, "keys", keys)
+    dc = _code_colors(colors, "SH DC", codes[SH_DC])
+    opacity = _code_rows(opacities, "opacity", codes[OPACITY])
+    scales = _code_rows(log_scales, "log-scales", codes[LOG_SCALES])
+    rotations = _code_rotations(turns, "rotations", gaussians.rotations)
+    rest = _code_rest(rests, "SH rest", codes[SH_REST])
     codes = np.concatenate([scales, opacity, dc, rest])
     return keys, Gaussians(gaussians.positions, rotations, codes)
 
@@ -189,7 +185,7 @@ def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
     """
     steps = np.diff(values, prepend=0)
     steps = code_unsigned(planes, name, np.zeros_like(steps), KEY_CLASS_BITS, steps)
-    if steps.max(initial=0) > _STEP_LIMIT:
+    if steps.max(initial=0) > _STEP_LIMIT:  # [8.4-1]
         message = "a difference of ascending numbers is too large"
         raise SymbolRangeError(message)
     return np.cumsum(steps)

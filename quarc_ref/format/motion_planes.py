@@ -4,8 +4,7 @@ Levels go from coarse to fine. Of each anchor it is asked first whether it
 moves at all; only of those that do, channel by channel, whether a symbol is
 not 0; then the signs and, in unary, the magnitudes of those that are not. The
 contexts come from what is expected of an anchor: what its Gaussian did in the
-last frame, less what the coarser levels have done already. A compiled reader
-takes a level as a whole.
+last frame, less what the coarser levels have done already.
 """
 
 from collections.abc import Sequence
@@ -13,13 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Bits, Int16, Int64
-from quarc_ref.format.compiled_planes import CompiledPlaneReader
 from quarc_ref.format.constants import MAGNITUDE_PLANES, SYMBOL_LIMIT
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.planes import Planes, PlaneWriter, open_planes
+from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.records import Section
 
 
@@ -74,7 +71,7 @@ def read_motion(
     Raises:
         EntropyError: The section is malformed.
     """
-    reader = open_planes(section, counts, levels[0].parents.size)
+    reader = PlaneReader(section, counts)
     blank = [np.broadcast_to(_ZERO, level.previous.shape) for level in levels]
     symbols = _walk_motion(reader, levels, blank)
     return symbols, reader.finish()
@@ -113,9 +110,6 @@ class _Done:
 
     def and_then(self, parents: Int64, symbols: Int64) -> "_Done":
         """Return what the next level hands down."""
-        kernels = load_kernels(_KERNELS, parents.size)
-        if kernels is not None:
-            return _Done(*kernels.hand_down(parents, self.sums, np.ascontiguousarray(symbols)))
         return _Done(self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0))
 
 
@@ -130,10 +124,6 @@ class _Level:
 
     def walk(self, values: Int64) -> Int64:
         """Code the symbols `[c, a]` of the level's anchors."""
-        if isinstance(self._planes, CompiledPlaneReader):
-            above = (self._above.sums, self._above.magnitudes)
-            parents, previous = self._context.parents, self._context.previous
-            return self._planes.read_level(self._name, parents, previous, above)
         moving = np.flatnonzero(self._moves(np.bitwise_or.reduce(values, axis=0) != 0))
         expected, values_moving = self._expected(moving), values[:, moving]
         there = self._not_zero(expected, values_moving)
@@ -210,7 +200,6 @@ class _Classes:
         return classes
 
 
-_KERNELS = "quarc_ref.format.level_kernels"
 _ZERO = np.int64(0)
 _MOST = 3
 _LAST_OWN_PLANE = 2

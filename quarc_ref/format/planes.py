@@ -17,12 +17,10 @@ from typing import Protocol
 
 import numpy as np
 
-from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Bits, Int64
-from quarc_ref.format.compiled_planes import CompiledPlaneReader
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.entropy import encode_bits, is_decoder_chosen, open_words
+from quarc_ref.format.entropy import encode_bits, open_words
 from quarc_ref.format.pricing import is_worth_stating
 from quarc_ref.format.probability import choose_codes, weight_of_code
 from quarc_ref.format.records import Section
@@ -138,27 +136,6 @@ class PlaneReader:
         return self._counts
 
 
-def open_planes(
-    section: Section, counts: ContextCounts, elements: int
-) -> PlaneReader | CompiledPlaneReader:
-    """Return what reads a section fastest; by the decoder of `decoding_with`, if one is chosen.
-
-    Args:
-        section: As a chunk holds it, its CRC checked.
-        counts: What contexts have seen before; it stays as it is.
-        elements: About how many bits the largest plane has.
-
-    Raises:
-        InvalidWordsError: No encoder writes such words.
-    """
-    chosen = is_decoder_chosen()
-    kernels = [None if chosen else load_kernels(name, elements) for name in _KERNELS]
-    loaded = tuple(module for module in kernels if module is not None)
-    if len(loaded) < len(kernels):
-        return PlaneReader(section, counts)
-    return CompiledPlaneReader(section, counts, loaded)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Runs:
     """The elements of a plane, sorted by context.
@@ -190,9 +167,4 @@ class _Runs:
         return self.lengths - ones, ones
 
 
-_KERNELS = (
-    "quarc_ref.format.plane_kernels",
-    "quarc_ref.format.value_kernels",
-    "quarc_ref.format.level_kernels",
-)
 _NARROW = 1 << 16

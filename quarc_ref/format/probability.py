@@ -22,7 +22,7 @@ def weight_of_code(code: int) -> int:
     Raises:
         BadProbabilityError: The code is 240 or more.
     """
-    if code >= PROBABILITY_CODES:
+    if code >= PROBABILITY_CODES:  # [8.2-1]
         message = f"probability code {code} is undefined"
         raise BadProbabilityError(message)
     return _WEIGHTS[code]

@@ -83,7 +83,7 @@ class Search:
             self.canonical
         ):
             return False
-        return canonical_frame(payload) >= self.frame
+        return canonical_frame(payload) >= self.frame  # [11.4-1]
 
 
 def canonical_frame(payload: bytes) -> int:

@@ -22,7 +22,7 @@ from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import SymbolRangeError
 from quarc_ref.format.gaussian_planes import read_newborn, sort_canonical, write_canonical
 from quarc_ref.format.morton import interleave
-from quarc_ref.format.planes import Planes, PlaneWriter, open_planes
+from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.records import Gaussians, Section, SnapshotChunk
 from quarc_ref.format.values import code_fixed, code_signed
 
@@ -121,7 +121,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     Raises:
         EntropyError: A section is malformed, or the frame too wide.
     """
-    reader = open_planes(chunk.survivors, ContextCounts(), canonical.count)
+    reader = PlaneReader(chunk.survivors, ContextCounts())
     nothing = np.zeros(canonical.count, dtype=np.bool_)
     blank = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
     kept, rows = _walk_survivors(reader, nothing, blank)
@@ -225,7 +225,7 @@ def _sort(gaussians: Gaussians) -> Int64:
         SymbolRangeError: The frame is wider than a CANO can say.
     """
     offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_FAR)[:, None]
-    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:
+    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]
         message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} steps"
         raise SymbolRangeError(message)
     return np.argsort(interleave(offsets), kind="stable")

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.format.acceleration import load_kernels
 from quarc_ref.format.arrays import Bits, Int16, Int64
 from quarc_ref.format.constants import (
     CLASS_BITS,
@@ -20,7 +19,7 @@ from quarc_ref.format.constants import (
 )
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.planes import Planes, PlaneWriter, open_planes
+from quarc_ref.format.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.records import Section
 from quarc_ref.format.updates import TURN, UPDATE_FIELDS, Updates
 from quarc_ref.format.values import code_signed
@@ -84,7 +83,7 @@ def read_updates(
         EntropyError: The section is malformed.
     """
     count = context.recency.size
-    reader = open_planes(section, counts, count)
+    reader = PlaneReader(section, counts)
     nothing = np.zeros(count, dtype=np.bool_)
     residuals = np.broadcast_to(np.int64(0), (RESIDUAL_ROWS, count))
     updates = _walk_updates(reader, context, nothing, nothing, residuals)
@@ -106,10 +105,6 @@ def _walk_updates(
 
 def _changes_contexts(context: UpdateContext) -> Int64:
     """Return `[N]` 4 M + R: how far each Gaussian was moved, and how lately it was changed."""
-    kernels = load_kernels(_KERNELS, context.recency.size)
-    if kernels is not None:
-        found: Int64 = kernels.find_contexts(context.motion, context.recency)
-        return found
     contexts = context.recency.astype(np.int64)
     moved = np.flatnonzero(np.bitwise_or.reduce(context.motion, axis=0))
     far = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)
@@ -135,6 +130,5 @@ def _walk_fields(planes: Planes, residuals: Int64) -> Int64:
     return coded
 
 
-_KERNELS = "quarc_ref.format.update_kernels"
 _VALUES = "updates, residuals"
 _FAR = 3

@@ -2,15 +2,14 @@
 
 Three forms: a number of fixed width, a number of 0 or more, a signed one. Each
 is one walk for both directions; the numbers handed to it are any numbers when
-reading (see `planes`). A compiled reader takes it as a whole. A sequence of
-numbers has a name; its planes belong to models of that name.
+reading (see `planes`). A sequence of numbers has a name; its planes belong to
+models of that name.
 """
 
 import numpy as np
 
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Bits, Int64
-from quarc_ref.format.compiled_planes import CompiledPlaneReader
 from quarc_ref.format.constants import MODELLED_BITS
 from quarc_ref.format.planes import Planes
 
@@ -28,8 +27,6 @@ def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: I
     Returns:
         `[n]` the numbers.
     """
-    if isinstance(planes, CompiledPlaneReader):
-        return planes.read_fixed(name, contexts, width)
     node = np.ones_like(contexts)
     for place in reversed(range(width)):
         asked = (contexts << width) + node
@@ -52,8 +49,6 @@ def code_unsigned(
     Returns:
         `[n]` the numbers.
     """
-    if isinstance(planes, CompiledPlaneReader):
-        return planes.read_classed(name, contexts, class_bits, signed=False)
     classes = code_fixed(planes, name, contexts, class_bits, bit_length(values))
     return _code_mantissas(planes, name, (contexts << class_bits) + classes, classes, values)
 
@@ -73,8 +68,6 @@ def code_signed(
     Returns:
         `[n]` the numbers.
     """
-    if isinstance(planes, CompiledPlaneReader):
-        return planes.read_classed(name, contexts, class_bits, signed=True)
     magnitudes = np.abs(values)
     classes = code_fixed(planes, name, contexts, class_bits, bit_length(magnitudes))
     contexts = (contexts << class_bits) + classes

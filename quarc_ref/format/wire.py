@@ -73,13 +73,13 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
         TrailingDataError: Bytes follow the last field.
     """
     version = _parse(VERSION, payload[: VERSION.sizeof()])
-    if version.version_major != constants.VERSION_MAJOR:
+    if version.version_major != constants.VERSION_MAJOR:  # [12-1] [5.3-1]
         message = (
             f"version {version.version_major}.{version.version_minor}; "
             f"this decoder reads {constants.VERSION_MAJOR}.x"
         )
         raise UnsupportedVersionError(message)
-    if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:
+    if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:  # [12-2] [12-3]
         message = f"incompatible features {version.incompatible_features:#x}"
         raise UnsupportedFeatureError(message)
     parsed = _parse(STREAM_HEADER, payload)
@@ -199,11 +199,11 @@ def _parse(layout: Construct, payload: bytes, compiled: Construct | None = None)
     whole = compiled or Struct("body" / layout, "end" / Tell)
     try:
         parsed = whole.parse(payload)
-    except (ConstructError, ValueError, struct.error) as error:
+    except (ConstructError, ValueError, struct.error) as error:  # [5-1] [5-4]
         ends_early = isinstance(error, struct.error)  # where a layout is compiled
         message = "the payload ends too early" if ends_early else " ".join(str(error).split())
         raise FieldError(message) from error
-    if parsed.end != len(payload):
+    if parsed.end != len(payload):  # [5-2]
         message = f"{len(payload) - parsed.end} bytes follow the last field"
         raise TrailingDataError(message)
     return parsed.body
@@ -221,7 +221,7 @@ def _build(layout: Construct, values: dict[str, Any]) -> bytes:
 def _record(kind: Callable[..., _Record], parsed: Any) -> _Record:  # noqa: ANN401
     values = {name: parsed[name] for name in kind.__dataclass_fields__}  # type: ignore[attr-defined]
     try:
-        return kind(**values)
+        return kind(**values)  # [5-3]
     except ValueError as error:
         raise FieldError(str(error)) from error
 

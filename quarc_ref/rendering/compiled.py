@@ -4,9 +4,7 @@ Only what Python calls keeps its machine code on disk, with all that it calls in
 turn: a cached kernel that calls another cached one would not inline it.
 """
 
-import numba
-
-from quarc_ref.format.compiled import keep
+from quarc_ref.compiled import keep, numba
 
 plain = numba.njit(error_model="numpy")
 inlined = numba.njit(error_model="numpy", inline="always")

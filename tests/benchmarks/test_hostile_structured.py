@@ -10,9 +10,10 @@ from hostile.structured.maker import StructuredMaker
 from quarc_ref.decoder import decode, reconstruct
 from quarc_ref.format.errors import CountError
 from tests.benchmarks.test_hostile import SCRIPT
+from tests.engines import needs_fast
 from tests.streams import make_stream
 
-_COUNT = 3 * 67
+_COUNT = 4 * 84
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def outcomes(streams):
 
 
 def _judge(data):
-    return judge.judge(judge.BY_BOTH_KERNELS, data, heedless=False)
+    return judge.judge(judge.BY_BOTH_ENGINES, data, heedless=False)
 
 
 def test_a_series_and_a_number_make_the_same_stream_again(streams):
@@ -44,16 +45,18 @@ def test_a_series_and_a_number_make_the_same_stream_again(streams):
 def test_every_hostility_has_its_turn(maker, streams):
     done = {name for stream in streams for name in stream.recipe[:1]}
 
-    assert len(maker.hostilities) == 67
+    assert len(maker.hostilities) == 84
     assert done == {hostility.name for hostility in maker.hostilities if hostility is not None}
 
 
-def test_plain_and_compiled_kernels_agree_and_nothing_escapes(outcomes):
+@needs_fast
+def test_both_engines_agree_and_nothing_escapes(outcomes):
     assert outcomes.total() == _COUNT
     assert outcomes["escape"] == outcomes["hang"] == 0
     assert outcomes["decoded"] > _COUNT / 20
 
 
+@needs_fast
 def test_few_streams_reach_most_reject_ids_the_deep_ones_among_them(outcomes):
     unreached = blocks.Tally(outcomes=outcomes).list_unreached()
 
@@ -82,7 +85,8 @@ def test_what_is_spliced_comes_from_another_stream(maker):
     assert sum(any(payload in data for payload in payloads) for data in made) > 5
 
 
-def test_kernels_that_disagree_are_seen(streams, monkeypatch):
+@needs_fast
+def test_engines_that_disagree_are_seen(streams, monkeypatch):
     turn = reconstruct.turn
 
     def turn_otherwise(rotations, residuals):
@@ -91,31 +95,33 @@ def test_kernels_that_disagree_are_seen(streams, monkeypatch):
         return turned
 
     monkeypatch.setattr(reconstruct, "turn", turn_otherwise)
-    verdicts = [_judge(stream.data) for stream in streams[::67]]
+    verdicts = [_judge(stream.data) for stream in streams[::84]]
 
     assert "escape" in {verdict.outcome for verdict in verdicts}
-    assert any("plain kernels give" in verdict.detail for verdict in verdicts)
+    assert any("the reference gives" in verdict.detail for verdict in verdicts)
 
 
-def test_kernels_that_refuse_otherwise_are_seen(monkeypatch):
+@needs_fast
+def test_engines_that_refuse_otherwise_are_seen(monkeypatch):
     whole, _ = make_stream()
 
     def refuse(*_arguments):
-        message = "not by these kernels"
+        message = "not by this engine"
         raise CountError(message)
 
     assert _judge(whole).outcome == "decoded"
-    monkeypatch.setattr(reconstruct, "turn", refuse)  # of the plain kernels alone
+    monkeypatch.setattr(reconstruct, "turn", refuse)  # of the reference alone
     assert _judge(whole).outcome == "escape"
 
 
+@needs_fast
 def test_the_command_tells_what_was_not_reached_and_fails_for_it(tmp_path):
     command = [sys.executable, SCRIPT, "--structured", "--streams", "3", "--out", tmp_path]
     done = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
     told = json.loads(done.stdout)
 
     assert done.returncode == 1
-    assert told["streams"] == told["ways"][judge.BY_BOTH_KERNELS] == 3
+    assert told["streams"] == told["ways"][judge.BY_BOTH_ENGINES] == 3
     assert told["escapes"] == told["hangs"] == 0
     assert "degenerate-rotation" in told["unreached"]
     assert (tmp_path / "structured_0" / "blocks.jsonl").exists()

@@ -16,8 +16,9 @@ from ladder.judging import Judge
 from ladder.rounding import allow_updates, find_updates, round_rung, to_splats
 from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, move
+from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.canonical import canonical_rates
 from quarc_ref.encoder.quantize import quantize_gaussians
 from quarc_ref.encoder.straight_through import position_step, translation_step

@@ -10,8 +10,9 @@ from scipy.spatial import cKDTree
 from paper.float_bytes import estimate_floats, summarize_floats
 from paper.trials import Trial
 from paper.unquantized import encode_unquantized, move_freely, open_studio, refine_header
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, move
+from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.progress import Silence
 from quarc_ref.encoder.quantize import quantize_gaussians
 from quarc_ref.encoder.straight_through import translation_step

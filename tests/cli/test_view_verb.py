@@ -11,9 +11,9 @@ from tests.streams import make_stream
 pytest.importorskip("viser")
 
 
-_WITHOUT_NUMBA = """
+_WITHOUT_CORE = """
 import sys
-sys.modules["numba"] = None
+sys.modules["quarc_core"] = None
 from quarc_ref.cli.app import main
 main()
 """
@@ -44,12 +44,12 @@ def test_a_page_is_served_until_it_is_interrupted(stream_file):
     viewer.stderr.close()
 
 
-def test_plain_kernels_that_are_slow_are_told(tmp_path):
+def test_a_missing_fast_engine_is_told(tmp_path):
     path = tmp_path / "large.quarc"
     path.write_bytes(make_stream(gaussian_count=9000, frame_count=1)[0])
     with start(
         *("view", path, "--no-open", "--port", 8750, "--json"),
-        program=_WITHOUT_NUMBA,
+        program=_WITHOUT_CORE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -57,7 +57,7 @@ def test_plain_kernels_that_are_slow_are_told(tmp_path):
         told = viewer.stderr.readline()
         code = _end(viewer)
 
-    assert "pip install 'quarc-ref[fast]'" in told
+    assert "quarc_core is not installed" in told
     assert code == 0
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from quarc_ref.decoder import compute_digest
 from tests.cli.commands import read_json
+from tests.engines import needs_fast
 from tests.streams import make_stream
 
 _BLOCKED = ("torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat")
@@ -22,15 +23,15 @@ main()
 """
 
 
-def _run(*arguments, blocked=_BLOCKED, kernels=""):
+def _run(*arguments, blocked=_BLOCKED, engine=""):
     program = [sys.executable, "-c", _PROGRAM.format(blocked), *map(str, arguments)]
-    environment = os.environ | {"QUARC_REF_KERNELS": kernels}
+    environment = os.environ | {"QUARC_REF_ENGINE": engine}
     return subprocess.run(program, capture_output=True, text=True, env=environment, check=False)
 
 
 @pytest.fixture(scope="module")
 def large_file(tmp_path_factory):
-    """A stream that is large enough for compiled kernels to pay."""
+    """A stream that is large enough for a fast engine to pay."""
     path = tmp_path_factory.mktemp("large") / "large.quarc"
     path.write_bytes(make_stream(gaussian_count=9000, frame_count=3)[0])
     return path
@@ -67,24 +68,34 @@ def test_a_damaged_stream_is_refused_there_too(stream_file, made):
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["verify"], ["decode", "-o", "{out}"]])
-def test_plain_kernels_that_are_slow_are_told_once_with_what_cures_it(
+def test_a_missing_fast_engine_is_told_once_where_it_would_pay(
     arguments, large_file, stream_file, tmp_path
 ):
     verb, *options = [each.format(out=tmp_path / "out") for each in arguments]
     options += ["--force"] * (verb == "decode")
-    told = _run(verb, large_file, *options, "--json").stderr
+    without = (*_BLOCKED, "quarc_core")
+    told = _run(verb, large_file, *options, "--json", blocked=without).stderr
 
     assert told.count("\n") == 1
-    assert told.startswith("quarc-ref: ")
-    assert "numba cannot be imported" in told
-    assert "pip install 'quarc-ref[fast]'" in told
+    assert told.startswith("quarc-ref: quarc_core is not installed")
     for untold in (
-        _run(verb, stream_file, *options),
-        _run(verb, large_file, *options, "--quiet"),
-        _run(verb, large_file, *options, kernels="plain"),
-        _run(verb, large_file, *options, blocked=()),
+        _run(verb, stream_file, *options, blocked=without),
+        _run(verb, large_file, *options, "--quiet", blocked=without),
     ):
         assert (untold.returncode, untold.stderr) == (0, "")
+
+
+@needs_fast
+def test_nothing_is_told_where_the_fast_engine_is_or_is_not_wanted(large_file):
+    for engine in ("", "fast", "reference"):
+        assert _run("verify", large_file, engine=engine).stderr == ""
+
+
+def test_an_engine_that_there_is_not_is_named(stream_file):
+    done = _run("verify", stream_file, engine="warp")
+
+    assert done.returncode != 0
+    assert "QUARC_REF_ENGINE is 'warp'" in done.stderr
 
 
 @pytest.mark.parametrize("verb", ["encode", "render", "eval", "synth", "demo"])

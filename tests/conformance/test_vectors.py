@@ -8,7 +8,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from tests.spec import spec_text
+from plain import spec_text
 
 SUITE = Path(__file__).resolve().parents[2] / "conformance"
 MANIFEST = json.loads((SUITE / "manifest.json").read_text("utf-8"))

@@ -51,26 +51,6 @@ def test_no_more_are_made_than_may_wait():
     assert len(made) == 5
 
 
-@pytest.mark.parametrize("first_alone", [True, False])
-def test_the_second_may_be_held_back_until_it_is_asked_for(first_alone):
-    begun = threading.Event()
-
-    def make():
-        yield 0
-        begun.set()
-        yield 1
-
-    ahead = Ahead(make, 2, first_alone=first_alone)
-    assert next(ahead) == 0
-    assert begun.wait(0.2 if first_alone else 10) != first_alone
-    assert list(ahead) == [1]
-
-    held = Ahead(make, 2, first_alone=first_alone)
-    next(held)
-    held.close()
-    assert list(held) == []
-
-
 def test_what_is_closed_ends_its_iterator_and_gives_no_more():
     closed = threading.Event()
 

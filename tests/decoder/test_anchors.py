@@ -3,11 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plain import oracle
 from quarc_ref.decoder.anchors import count_anchors, sample_anchors
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.records import StreamHeader
-from tests import oracle
 
 _LIMIT = POSITION_LIMIT
 

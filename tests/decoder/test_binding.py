@@ -2,9 +2,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plain import oracle
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.format.constants import POSITION_LIMIT
-from tests import oracle
 
 _AXES = st.sampled_from(
     [

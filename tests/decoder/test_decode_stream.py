@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest, decode
-from quarc_ref.decoder.decode_stream import StreamDecoder
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.container import Chunk

@@ -1,22 +1,31 @@
 import zlib
+from dataclasses import replace
 
-import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+import numpy as np
 
-from quarc_ref.decoder import digest
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.digest import compute_digest, state_crc
+from quarc_ref.format.records import StreamHeader
+from tests.streams import make_gaussians
 
-
-@given(st.lists(st.binary(max_size=300), max_size=8))
-def test_a_crc_of_parts_is_zlib_s_of_the_whole(parts):
-    crc = 0
-    for part in parts:
-        crc = digest.crc32(memoryview(part), crc)
-
-    assert crc == zlib.crc32(b"".join(parts))
+_HEADER = StreamHeader(full_crc_interval=3)
+_SCENE = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 9)).scene
 
 
-def test_where_isa_l_is_installed_it_makes_the_crcs():
-    fast = pytest.importorskip("isal.isal_zlib", reason="ISA-L is not installed")
+def _serialize(scene, *, codes):
+    planes = [scene.ids, scene.positions, scene.rotations, *([scene.codes] if codes else [])]
+    numbers = np.concatenate([[scene.count, scene.phase], *(plane.ravel() for plane in planes)])
+    return numbers.astype("<i4").tobytes()
 
-    assert digest.crc32 is fast.crc32
+
+def test_a_crc_covers_the_codes_every_few_frames():
+    for phase in range(7):
+        scene = replace(_SCENE, phase=phase)
+        assert state_crc(scene) == zlib.crc32(_serialize(scene, codes=phase % 3 == 0))
+
+
+def test_planes_that_do_not_lie_together_are_serialized_the_same():
+    apart = replace(_SCENE, positions=np.asfortranarray(_SCENE.positions))
+
+    assert state_crc(apart) == state_crc(_SCENE)
+    assert compute_digest(apart) == compute_digest(_SCENE)

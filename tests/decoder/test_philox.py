@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plain import oracle
 from quarc_ref.decoder.philox import philox
-from tests import oracle
 
 _WORD = st.integers(0, (1 << 32) - 1)
 

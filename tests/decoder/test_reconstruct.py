@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, motion_contexts, move
+from plain import oracle
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.reconstruct import append_births, begin_frame, motion_contexts, move
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import (
     CodeRangeError,
@@ -17,7 +19,6 @@ from quarc_ref.format.errors import (
     PositionRangeError,
 )
 from quarc_ref.format.records import Gaussians, StreamHeader
-from tests import oracle
 from tests.streams import make_births, make_gaussians, make_symbols
 
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=2)
@@ -100,16 +101,16 @@ def test_a_newborn_without_an_id_left_is_refused():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 4)
 
-    last = bear(replace(moved, next_id=(1 << 32) - 4), births)
+    last = append_births(replace(moved, next_id=(1 << 32) - 4), births)
 
     assert last.scene.ids[-1] == (1 << 32) - 1
     with pytest.raises(CountLevelError):
-        bear(replace(moved, next_id=(1 << 32) - 3), births)
+        append_births(replace(moved, next_id=(1 << 32) - 3), births)
 
 
 def test_the_newborn_follow_from_the_next_frame_and_the_bound_keep_their_anchors():
     moved = move(_begun(), make_symbols(_begun()))
-    grown = bear(moved, make_births(moved, 4))
+    grown = append_births(moved, make_births(moved, 4))
 
     following = begin_frame(grown, 0)
 
@@ -140,7 +141,7 @@ def test_a_dead_newborn_leaves_the_binding_of_the_others():
     lowered = births.newborn.codes.copy()
     lowered[3, 1] -= 500
     births = replace(births, newborn=replace(births.newborn, codes=lowered))
-    grown = bear(moved, births)
+    grown = append_births(moved, births)
 
     following = begin_frame(grown, 1)
 
@@ -152,7 +153,7 @@ def test_a_newborn_is_placed_by_its_parent_and_has_its_own_codes():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 5)
 
-    grown = bear(moved, births).scene
+    grown = append_births(moved, births).scene
 
     parents = births.parents
     assert grown.ids.tolist() == list(range(35))
@@ -176,11 +177,13 @@ def test_newborn_out_of_range_are_refused_by_name():
     far = np.full((3, 2), POSITION_LIMIT)
 
     with pytest.raises(ParentRangeError):
-        bear(moved, replace(births, parents=np.array([0, 30])))
+        append_births(moved, replace(births, parents=np.array([0, 30])))
     with pytest.raises(PositionRangeError):
-        bear(moved, _changed(births, positions=far))
+        append_births(moved, _changed(births, positions=far))
     with pytest.raises(CodeRangeError):
-        bear(moved, _changed(births, codes=np.full_like(births.newborn.codes, 2 * CODE_LIMIT)))
+        append_births(
+            moved, _changed(births, codes=np.full_like(births.newborn.codes, 2 * CODE_LIMIT))
+        )
 
 
 def test_more_gaussians_than_the_level_bears_are_refused(monkeypatch):
@@ -189,7 +192,7 @@ def test_more_gaussians_than_the_level_bears_are_refused(monkeypatch):
     monkeypatch.setitem(__import__("quarc_ref").format.records.LEVELS, 10, small)
 
     with pytest.raises(CountLevelError):
-        bear(moved, make_births(moved, 2))
+        append_births(moved, make_births(moved, 2))
 
 
 def test_a_canonical_position_off_the_lattice_is_refused():

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from plain import oracle
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.format.errors import DegenerateRotationError, RotationRangeError
-from tests import oracle
 
 _SUM = st.integers(-(1 << 10), 1 << 10)
 _SUMS = st.tuples(_SUM, _SUM, _SUM, _SUM)

@@ -6,7 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, move
+from plain.state import PlainGaussian
+from plain.updates import apply_updates
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, RESIDUAL_ROWS
@@ -19,8 +22,6 @@ from quarc_ref.format.errors import (
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import Updates
 from tests import strategies
-from tests.spec.plain_state import PlainGaussian
-from tests.spec.plain_updates import apply_updates
 from tests.streams import make_births, make_gaussians, make_symbols, make_updates
 
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=3, updates=True)
@@ -79,7 +80,7 @@ def test_those_that_stay_keep_their_anchors():
 
 def test_a_frame_goes_on_after_updates_as_after_motion():
     moved = update(_moved(), make_updates(_moved(), 3))
-    grown = bear(moved, make_births(moved, 3))
+    grown = append_births(moved, make_births(moved, 3))
 
     after = begin_frame(grown, 0)
 

@@ -9,7 +9,6 @@ from quarc_ref.decoder import StreamDecoder, compute_digest
 from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.encoder import closed_loop
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import wire
@@ -98,7 +97,7 @@ def test_a_committed_motion_is_what_the_decoder_makes_of_the_bytes():
 
 def test_an_encoder_that_has_another_state_than_the_decoder_is_stopped(monkeypatch):
     loop = _loop()
-    monkeypatch.setattr(closed_loop, "compute_state_crc", lambda *_, **__: 0)
+    monkeypatch.setattr(loop.engine, "state_crc", lambda _: 0)
 
     with pytest.raises(ClosedLoopError):
         loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
@@ -125,7 +124,7 @@ def test_a_newborn_that_cannot_be_written_is_the_scenes_fault_and_not_the_stream
         loop.commit_births(births)
 
 
-_POSITIONS = "a Gaussian leaves the lattice"
+_POSITIONS = "position-range"
 
 
 def _moved(header, sink=None):
@@ -142,9 +141,7 @@ def test_a_frame_can_be_written_as_a_canonical_one(header):
     sink = io.BytesIO()
     loop, moved = _moved(header, sink)
     births = make_births(moved, 4, 1)
-    grown = closed_loop.decode_births(
-        moved, closed_loop.write_births(births, moved.birth_counts), 4
-    )
+    grown = loop.engine.decode_births(moved, loop.engine.write_births(moved, births), 4)
 
     state = loop.commit_frame_as_canonical(births)
     loop.begin_frame(1)

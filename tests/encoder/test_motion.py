@@ -6,7 +6,8 @@ import pytest
 import torch
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.config import MotionSettings
 from quarc_ref.encoder.motion import fit_motion

@@ -6,8 +6,9 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import bear, begin_canonical, begin_frame, move
+from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
 from quarc_ref.encoder.quantize import keep_representable, quantize_births, quantize_gaussians
 from quarc_ref.encoder.straight_through import position_step
 from quarc_ref.encoder.trainable import from_splats
@@ -108,7 +109,7 @@ def test_newborn_come_out_where_they_were_trained():
     parents = np.array([4, 2, 9, 2, 0, 29])
 
     births = quantize_births(newborn, parents, moved.scene)
-    grown = dequantize(bear(moved, births).scene)
+    grown = dequantize(append_births(moved, births).scene)
 
     order = np.argsort(parents, kind="stable")
     assert births.parents.tolist() == sorted(parents.tolist())

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 import torch
 
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, move
+from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.straight_through import translation_step
 from quarc_ref.encoder.surrogate import Following, deform
 from quarc_ref.encoder.trainable import from_splats

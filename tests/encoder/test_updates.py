@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import torch
 
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, move
+from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update
 from quarc_ref.encoder.config import UpdateSettings

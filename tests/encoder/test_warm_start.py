@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, move
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.config import MotionSettings
 from quarc_ref.encoder.warm_start import start_symbols
 from quarc_ref.format.records import StreamHeader

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical
 from quarc_ref.encoder.fixed_scene import FixedScene
 from quarc_ref.encoder.quantize import quantize_gaussians
 from quarc_ref.encoder.trainable import Attributes, from_splats, to_sh_dc
@@ -44,7 +44,13 @@ def stage(monkeypatch) -> Stage:
         drawn = scene.joined(red).activated()
         truths = [studio.render(drawn, view).image for view in range(len(studio.views.cameras))]
     monkeypatch.setattr(type(studio), "truth", lambda *asked: truths[asked[1]])
-    return Stage(studio, SMALL, state, FixedScene(studio, scene))
+    return Stage(
+        studio,
+        SMALL,
+        state,
+        FixedScene(studio, scene),
+        lambda births: write_births(births, state.birth_counts).byte_count(),
+    )
 
 
 def _priced(stage: Stage, price: float) -> Stage:

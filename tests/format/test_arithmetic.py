@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from plain import oracle
 from quarc_ref.format import arithmetic
-from tests import oracle
 
 _NUMERATORS = st.integers(-(1 << 60), 1 << 60)
 _DENOMINATORS = st.integers(1, 1 << 60)

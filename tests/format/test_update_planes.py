@@ -4,14 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from quarc_ref.format import update_kernels
 from quarc_ref.format.constants import RESIDUAL_ROWS
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.errors import EncodeError, EntropyError
 from quarc_ref.format.records import Section
 from quarc_ref.format.update_planes import (
     UpdateContext,
-    _changes_contexts,
     read_updates,
     write_updates,
 )
@@ -119,16 +117,3 @@ def test_any_words_are_updates_or_refused(words, count):
     assert updates.gaussians.tolist() == sorted(set(updates.gaussians.tolist()))
     assert updates.gaussians.size == 0 or updates.gaussians.max() < count
     assert not updates.residuals[:, updates.dies].any()
-
-
-@given(st.integers(1, 3), st.integers(0, 99))
-def test_compiled_contexts_are_those_of_the_plain_twin(spread, seed):
-    rng = np.random.default_rng(seed)
-    motion = (rng.integers(-spread, spread + 1, (6, 9000)) * (rng.random(9000) < 0.5)).astype(
-        np.int16
-    )
-    context = UpdateContext(motion, rng.integers(0, 4, 9000).astype(np.int16))
-
-    found = update_kernels.find_contexts(context.motion, context.recency)
-
-    assert np.array_equal(found, _changes_contexts(context))

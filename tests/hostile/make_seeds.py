@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.encoder.array_file import write_arrays
@@ -110,12 +112,13 @@ def streams() -> Iterator[tuple[str, bytes]]:
 
 def _bear_beyond(stream: bytes, change: Callable[[Births], object]) -> bytes:
     """A stream whose last frame has two newborn, well coded, that no scene can have."""
-    *_, state = decode_states(stream)
+    with decoding_by(REFERENCE):
+        first, *_, state = decode_states(stream)
     births = make_births(state, 2)
     change(births)
     chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(stream)]
     frame = wire.parse_frame(chunks[-2][1])
-    begun = begin_frame(next(decode_states(stream)), frame.death_count)
+    begun = begin_frame(first, frame.death_count)
     moved = decode_motion(begun, frame.motion, previous=frame.previous_contexts)
     frame = replace(frame, birth_count=2, births=write_births(births, moved.birth_counts))
     chunks[-2] = (chunks[-2][0], wire.build_frame(frame))

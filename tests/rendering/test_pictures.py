@@ -2,7 +2,7 @@ import numpy as np
 import torch
 
 from quarc_ref.decoder import dequantize
-from quarc_ref.decoder.reconstruct import begin_canonical
+from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.encoder.trainable import from_splats
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import render_picture

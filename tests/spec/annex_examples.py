@@ -4,6 +4,9 @@ from textwrap import fill
 
 import numpy as np
 
+from plain import coder as plain_coder
+from plain import planes as plain_planes
+from plain.planes import PlainSection, Run
 from quarc_ref.decoder.anchors import count_anchors, sample_anchors
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import normalize_sums, turn
@@ -13,9 +16,8 @@ from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.planes import PlaneWriter
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.values import code_fixed, code_signed, code_unsigned
-from tests.spec import annex_pages, plain_coder, plain_planes
+from tests.spec import annex_pages
 from tests.spec.annex_vectors import render_table
-from tests.spec.plain_planes import PlainSection, Run
 
 
 def overview() -> str:

@@ -3,9 +3,9 @@
 import hashlib
 from itertools import groupby
 
+from plain.decoder import PlainFrame, PlainStream
+from plain.planes import Run
 from tests.spec.annex_vectors import render_table
-from tests.spec.plain_decoder import PlainFrame, PlainStream
-from tests.spec.plain_planes import Run
 
 _HALF = str(1 << 23)
 

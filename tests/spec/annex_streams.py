@@ -4,9 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quarc_ref.decoder.digest import compute_state_crc
-from quarc_ref.decoder.frames import covers_all_fields, decode_births, decode_motion
-from quarc_ref.decoder.reconstruct import begin_canonical, begin_frame, motion_contexts
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.digest import compute_state_crc, state_crc
+from quarc_ref.decoder.frames import decode_births, decode_motion
+from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
 from quarc_ref.format import wire
 from quarc_ref.format.arrays import Int64
@@ -69,7 +70,7 @@ class StreamWriter:
         if births is not None:
             section, count = write_births(births, state.birth_counts), births.newborn.count
             state = decode_births(state, section, count)
-        crc = compute_state_crc(state.scene, all_fields=covers_all_fields(state.scene))
+        crc = state_crc(state.scene)
         chunk = FrameChunk(state.scene.phase, previous, deaths, count, motion, section, crc)
         self.chunk(b"FRAM", wire.build_frame(chunk))
         self.states.append(state)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plain.coder import PlainCoder, add_to_counts
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, turn
 from quarc_ref.format import arithmetic
 from quarc_ref.format.ans import encode_bits
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.morton import interleave
-from tests.spec.plain_coder import PlainCoder, add_to_counts
 
 Answer = Callable[..., str]
 

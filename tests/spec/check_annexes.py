@@ -2,14 +2,15 @@
 
 import re
 
+from plain import spec_text
+from plain.decoder import decode_plain
 from quarc_ref.decoder import decode
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.scene import Scene
-from tests.spec import annex_widths, spec_text
+from tests.spec import annex_widths
 from tests.spec.annex_pages import fields
 from tests.spec.annex_vectors import numbers
 from tests.spec.make_annexes import make_regions, streams
-from tests.spec.plain_decoder import decode_plain
 from tests.spec.vector_tables import TABLES
 
 # Random123's file of known answers: philox4x32, 10 rounds.
@@ -37,7 +38,7 @@ def check_regions(spec: str) -> None:
     regions = made_regions()
     assert sorted(re.findall(r"<!-- made:(\S+) -->", spec)) == sorted(regions)
     for name, body in regions.items():
-        assert spec_text.made(spec, name) == body, f"{name}: python -m tests.spec.make_annexes"
+        assert spec_text.made(spec, name) == body, f"{name}: make_annexes.py makes it anew"
 
 
 def check_vectors(spec: str) -> None:

@@ -11,10 +11,10 @@ from functools import partial
 
 import numpy as np
 
+from plain import spec_text
 from quarc_ref.format import constants, wire
 from quarc_ref.format.errors import FieldError
 from quarc_ref.format.records import StreamHeader
-from tests.spec import spec_text
 from tests.streams import CAMERA
 
 _PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "f32": "f"}

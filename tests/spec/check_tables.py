@@ -9,9 +9,9 @@ import zlib
 
 from construct import Bytes, Const, Construct, Container, FormatField, Prefixed, Renamed
 
+from plain import spec_text
 from quarc_ref.decoder import philox
 from quarc_ref.format import constants, errors, layouts
-from tests.spec import spec_text
 
 SYNTAX = (
     *("CHUNK_HEADER", "STREAM_HEADER", "CANONICAL", "FRAME", "FRAME_WITH_UPDATES", "SNAPSHOT"),

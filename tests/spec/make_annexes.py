@@ -1,4 +1,6 @@
-"""Writes the made regions of SPEC.md, and its dumps, anew: `python -m tests.spec.make_annexes`.
+"""Writes the made regions of SPEC.md, and its dumps, anew.
+
+    PYTHONPATH=conformance python -m tests.spec.make_annexes
 
 All comes from hand-built records and from the text's own syntax tables, so that
 two runs give the same bytes. Run it after a change to the format, and read the
@@ -7,10 +9,11 @@ difference before it is committed.
 
 from functools import cache
 
-from tests.spec import annex_examples, annex_pages, annex_widths, spec_text, vector_tables
+from plain import spec_text
+from plain.decoder import PlainStream, decode_plain
+from tests.spec import annex_examples, annex_pages, annex_widths, vector_tables
 from tests.spec.annex_stream_c import make_deep
 from tests.spec.annex_streams import make_moving, make_still
-from tests.spec.plain_decoder import PlainStream, decode_plain
 
 # Of stream C the planes of its first frame alone: the others show nothing more.
 _WITH_PLANES = ("A", "B", "C1001")

@@ -4,15 +4,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plain import motion, spec_text
+from plain.decoder import decode_plain
+from plain.planes import PlainSection
+from plain.state import PlainLevel
 from quarc_ref.decoder import decode
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.motion_planes import LevelContext, read_motion, write_motion
 from quarc_ref.format.records import StreamHeader
-from tests.spec import plain_motion, spec_text
-from tests.spec.plain_decoder import decode_plain
-from tests.spec.plain_planes import PlainSection
-from tests.spec.plain_state import PlainLevel
 from tests.strategies import headers
 from tests.streams import make_stream
 
@@ -38,6 +38,6 @@ def test_a_parent_that_undoes_its_own_parent_is_a_parent_that_moves():
         written = write_motion([still] * 3, symbols, counts)
         _, counts = read_motion(written, [still] * 3, counts)
         section = PlainSection("motion", written.words.tolist(), plain_counts)
-        plain_motion.read_motion(section, 6, {}, levels)
+        motion.read_motion(section, 6, {}, levels)
         section.close()
         assert [level.symbols for level in levels] == [[s[:, 0].tolist()] for s in symbols]

@@ -4,14 +4,15 @@ import re
 
 import pytest
 
+from plain import clauses, spec_text
 from quarc_ref.format import constants, layouts, wire
 from quarc_ref.format.records import StreamHeader
-from tests.spec import check_annexes, check_clauses, check_ranges, check_tables, spec_text
+from tests.spec import check_annexes, check_ranges, check_tables
 
 CHECKS = (
     *check_tables.CHECKS,
     *check_ranges.CHECKS,
-    *check_clauses.CHECKS,
+    *clauses.CHECKS,
     *check_annexes.CHECKS,
 )
 

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.spec import check_annexes, check_clauses, check_ranges, check_tables, spec_text
+from plain import clauses, spec_text
+from tests.spec import check_annexes, check_ranges, check_tables
 from tests.spec.vector_tables import TABLES
 
 Check = Callable[[str], None]
@@ -183,26 +184,24 @@ def test_a_clause_without_its_id_and_an_id_without_its_clause_are_seen():
     words = re.finditer(r'(?<!")\bMUST\b(?! NOT"|")', TEXT)
     weaker = (TEXT[: found.start()] + "ought to" + TEXT[found.end() :] for found in words)
 
-    _expect_red(without, check_clauses.check_clause_ids, 40)
-    _expect_red(weaker, check_clauses.check_clause_ids, 40)
+    _expect_red(without, clauses.check_clause_ids, 40)
+    _expect_red(weaker, clauses.check_clause_ids, 40)
 
 
 def test_a_clause_that_names_another_reject_id_is_seen():
     named = re.finditer(r"\(`([a-z]+(?:-[a-z]+)*)`\) \[", TEXT)
     wrong = (TEXT[: n.start(1)] + "no-such-id" + TEXT[n.end(1) :] for n in named)
 
-    _expect_red(wrong, check_clauses.check_reject_ids_of_clauses, 20)
+    _expect_red(wrong, clauses.check_reject_ids_of_clauses, 20)
 
 
 def test_a_link_or_a_reference_to_nowhere_is_seen():
     links = re.finditer(r"\]\(#", TEXT)
     references = re.finditer(r"(?<!\d, )\b(?:section |Annex [A-J]\.)\d+", TEXT)
 
-    _expect_red(
-        (TEXT[: n.end()] + "x" + TEXT[n.end() :] for n in links), check_clauses.check_links, 20
-    )
+    _expect_red((TEXT[: n.end()] + "x" + TEXT[n.end() :] for n in links), clauses.check_links, 20)
     _expect_red(
         (TEXT[: n.end()] + "77" + TEXT[n.end() :] for n in references),
-        check_clauses.check_references,
+        clauses.check_references,
         20,
     )

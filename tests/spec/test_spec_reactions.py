@@ -2,9 +2,9 @@
 
 import pytest
 
+from plain import spec_text
 from quarc_ref.decoder import Gap, compute_digest, decode, recover
 from quarc_ref.format.errors import BitstreamError
-from tests.spec import spec_text
 from tests.spec.faulty_streams import FRAME_COUNT, STATES, WHOLE, Case, cases
 
 CASES = cases()

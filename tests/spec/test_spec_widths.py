@@ -5,9 +5,9 @@ from math import isqrt
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests import oracle
+from plain import oracle
+from plain.coder import add_to_counts, weight_by_counts
 from tests.spec import annex_widths
-from tests.spec.plain_coder import add_to_counts, weight_by_counts
 
 BOUNDS = {name: (least, greatest) for name, least, greatest, _ in annex_widths.bounds()}
 ONE = 1 << 22

@@ -5,11 +5,11 @@ from math import isqrt
 
 import numpy as np
 
+from plain import oracle
+from plain.coder import weight_by_counts, weight_of
 from quarc_ref.format import arithmetic
 from quarc_ref.format.probability import weight_of_code
-from tests import oracle
 from tests.spec import annex_vectors as vectors
-from tests.spec.plain_coder import weight_by_counts, weight_of
 
 _Q = "2097152, 2097152, 2097152, 2097152"
 _UNIT = "4194304, 0, 0, 0"

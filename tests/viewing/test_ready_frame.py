@@ -17,8 +17,7 @@ def ready(stream):
     data, states = stream
     source = BytesSource(data)
     prepare = Preparer(source, outline_stream(source), 1.0)
-    scenes = [state.scene for state in states]
-    return [prepare(Frame(scene, dequantize(scene), 0, 12_000_000)) for scene in scenes]
+    return [prepare(Frame(state, dequantize(state.scene), 0, 12_000_000)) for state in states]
 
 
 def test_sizes_are_those_of_inspection(stream, ready):

@@ -1,7 +1,7 @@
 """Frames coded one after the other, each with the CRC of what it makes of the state.
 
-A frame that is refused leaves the state as it was, and has a CRC of 0. The plain
-kernels say what a state is.
+A frame that is refused leaves the state as it was, and has a CRC of 0. The reference
+engine says what a state is.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,28 +16,52 @@ import numpy as np
 from hostile.structured.draws import Draws
 from hostile.structured.hostility import Hostility, Stage
 from hostile.structured.pieces import Piece
-from quarc_ref.decoder.digest import compute_state_crc
+from quarc_ref.decoder import frames
+from quarc_ref.decoder.digest import state_crc
 from quarc_ref.decoder.frames import (
-    covers_all_fields,
     decode_canonical,
     decode_frame,
     decode_motion,
+    decode_snapshot,
+    decode_updates,
+    read_checked,
 )
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
-from quarc_ref.decoder.scene import Scene
-from quarc_ref.decoder.state import State
-from quarc_ref.format import container, gaussian_planes, motion_planes, wire
-from quarc_ref.format.constants import COUNTER_LIMIT
+from quarc_ref.decoder.state import Reference, State
+from quarc_ref.decoder.updates import update_context
+from quarc_ref.format import (
+    container,
+    gaussian_planes,
+    motion_planes,
+    snapshot_planes,
+    update_planes,
+    wire,
+)
+from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT
 from quarc_ref.format.errors import BitstreamError, LimitError
 from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
 from quarc_ref.format.motion_planes import write_motion
-from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, StreamHeader
+from quarc_ref.format.records import (
+    CanonicalChunk,
+    FrameChunk,
+    Section,
+    SnapshotChunk,
+    StreamHeader,
+)
+from quarc_ref.format.snapshot_planes import write_snapshot
+from quarc_ref.format.update_planes import write_updates
 
-Record = CanonicalChunk | FrameChunk
+Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _TRIALS = 4
 _FIRST_FRAMES = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
 _ANY_STEP = (1 << 63) - 1  # of parents, which no encoder writes beyond its limit
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
+_AT_BEGINNINGS = (Stage.SCENE, Stage.CANONICAL, Stage.SNAPSHOT)
+_KINDS: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
+    CanonicalChunk: (container.CANO, wire.build_canonical),
+    SnapshotChunk: (container.SNAP, wire.build_snapshot),
+    FrameChunk: (container.FRAM, wire.build_frame),
+}
 
 
 class Builder:
@@ -52,6 +76,7 @@ class Builder:
         pieces: The chunks so far.
         records: Of the frames so far.
         state: Of the last frame that a decoder takes.
+        reference: The CANO that snapshots are coded against, if there is one.
     """
 
     def __init__(self, draws: Draws, header: StreamHeader) -> None:
@@ -59,6 +84,7 @@ class Builder:
         self.pieces = [Piece(container.HEAD, wire.build_stream_header(header))]
         self.records: list[Record] = []
         self.state: State | None = None
+        self.reference: Reference | None = None
         self._draws = draws
         self._hostility: Hostility | None = None
 
@@ -77,16 +103,16 @@ class Builder:
         """Draw a frame, and code it with what is wrong with it."""
         self._hostility = hostility
         with self._stating():
-            record = self._draw(begins=hostility.stage in (Stage.SCENE, Stage.CANONICAL))
+            record = self._draw(begins=hostility.stage in _AT_BEGINNINGS)
         self._append(record, *self._try(record))
 
     def _append(self, record: Record, state: State | None, crc: int) -> None:
         proved = replace(record, state_crc=crc)
         self.state = state or self.state
         self.records.append(proved)
-        canonical = isinstance(proved, CanonicalChunk)
-        kind = container.CANO if canonical else container.FRAM
-        build: Callable[[Any], bytes] = wire.build_canonical if canonical else wire.build_frame
+        if state is not None and isinstance(record, CanonicalChunk):
+            self.reference = Reference(record.frame, read_checked(self.header, record))
+        kind, build = _KINDS[type(proved)]
         self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build(proved))))
 
     def end(self, *, index: bool) -> None:
@@ -96,9 +122,30 @@ class Builder:
         self.pieces.append(Piece(container.TAIL, None))
 
     def _draw(self, *, begins: bool) -> Record:
-        if begins or self.state is None:
-            return self._draw_canonical()
-        return self._draw_moved(self.state)
+        if not begins and self.state is not None:
+            return self._draw_moved(self.state)
+        if self._is_at(Stage.SNAPSHOT) or self._draws.rng.random() < 0.5:
+            with suppress(BitstreamError):  # a frame that is wider than a snapshot can say
+                return self._draw_snapshot() or self._draw_canonical()
+        return self._draw_canonical()
+
+    def _draw_snapshot(self) -> SnapshotChunk | None:
+        """Return a snapshot, if the stream may have one here."""
+        known, state = self.reference, self.state
+        if known is None or state is None or not self.header.snapshots:
+            return None
+        coded = write_snapshot(known.gaussians, *self._draws.changed(self.header, known.gaussians))
+        chunk = SnapshotChunk(
+            (state.scene.frame + 1) & COUNTER_LIMIT,
+            known.frame,
+            coded.newborn_count,
+            coded.origin,
+            coded.axis_bits,
+            coded.survivors,
+            coded.sections,
+            0,
+        )
+        return self._change(Stage.SNAPSHOT, chunk)
 
     def _draw_canonical(self) -> CanonicalChunk:
         drawn = self._change(Stage.SCENE, self._draws.gaussians(self.header), self.header)
@@ -118,37 +165,43 @@ class Builder:
         contexts = motion_contexts(begun, previous=previous)
         motion = write_motion(contexts, symbols, begun.motion_counts)
         deaths = state.scene.count - begun.scene.count
-        chunk = FrameChunk(begun.scene.phase, previous, deaths, 0, motion, EMPTY, 0)
-        if rng.random() < 0.5 or self._is_at(Stage.BIRTHS):
-            chunk = self._bear(begun, chunk)
+        updates = EMPTY if self.header.updates else None
+        chunk = FrameChunk(begun.scene.phase, previous, deaths, 0, motion, EMPTY, 0, updates)
+        if rng.random() < 0.5 or self._is_at(Stage.BIRTHS) or self._is_at(Stage.UPDATES):
+            chunk = self._go_on(begun, chunk)
         return self._change(Stage.FRAME, chunk)
 
-    def _bear(self, begun: State, chunk: FrameChunk) -> FrameChunk:
-        """Return the chunk of a frame with newborn, if its motion leads anywhere."""
+    def _go_on(self, begun: State, chunk: FrameChunk) -> FrameChunk:
+        """Return the chunk of a frame with updates and newborn, where what is before them leads."""
         with suppress(BitstreamError):
             moved = decode_motion(begun, chunk.motion, previous=chunk.previous_contexts)
+            if self.header.updates:
+                section = self._write_updates(moved)
+                chunk = replace(chunk, updates=section)
+                moved = decode_updates(moved, section)
             births = self._change(Stage.BIRTHS, self._draws.births(moved), moved)
             with patch.object(gaussian_planes, "_STEP_LIMIT", _ANY_STEP):
                 section = write_births(births, moved.birth_counts)
             return replace(chunk, birth_count=births.parents.size, births=section)
         return chunk
 
+    def _write_updates(self, moved: State) -> Section:
+        updates = self._change(Stage.UPDATES, self._draws.updates(moved), moved)
+        with patch.object(update_planes, "ROTATION_UNITY_LIMIT", CODE_LIMIT):
+            return write_updates(update_context(moved), updates, moved.update_counts)
+
     def _try(self, record: Record) -> tuple[State | None, int]:
         """Return the state that a record leads to, and its CRC; None and 0 if it is refused."""
-        scenes: list[Scene] = []
-
-        def keep(scene: Scene, _state_crc: int) -> None:
-            scenes.append(scene)
-
-        with suppress(BitstreamError, LimitError):
+        with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
-                state = decode_canonical(self.header, record, keep)
-            elif self.state is not None:
-                state = decode_frame(self.state, record, keep)
+                state, _ = decode_canonical(self.header, record)
+            elif isinstance(record, SnapshotChunk) and self.reference is not None:
+                state, _ = decode_snapshot(self.header, record, self.reference.gaussians)
+            elif isinstance(record, FrameChunk) and self.state is not None:
+                state = decode_frame(self.state, record)
             else:
                 return None, 0
-            all_fields = covers_all_fields(scenes[0])
-            return state, compute_state_crc(scenes[0], all_fields=all_fields)
+            return state, state_crc(state.scene)
         return None, 0
 
     def _change(self, stage: Stage, value: Any, *known: Any) -> Any:  # noqa: ANN401
@@ -170,5 +223,7 @@ class Builder:
         with (
             patch.object(gaussian_planes, "PlaneWriter", open_writer),
             patch.object(motion_planes, "PlaneWriter", open_writer),
+            patch.object(update_planes, "PlaneWriter", open_writer),
+            patch.object(snapshot_planes, "PlaneWriter", open_writer),
         ):
             yield

@@ -7,8 +7,14 @@ import numpy as np
 
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, SYMBOL_LIMIT
+from quarc_ref.format.constants import (
+    CODE_LIMIT,
+    POSITION_LIMIT,
+    RESIDUAL_ROWS,
+    SYMBOL_LIMIT,
+)
 from quarc_ref.format.records import LOG_SCALES, SH_DC, Births, Gaussians, StreamHeader
+from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 _U16 = (1 << 16) - 1
 _FIELDS: dict[str, tuple[int, ...]] = {
@@ -26,6 +32,8 @@ _FIELDS: dict[str, tuple[int, ...]] = {
     "resample_interval": (1, 2, 3, _U16),
     "full_crc_interval": (1, 2, _U16),
     "seed": (0, 7, (1 << 64) - 1),
+    "updates": (False, True),
+    "snapshots": (False, True),
 }
 _COUNTS = (1, 1, 2, 3, 5, 12, 12, 40, 40, 130)
 _BOX = 1 << 20
@@ -74,6 +82,52 @@ class Draws:
             levels.append(self.numbers.integers(-most, most + 1, shape) * moving)
             levels[-1][:3] = np.clip(levels[-1][:3], -3, 3)
         return levels
+
+    def updates(self, moved: State) -> Updates:
+        """Draw updates of a frame that has moved."""
+        count = moved.scene.count
+        chosen = np.flatnonzero(self.numbers.random(count) < self.rng.choice((0, 0.1, 0.5, 1)))
+        dies = self.numbers.random(chosen.size) < self.rng.choice((0, 0, 0.3))
+        if dies.sum() == count:
+            dies[0] = False
+        most = self.rng.choice((0, 1, 3, 40))
+        residuals = self.numbers.integers(-most, most + 1, (RESIDUAL_ROWS, chosen.size)) * ~dies
+        for rows in UPDATE_FIELDS.values():
+            residuals[rows] *= self.rng.random() < 0.6
+        return Updates(chosen, dies, residuals)
+
+    def changed(self, header: StreamHeader, canonical: Gaussians) -> tuple[Gaussians, Int64]:
+        """Draw what has become of the Gaussians of a canonical frame, and others.
+
+        Returns:
+            The Gaussians, and `[N]` the index of each in the canonical frame, or -1.
+        """
+        share = self.rng.choice((0, 0.5, 1, 1))
+        left = np.flatnonzero(self.numbers.random(canonical.count) < share)
+        most = self.rng.choice((0, 1, 3))
+        kept = Gaussians(
+            canonical.positions[:, left] + self._small(most, 3, left.size),
+            canonical.rotations[:, left],
+            canonical.codes[:, left],
+        )
+        kept.codes[: SH_DC.stop] += self._small(most, SH_DC.stop, left.size)
+        if left.size and self.rng.random() < 0.5:
+            return kept, left
+        new = self.gaussians(header)
+        near = canonical.positions[:, :1] - new.positions[:, :1]  # so that a box holds them all
+        rows = [
+            np.hstack(pair)
+            for pair in (
+                (kept.positions, new.positions + near),
+                (kept.rotations, new.rotations),
+                (kept.codes, new.codes),
+            )
+        ]
+        return Gaussians(*rows), np.append(left, np.full(new.count, -1))
+
+    def _small(self, most: int, rows: int, columns: int) -> Int64:
+        moves = self.numbers.random(columns) < 0.5
+        return self.numbers.integers(-most, most + 1, (rows, columns)) * moves
 
     def births(self, moved: State) -> Births:
         """Draw newborn of a frame."""

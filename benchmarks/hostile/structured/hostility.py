@@ -13,12 +13,16 @@ class Stage(Enum):
     """Gaussians of a canonical frame, before they are coded; knows the stream's header."""
     MOTION = auto()
     """Symbols of a frame's anchors, before they are coded; knows the state that has begun."""
+    UPDATES = auto()
+    """Updates of a frame, before they are coded; knows the state that has moved."""
     BIRTHS = auto()
     """Newborn of a frame, before they are coded; knows the state that has moved."""
     WRITER = auto()
     """What codes the planes of a section, made of what contexts have seen before."""
     CANONICAL = auto()
     """A canonical frame's record, coded, before its CRC is made."""
+    SNAPSHOT = auto()
+    """A snapshot's record, likewise."""
     FRAME = auto()
     """Another frame's record, likewise."""
     PAYLOAD = auto()

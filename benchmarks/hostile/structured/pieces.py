@@ -54,8 +54,8 @@ def assemble(pieces: Sequence[Piece]) -> bytes:
             payload = wire.build_tail(Tail(frames, len(points), index_offset))
         if piece.kind == container.INDX:
             index_offset = len(data)
-        if piece.kind == container.CANO:
+        if piece.kind in container.CANONICAL:
             points.append(SeekPoint(len(data), number, canonical_frame(payload)))
-        frames += piece.kind in (container.CANO, container.FRAM)
+        frames += piece.kind in container.FRAMES
         data += piece.pack(number, payload)
     return data

@@ -12,12 +12,11 @@ from hostile.structured.draws import Draws
 from hostile.structured.hostility import Hostility, Stage
 from quarc_ref.format.arrays import UInt32
 from quarc_ref.format.constants import POSITION_LIMIT
-from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section
+from quarc_ref.format.records import CanonicalChunk, FrameChunk, Section, SnapshotChunk
 
-Record = CanonicalChunk | FrameChunk
+Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _MOST = (1 << 32) - 1
 _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
-_AT_WORD_COUNT = {CanonicalChunk: 21, FrameChunk: 13}
 
 
 def _lie(name: str, *values: int) -> Callable[[Draws, Record], Record]:
@@ -98,8 +97,9 @@ def _splice(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
     """Return what takes sections from another stream's frame of the same kind."""
 
     def splice(draws: Draws, record: Record) -> Record:
-        fitting = [donor for donor in donors if type(donor) is type(record)]
-        sections, others = _sections(record), _sections(draws.rng.choice(fitting))
+        sections = _sections(record)
+        alike = [_sections(donor) for donor in donors if type(donor) is type(record)]
+        others = draws.rng.choice([each for each in alike if len(each) == len(sections)])
         for which in draws.rng.sample(range(len(sections)), draws.rng.choice((1, 1, 2))):
             sections[which] = others[which]
         return _with_sections(record, sections)
@@ -112,7 +112,7 @@ def _replace(donors: Sequence[Record]) -> Callable[[Draws, Record], Record]:
 
     def take(draws: Draws, record: Record) -> Record:
         donor = draws.rng.choice([donor for donor in donors if type(donor) is type(record)])
-        number = "frame" if isinstance(record, CanonicalChunk) else "phase"
+        number = "phase" if isinstance(record, FrameChunk) else "frame"
         return replace(donor, **{number: getattr(record, number)})
 
     return take
@@ -144,7 +144,7 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
     """Return what may be wrong with records.
 
     Args:
-        donors: Of other streams, some of either kind.
+        donors: Of other streams, some of every kind.
     """
     both: dict[str, Callable[[Draws, Any], Any]] = {
         "a word of 0 at the end": _in_section(_end_in_zero),
@@ -168,6 +168,13 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
         "death_count": _lie("death_count", 1, 1 << 16, _MOST),
         "birth_count": _lie("birth_count", 1, 4097, 1 << 17, _MOST),
     }
+    snapshot: dict[str, Callable[[Draws, Any], Any]] = {
+        "newborn_count": _lie("newborn_count", 0, 65537, _MOST),
+        "ordinal": _lie("frame", 0, _MOST),
+        "the ordinal of its CANO": _lie("canonical", 0, _MOST),
+        "origin": _move_origin,
+        "axis_bits": _narrow_box,
+    }
     payload: dict[str, Callable[[Draws, Any], Any]] = {
         "the CRC of a state": _spoil_crc,
         "the size of a payload": _resize,
@@ -176,6 +183,11 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
     return [
         *(Hostility(f"canonical: {name}", Stage.CANONICAL, both[name]) for name in both),
         *(Hostility(f"moved: {name}", Stage.FRAME, both[name]) for name in both),
+        *(Hostility(f"snapshot: {name}", Stage.SNAPSHOT, both[name], _SNAPSHOTS) for name in both),
+        *(
+            Hostility(f"snapshot: {name}", Stage.SNAPSHOT, snapshot[name], _SNAPSHOTS)
+            for name in snapshot
+        ),
         *(Hostility(f"canonical: {name}", Stage.CANONICAL, canonical[name]) for name in canonical),
         *(Hostility(f"moved: {name}", Stage.FRAME, moved[name]) for name in moved),
         *(Hostility(name, Stage.PAYLOAD, payload[name]) for name in payload),
@@ -187,13 +199,20 @@ def list_hostile_records(donors: Sequence[Record]) -> list[Hostility]:
 def _sections(record: Record) -> list[Section]:
     if isinstance(record, CanonicalChunk):
         return list(record.sections)
-    return [record.motion, record.births]
+    if isinstance(record, SnapshotChunk):
+        return [record.survivors, *record.sections]
+    updates = [] if record.updates is None else [record.updates]
+    return [record.motion, record.births, *updates]
 
 
 def _with_sections(record: Record, sections: Sequence[Section]) -> Record:
     if isinstance(record, CanonicalChunk):
         return replace(record, sections=tuple(sections))
-    return replace(record, motion=sections[0], births=sections[1])
+    if isinstance(record, SnapshotChunk):
+        return replace(record, survivors=sections[0], sections=tuple(sections[1:]))
+    motion, births, *updates = sections
+    return replace(record, motion=motion, births=births, updates=updates[0] if updates else None)
 
 
+_SNAPSHOTS = {"snapshots": True}
 _ZERO = np.uint32(0)

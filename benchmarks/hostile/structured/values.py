@@ -14,6 +14,8 @@ from quarc_ref.format.constants import (
     CODE_LIMIT,
     KEY_CLASS_BITS,
     PROBABILITY_CODES,
+    RESIDUAL_ROWS,
+    ROTATION_UNITY_LIMIT,
     SYMBOL_LIMIT,
 )
 from quarc_ref.format.contexts import ContextCounts
@@ -26,6 +28,7 @@ from quarc_ref.format.records import (
     Gaussians,
     StreamHeader,
 )
+from quarc_ref.format.updates import CODES, TRANSLATION, TURN, Updates
 from quarc_ref.format.values import code_unsigned
 
 # Steps of numbers that ascend: beyond what may be, or so that their sum is beyond or wraps.
@@ -78,6 +81,35 @@ def turn_much(draws: Draws, symbols: list[Int64], _begun: State) -> list[Int64]:
     for level in symbols:
         level[3:] = draws.numbers.integers(-SYMBOL_LIMIT, SYMBOL_LIMIT + 1, level[3:].shape)
     return symbols
+
+
+def update_all_away(_draws: Draws, _updates: Updates, moved: State) -> Updates:
+    """Have all Gaussians leave."""
+    count = moved.scene.count
+    nothing = np.zeros((RESIDUAL_ROWS, count), dtype=np.int64)
+    return Updates(np.arange(count), np.ones(count, dtype=np.bool_), nothing)
+
+
+def update_far(draws: Draws, _updates: Updates, moved: State) -> Updates:
+    """Move a Gaussian, or change its codes, as far as residuals can say."""
+    updates = _update_one(draws, moved)
+    rows = draws.rng.choice((TRANSLATION, CODES))
+    updates.residuals[rows] = draws.rng.choice((-CODE_LIMIT, CODE_LIMIT))
+    return updates
+
+
+def update_turned(draws: Draws, _updates: Updates, moved: State) -> Updates:
+    """Turn a Gaussian by a residual that is too large, or by the largest."""
+    updates = _update_one(draws, moved)
+    most = ROTATION_UNITY_LIMIT
+    turn = draws.rng.choice((most, most + 1, -most - 1, CODE_LIMIT))
+    updates.residuals[TURN.start + draws.rng.randrange(3)] = turn
+    return updates
+
+
+def _update_one(draws: Draws, moved: State) -> Updates:
+    which = np.array([draws.rng.randrange(moved.scene.count)])
+    return Updates(which, np.zeros(1, np.bool_), np.zeros((RESIDUAL_ROWS, 1), dtype=np.int64))
 
 
 def leave_parents(draws: Draws, births: Births, moved: State) -> Births:
@@ -147,6 +179,13 @@ HOSTILE_VALUES: Sequence[Hostility] = (
     Hostility("moved far", Stage.MOTION, move_far),
     Hostility("moved out", Stage.MOTION, move_far, {"translation_step": (1 << 16) - 1}),
     Hostility("turned much", Stage.MOTION, turn_much, {"rotation_unity": 1}),
+    Hostility("all leave by updates", Stage.UPDATES, update_all_away, {"updates": True}),
+    Hostility("updated far", Stage.UPDATES, update_far, {"updates": True}),
+    Hostility(
+        *("updated out", Stage.UPDATES, update_far),
+        {"updates": True, "translation_step": (1 << 16) - 1},
+    ),
+    Hostility("turned too far by updates", Stage.UPDATES, update_turned, {"updates": True}),
     Hostility("parents elsewhere", Stage.BIRTHS, leave_parents),
     Hostility("newborn far away", Stage.BIRTHS, bear_far),
     Hostility("newborn out", Stage.BIRTHS, bear_far, {"position_step": (1 << 16) - 1}),

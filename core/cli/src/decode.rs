@@ -9,7 +9,7 @@ use quarc::recover::{Gap, Recovered, Recovery};
 use quarc::seek::SeekDecoder;
 use quarc::source::IoSource;
 use quarc::state::State;
-use quarc::stream::Decoder;
+use quarc::stream::{decode_all, Decoder};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -61,7 +61,7 @@ pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
         seek(files::open_file(&wanted.file)?, wanted, &mut written)
     } else {
         let show = |state: &State| write_frame(state, wanted, &mut written);
-        files::decode_all(&mut files::open(&wanted.file)?, &mut Decoder::new(), show)
+        decode_all(&mut files::open(&wanted.file)?, &mut Decoder::new(), show)
     };
     match ended {
         Ok(()) | Err(End::Stopped) => {}

@@ -1,14 +1,9 @@
 //! Streams that are read and files that are written.
 
 use crate::failure::Failure;
-use quarc::error::Error;
-use quarc::state::State;
-use quarc::stream::Decoder;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::Path;
-
-const PIECE_BYTES: usize = 1 << 16;
 
 /// Print a text on standard output; nobody need read it to its end.
 pub fn print(text: &str) -> Result<(), Failure> {
@@ -36,34 +31,6 @@ pub fn open(path: &Path) -> Result<Box<dyn Read>, Failure> {
 /// Open a stream that is read anywhere.
 pub fn open_file(path: &Path) -> Result<File, Failure> {
     File::open(path).map_err(|error| Failure::file(path, &error))
-}
-
-/// Decode a stream from end to end as its bytes come, and show every state.
-///
-/// # Errors
-/// What is wrong with the bytes or with what holds them, and whatever `show` says.
-pub fn decode_all<E: From<Error>>(
-    input: &mut dyn Read,
-    decoder: &mut Decoder,
-    mut show: impl FnMut(&State) -> Result<(), E>,
-) -> Result<(), E> {
-    let mut piece = vec![0; PIECE_BYTES];
-    loop {
-        let count = match input.read(&mut piece) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            read => read.map_err(|error| Error::Source(error.to_string()))?,
-        };
-        decoder.push(&piece[..count]);
-        if count == 0 {
-            decoder.finish();
-        }
-        while let Some(state) = decoder.pull()? {
-            show(state)?;
-        }
-        if count == 0 {
-            return Ok(());
-        }
-    }
 }
 
 /// Write a file beside its target, and give it its name once it is whole.

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::files;
-use quarc::stream::Decoder;
+use quarc::stream::{decode_all, Decoder};
 use std::path::Path;
 
 /// Check all that a stream says, and say what it is.
@@ -11,7 +11,7 @@ pub fn verify(path: &Path) -> Result<(), Failure> {
     let name = path.display().to_string();
     let mut decoder = Decoder::new();
     let mut frames = 0_u64;
-    files::decode_all(&mut input, &mut decoder, |_| {
+    decode_all(&mut input, &mut decoder, |_| {
         frames += 1;
         Ok(())
     })

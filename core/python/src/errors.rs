@@ -5,15 +5,20 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use quarc::error::Error;
 
-create_exception!(quarc_core, Rejected, PyException, "The bytes are no valid stream: id, message.");
-create_exception!(quarc_core, Declined, PyException, "A stream asks for more than is given.");
-create_exception!(quarc_core, Unwritable, PyException, "A scene cannot be written.");
+create_exception!(
+    quarc_core,
+    RejectedError,
+    PyException,
+    "The bytes are no valid stream: id, message."
+);
+create_exception!(quarc_core, DeclinedError, PyException, "A stream asks for more than is given.");
+create_exception!(quarc_core, UnwritableError, PyException, "A scene cannot be written.");
 
 /// The exception of an error.
 pub fn raise(error: Error) -> PyErr {
     match error {
-        Error::Rejected { reject, message, .. } => Rejected::new_err((reject.id(), message)),
-        Error::Limit(message) | Error::Source(message) => Declined::new_err(message),
-        Error::Encode(message) => Unwritable::new_err(message),
+        Error::Rejected { reject, message, .. } => RejectedError::new_err((reject.id(), message)),
+        Error::Limit(message) | Error::Source(message) => DeclinedError::new_err(message),
+        Error::Encode(message) => UnwritableError::new_err(message),
     }
 }

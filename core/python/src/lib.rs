@@ -4,17 +4,13 @@ mod arrays;
 mod errors;
 mod floats;
 mod state;
+mod views;
 
 use crate::arrays::CodedArguments;
 use crate::errors::raise;
-use mimalloc::MiMalloc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use quarc::coding::canonical::{self, Grid};
-
-/// Keeps what was freed: the arrays of a frame take the place of those of the frame before.
-#[global_allocator]
-static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// The words of the six sections of a canonical frame.
 #[pyfunction]
@@ -33,9 +29,9 @@ fn write_canonical<'py>(
 fn quarc_core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("Rejected", py.get_type::<errors::Rejected>())?;
-    module.add("Declined", py.get_type::<errors::Declined>())?;
-    module.add("Unwritable", py.get_type::<errors::Unwritable>())?;
+    module.add("RejectedError", py.get_type::<errors::RejectedError>())?;
+    module.add("DeclinedError", py.get_type::<errors::DeclinedError>())?;
+    module.add("UnwritableError", py.get_type::<errors::UnwritableError>())?;
     module.add_class::<state::StreamHead>()?;
     module.add_class::<state::State>()?;
     module.add_class::<floats::Dequantizer>()?;

@@ -2,13 +2,14 @@
 
 use crate::arrays::{self, CodedArguments, CodedArrays};
 use crate::errors::raise;
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use crate::views::{self, BirthArrays, LevelArrays, UpdateArrays};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use quarc::coding::motion::Channels;
 use quarc::records::{Births, CanonicalChunk, FrameChunk, Header, SnapshotChunk, Updates};
 use quarc::state::Coded;
 use quarc::wire;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The HEAD of a stream.
 #[pyclass(frozen)]
@@ -23,10 +24,6 @@ impl StreamHead {
         Ok(StreamHead { header: Arc::new(wire::parse_header(payload).map_err(raise)?) })
     }
 }
-
-/// The anchors of one level: ids of their Gaussians, positions `[3, a]`, parents.
-type LevelArrays<'py> =
-    (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<i32>>, Bound<'py, PyArray1<i64>>);
 
 /// A state, and what the frame that made it has coded.
 #[pyclass(frozen)]
@@ -45,7 +42,7 @@ impl State {
 
     /// The state, to be looked at or made the next of.
     pub fn inner(&self) -> quarc::state::State {
-        self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn go_on(&self, state: quarc::state::State) -> Self {
@@ -313,53 +310,26 @@ impl State {
     }
 
     /// Which Gaussians the frame changed, which of them left, and residuals `[13, n]`.
-    #[allow(clippy::type_complexity, reason = "three arrays")]
-    fn updates<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<
-        Option<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray2<i64>>)>,
-    > {
-        let Some(updates) = &self.updates else { return Ok(None) };
-        let which = arrays::indices_array(py, &updates.gaussians);
-        let residuals = arrays::widen(py, &updates.residuals, updates.gaussians.len())?;
-        Ok(Some((which, PyArray1::from_slice(py, &updates.dies), residuals)))
+    fn updates<'py>(&self, py: Python<'py>) -> PyResult<Option<UpdateArrays<'py>>> {
+        self.updates.as_ref().map(|updates| views::updates(py, updates)).transpose()
     }
 
     /// The parents of the frame's newborn, and these as they are coded.
-    fn births<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Option<(Bound<'py, PyArray1<i64>>, CodedArrays<'py>)>> {
-        let Some(births) = &self.births else { return Ok(None) };
-        let parents = arrays::indices_array(py, &births.parents);
-        Ok(Some((parents, arrays::gaussian_arrays(py, &births.newborn)?)))
+    fn births<'py>(&self, py: Python<'py>) -> PyResult<Option<BirthArrays<'py>>> {
+        self.births.as_ref().map(|births| views::births(py, births)).transpose()
     }
 
     /// The anchors of each level, level 1 first; nothing before the first sampling.
     fn levels<'py>(&self, py: Python<'py>) -> PyResult<Vec<LevelArrays<'py>>> {
         let state = self.inner();
-        let Some(anchors) = state.anchors() else { return Ok(Vec::new()) };
-        let level = |level: &quarc::anchors::AnchorLevel| {
-            let numbers = level.positions.iter().flatten().copied();
-            let positions = PyArray1::from_iter(py, numbers).reshape([3, level.ids.len()])?;
-            let owners = arrays::indices_array(py, &level.ids);
-            Ok((owners, positions, arrays::indices_array(py, &level.parents)))
-        };
-        anchors.levels().iter().map(level).collect()
+        let levels = state.anchors().map_or(&[][..], |anchors| anchors.levels());
+        levels.iter().map(|level| views::level(py, level)).collect()
     }
 
     /// `[L, n]` the number of the anchor that each Gaussian follows at each level; the newborn of
     /// the frame are not bound yet.
     fn binding<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let anchors = state.anchors_mut().map_err(raise)?;
-        let levels = anchors.levels().len();
-        let mut numbers: Vec<i32> = Vec::new();
-        for level in 0..levels {
-            numbers.extend(anchors.binding(level).iter().map(|&anchor| anchor as i32));
-        }
-        let columns = numbers.len() / levels;
-        PyArray1::from_vec(py, numbers).reshape([levels, columns])
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        views::binding(py, state.anchors_mut().map_err(raise)?)
     }
 }

@@ -3,9 +3,7 @@
 Only `entrance` keeps its machine code on disk, with all that it calls.
 """
 
-import numba
-
-from quarc_ref.format.compiled import keep
+from quarc_ref.compiled import keep, numba
 
 plain = numba.njit(error_model="numpy", fastmath=True)
 inlined = numba.njit(error_model="numpy", fastmath=True, forceinline=True)

@@ -74,10 +74,10 @@ fn bound_spheres(at: &[Eight; 3], anchors: [&[f32]; 3], boxes: &mut Boxes, most:
     for k in 0..LANES {
         most[k] = if squares[k] > most[k] { squares[k] } else { most[k] };
     }
-    for axis in 0..3 {
+    for (axis, at) in at.iter().enumerate() {
         for k in 0..LANES {
             let radius = at_most(squares[k]);
-            let (low, high) = (at[axis][k] - radius, at[axis][k] + radius);
+            let (low, high) = (at[k] - radius, at[k] + radius);
             boxes.low[axis][k] = if low < boxes.low[axis][k] { low } else { boxes.low[axis][k] };
             boxes.high[axis][k] =
                 if high > boxes.high[axis][k] { high } else { boxes.high[axis][k] };

@@ -11,7 +11,10 @@ use crate::chunks::{
 use crate::error::{Error, Result};
 use crate::reader::{check_magic, trailing_data};
 use crate::state::State;
+use std::io::{ErrorKind, Read};
 use std::ops::Deref;
+
+const PIECE_BYTES: usize = 1 << 16;
 
 /// Takes the bytes of a stream as they come and gives the state of every frame.
 ///
@@ -189,5 +192,33 @@ impl Decoder {
         self.passed_over.update(&data[..count]);
         self.passed_bytes += count;
         self.taken += count;
+    }
+}
+
+/// Decode a stream from end to end as its bytes come, and show every state.
+///
+/// # Errors
+/// What is wrong with the bytes or with what holds them, and whatever `show` says.
+pub fn decode_all<E: From<Error>>(
+    input: &mut dyn Read,
+    decoder: &mut Decoder,
+    mut show: impl FnMut(&State) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
+    let mut piece = vec![0; PIECE_BYTES];
+    loop {
+        let count = match input.read(&mut piece) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            read => read.map_err(|error| Error::Source(error.to_string()))?,
+        };
+        decoder.push(&piece[..count]);
+        if count == 0 {
+            decoder.finish();
+        }
+        while let Some(state) = decoder.pull()? {
+            show(state)?;
+        }
+        if count == 0 {
+            return Ok(());
+        }
     }
 }

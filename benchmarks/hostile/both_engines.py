@@ -1,0 +1,55 @@
+"""The reference and the fast engine side by side: the same frames, and both reject or neither."""
+
+import zlib
+from collections.abc import Iterator
+
+from quarc_ref.decoder import Player, compute_digest
+from quarc_ref.decoder.engine import FAST, REFERENCE
+from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.format.errors import BitstreamError, LimitError, ProofError
+
+_End = BitstreamError | LimitError | None
+
+
+def decode_by_both_engines(data: bytes) -> Iterator[str]:
+    """Decode a stream with the reference engine, and with the fast one.
+
+    Yields:
+        A digest of every frame.
+
+    Raises:
+        ProofError: They differ in a frame, or in how the stream ends.
+        BitstreamError: What is wrong with the stream.
+        LimitError: It asks for more than this decoder gives.
+        VariableError: The fast engine is not installed.
+    """
+    (frames, end), (fast, other) = (_tell(data, engine) for engine in (REFERENCE, FAST))
+    if (frames, _place(end)) != (fast, _place(other)):
+        message = f"the reference gives {frames}, {end!r}; the fast engine {fast}, {other!r}"
+        raise ProofError(message)
+    yield from frames
+    if end is not None:
+        raise end
+
+
+def _place(end: _End) -> int | str | None:
+    """Return where a stream was rejected: of two faults of a chunk either may be named."""
+    return end.offset if isinstance(end, BitstreamError) else type(end).__name__
+
+
+def _tell(data: bytes, engine: str) -> tuple[list[str], _End]:
+    """Return a digest of every frame, its floats included, and how the stream ends."""
+    told = []
+    with decoding_by(engine), Player(data, threads=1) as player:
+        try:
+            for frame in player:
+                splats = frame.splats
+                floats = (
+                    *(splats.positions, splats.rotations, splats.log_scales),
+                    *(splats.opacities, splats.sh),
+                )
+                crc = zlib.crc32(b"".join(array.tobytes() for array in floats))
+                told.append(f"{compute_digest(frame.scene)} {crc:08x}")
+        except (BitstreamError, LimitError) as error:
+            return told, error
+    return told, None

@@ -1,0 +1,59 @@
+"""The state of SPEC 7.1 in plain Python integers."""
+
+import hashlib
+import struct
+from dataclasses import dataclass, field
+
+from plain.coder import Counts
+
+Vector = list[int]
+
+
+@dataclass
+class PlainLevel:
+    owners: list[int]
+    positions: list[Vector]
+    parents: list[int]
+    binding: dict[int, int]
+    expected: list[Vector] = field(default_factory=list)
+    symbols: list[Vector] = field(default_factory=list)
+
+
+@dataclass
+class PlainGaussian:
+    id: int
+    position: Vector
+    rotation: Vector
+    codes: Vector
+    motion: Vector
+    recency: int = 3
+
+
+@dataclass
+class PlainCoded:
+    """A Gaussian of a canonical frame as it is coded: in steps, and (j, a, b, c)."""
+
+    position: Vector
+    rotation: Vector
+    codes: Vector
+
+
+@dataclass
+class PlainState:
+    frame: int
+    phase: int
+    next_id: int
+    gaussians: list[PlainGaussian]
+    levels: list[PlainLevel]
+    counts: Counts = field(default_factory=dict)
+    canonical: tuple[int, list[PlainCoded]] | None = None  # of the last CANO, for snapshots
+
+    def serialize(self, *, codes: bool = True) -> bytes:
+        """SPEC 9.1."""
+        numbers = [len(self.gaussians), self.phase, *(g.id for g in self.gaussians)]
+        columns = [g.position + g.rotation + (g.codes if codes else []) for g in self.gaussians]
+        planes = [value for plane in zip(*columns, strict=True) for value in plane]
+        return struct.pack(f"<{len(numbers)}I{len(planes)}i", *numbers, *planes)
+
+    def digest(self) -> str:
+        return hashlib.sha256(self.serialize()).hexdigest()

@@ -1,0 +1,176 @@
+//! What a decoder shows of itself, laid out as C has it.
+
+use quarc::floats::{Redone, Splats};
+use quarc::records::Header;
+use quarc::recover::Gap;
+use quarc::state::State;
+use std::ffi::{c_char, CStr};
+
+/// `changed` of `quarc_splats`: the positions are others than before.
+pub const QUARC_POSITIONS: u32 = 1;
+/// `changed` of `quarc_splats`: the rotations are others than before.
+pub const QUARC_ROTATIONS: u32 = 2;
+/// `changed` of `quarc_splats`: log-scales, opacities and SH are others than before.
+pub const QUARC_CODES: u32 = 4;
+
+/// What a stream chose for itself (SPEC 5.3), as far as a player needs it.
+#[repr(C)]
+pub struct HeadView {
+    /// Frames per second are `timescale / frame_ticks`.
+    pub timescale: u32,
+    /// Ticks from frame to frame.
+    pub frame_ticks: u32,
+    /// The level of the stream: 10, 20, 30, or 31 for none (SPEC 3.2).
+    pub level: u32,
+    /// A position of the state is so many times 2^-lattice_exponent world units.
+    pub lattice_exponent: u32,
+    /// Step of the log-scale codes.
+    pub log_scale_step: f32,
+    /// Step of the opacity codes.
+    pub opacity_step: f32,
+    /// Step of the codes of SH degree 0.
+    pub sh_dc_step: f32,
+    /// Step of the codes of SH degree 1.
+    pub sh_rest_step: f32,
+    /// 0 or 1.
+    pub sh_degree: u32,
+    /// 1 if the world is right-handed, else 0.
+    pub right_handed: u32,
+    /// 0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.
+    pub up_axis: u32,
+    /// Size of a world unit; 0 where unknown.
+    pub meters_per_unit: f32,
+}
+
+impl HeadView {
+    pub(crate) fn of(header: &Header) -> Self {
+        HeadView {
+            timescale: header.timescale,
+            frame_ticks: header.frame_ticks,
+            level: header.level.into(),
+            lattice_exponent: header.lattice_exponent.into(),
+            log_scale_step: header.log_scale_step,
+            opacity_step: header.opacity_step,
+            sh_dc_step: header.sh_dc_step,
+            sh_rest_step: header.sh_rest_step,
+            sh_degree: header.sh_degree.into(),
+            right_handed: header.right_handed.into(),
+            up_axis: header.up_axis.into(),
+            meters_per_unit: header.meters_per_unit,
+        }
+    }
+}
+
+/// The integer state of a frame (SPEC 7.1), as it stands in the decoder.
+///
+/// A plane is `count` numbers in a row; each begins `stride` numbers after the one before it:
+/// the y of Gaussian i is `positions[positions_stride + i]`.
+#[repr(C)]
+pub struct StateView {
+    /// Ordinal of the frame in the stream.
+    pub frame: u32,
+    /// Frames since the canonical one, 0 there.
+    pub phase: u32,
+    /// Gaussians, N.
+    pub count: usize,
+    /// N ids, ascending.
+    pub ids: *const u32,
+    /// 3 planes: xyz, lattice units.
+    pub positions: *const i32,
+    /// From a plane of the positions to the next.
+    pub positions_stride: usize,
+    /// 4 planes: wxyz of unit quaternions with 22 fraction bits.
+    pub rotations: *const i32,
+    /// From a plane of the rotations to the next.
+    pub rotations_stride: usize,
+    /// `code_planes` planes: log-scale 3, opacity 1, SH DC 3, SH rest 9 or none.
+    pub codes: *const i16,
+    /// From a plane of the codes to the next.
+    pub codes_stride: usize,
+    /// 7 at SH degree 0, 16 at 1.
+    pub code_planes: usize,
+}
+
+impl StateView {
+    pub(crate) fn of(state: &State) -> Self {
+        let (positions, rotations, codes) = (state.positions(), state.rotations(), state.codes());
+        StateView {
+            frame: state.frame_ordinal(),
+            phase: state.phase(),
+            count: state.count(),
+            ids: state.ids().as_ptr(),
+            positions: positions.numbers().as_ptr(),
+            positions_stride: positions.stride(),
+            rotations: rotations.numbers().as_ptr(),
+            rotations_stride: rotations.stride(),
+            codes: codes.numbers().as_ptr(),
+            codes_stride: codes.stride(),
+            code_planes: codes.rows(),
+        }
+    }
+}
+
+/// A state in floats (SPEC 10.1), a row to a Gaussian as 3DGS stores it: not activated.
+#[repr(C)]
+pub struct SplatsView {
+    /// Gaussians, N.
+    pub count: usize,
+    /// N x 3: xyz, world units.
+    pub positions: *const f32,
+    /// N x 4: wxyz, unit to within 2^-21.
+    pub rotations: *const f32,
+    /// N x 3: natural logarithms of the standard deviations, world units.
+    pub log_scales: *const f32,
+    /// N: logits.
+    pub opacities: *const f32,
+    /// N x `sh_coefficients` x 3: red, green, blue of each coefficient.
+    pub sh: *const f32,
+    /// 1 at SH degree 0, 4 at 1.
+    pub sh_coefficients: usize,
+    /// Bits QUARC_POSITIONS, QUARC_ROTATIONS, QUARC_CODES: what differs from the state that was
+    /// dequantized last; the other arrays are as they were.
+    pub changed: u32,
+}
+
+impl SplatsView {
+    pub(crate) fn of(state: &State, splats: &Splats, redone: Redone) -> Self {
+        let bit = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
+        SplatsView {
+            count: state.count(),
+            positions: splats.positions.as_ptr(),
+            rotations: splats.rotations.as_ptr(),
+            log_scales: splats.log_scales.as_ptr(),
+            opacities: splats.opacities.as_ptr(),
+            sh: splats.sh.as_ptr(),
+            sh_coefficients: (state.header().code_planes() - 4) / 3,
+            changed: bit(redone.positions, QUARC_POSITIONS)
+                | bit(redone.rotations, QUARC_ROTATIONS)
+                | bit(redone.codes, QUARC_CODES),
+        }
+    }
+}
+
+/// A part of a damaged stream that was left out (SPEC 11.4).
+#[repr(C)]
+pub struct GapView {
+    /// Where it begins, bytes.
+    pub offset: u64,
+    /// How many bytes it has.
+    pub bytes: u64,
+    /// How many frames are missing for it; -1 where this cannot be told.
+    pub frames_lost: i64,
+    /// What was wrong at its beginning, a reject id of SPEC 3.3.
+    pub reject_id: *const c_char,
+}
+
+impl GapView {
+    pub(crate) fn of(gap: &Gap, reject_id: &CStr) -> Self {
+        let lost = gap.frames_lost.and_then(|lost| i64::try_from(lost).ok());
+        GapView {
+            offset: gap.offset,
+            bytes: gap.bytes,
+            frames_lost: lost.unwrap_or(-1),
+            reject_id: reject_id.as_ptr(),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! examples/player.c, built by the C compiler of this machine, against the conformance suite.
+
+use serde_json::Value;
+use std::env;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const STREAMS: [&str; 5] =
+    ["journey", "births-and-deaths", "snapshots-journey", "updates-journey", "rotation"];
+
+/// What Rust's library needs of the system, where it is linked statically.
+const SYSTEM: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Where cargo puts the libraries of this crate while its tests are built.
+fn libraries() -> PathBuf {
+    let test = env::current_exe().expect("the test has a name");
+    test.parent().expect("a folder").to_owned()
+}
+
+/// The player, linked to a library; `None` where there is no C compiler.
+fn build(name: &str, link: &[&str]) -> Option<PathBuf> {
+    let compiler = env::var("CC").unwrap_or_else(|_| "cc".to_owned());
+    if Command::new(&compiler).arg("--version").output().is_err() {
+        return None;
+    }
+    let crate_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let player = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let built = Command::new(compiler)
+        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I"])
+        .arg(crate_folder.join("include"))
+        .arg(crate_folder.join("examples/player.c"))
+        .args(link)
+        .arg("-o")
+        .arg(&player)
+        .output()
+        .expect("the compiler starts");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    Some(player)
+}
+
+fn play(player: &Path, stream: &Path) -> Output {
+    Command::new(player).arg(stream).output().expect("the player starts")
+}
+
+/// What the suite says of a stream, in the lines of the player.
+fn expected(manifest: &Value, name: &str) -> String {
+    let vectors = manifest["vectors"].as_array().expect("vectors");
+    let vector = vectors.iter().find(|vector| vector["name"] == format!("streams/{name}"));
+    let frames = vector.and_then(|vector| vector["decode"]["frames"].as_array()).expect("frames");
+    frames.iter().fold(String::new(), |mut lines, frame| {
+        let digest = frame[2].as_str().expect("a digest");
+        writeln!(lines, "{} {} {digest}", frame[0], frame[1]).expect("room");
+        lines
+    })
+}
+
+fn check(player: &Path) {
+    let text = fs::read(root().join("conformance/manifest.json")).expect("the suite");
+    let manifest = serde_json::from_slice(&text).expect("JSON");
+    for name in STREAMS {
+        let stream = root().join("conformance/streams").join(name).with_extension("quarc");
+        let played = play(player, &stream);
+        let said = String::from_utf8_lossy(&played.stdout);
+        assert_eq!(said, expected(&manifest, name), "{name}");
+        assert!(played.status.success() && played.stderr.is_empty(), "{name}");
+    }
+    let stream = fs::read(root().join("conformance/streams/journey.quarc")).expect("a stream");
+    let cut = player.with_extension("quarc");
+    fs::write(&cut, &stream[..stream.len() - 1]).expect("room");
+    let played = play(player, &cut);
+    let said = String::from_utf8_lossy(&played.stderr);
+    assert_eq!(String::from_utf8_lossy(&played.stdout), expected(&manifest, "journey"));
+    assert!(said.ends_with("(truncated)\n"), "{said}");
+    assert_eq!(played.status.code(), Some(1));
+}
+
+#[test]
+fn the_player_decodes_by_the_shared_library() {
+    let folder = libraries();
+    let path = folder.to_str().expect("UTF-8");
+    let link = [&format!("-L{path}"), "-lquarc_capi", &format!("-Wl,-rpath,{path}")];
+    if let Some(player) = build("player-shared", &link) {
+        check(&player);
+    }
+}
+
+#[test]
+fn the_player_decodes_by_the_static_library() {
+    let library = libraries().join("libquarc_capi.a");
+    let mut link = vec![library.to_str().expect("UTF-8")];
+    link.extend(SYSTEM);
+    if let Some(player) = build("player-static", &link) {
+        check(&player);
+    }
+}

@@ -1,0 +1,248 @@
+/**
+ * The decoder of .quarc streams for the web and for Node: the C interface (capi/include/quarc.h)
+ * of quarc.wasm, as classes.
+ *
+ *     const quarc = await Quarc.load(fetch("quarc.wasm"));
+ *     const decoder = quarc.open();
+ *     for await (const bytes of stream) {
+ *       decoder.push(bytes);
+ *       for (let found = decoder.pull(); found.state; found = decoder.pull()) draw(found.state);
+ *     }
+ *     decoder.finish();          // then pull to the end once more
+ *     decoder.close();
+ *
+ * Arrays that are given out lie in the module's memory: they last until the next call of anything
+ * here, and are not to be written to. Who keeps them takes a `slice()`.
+ */
+
+const STATUS = { FRAME: 1, GAP: 2, END: 3, REJECTED: -1, LIMIT: -2, MISUSE: -3, BROKEN: -4 };
+const SCRATCH_BYTES = 72; // the greatest thing that the module writes for us, a digest
+const DIGEST_DIGITS = 64;
+const POSITION_ROWS = 3;
+const ROTATION_ROWS = 4;
+
+/** What is wrong with a stream; `rejectId` is that of SPEC 3.3, null where the decoder declines. */
+export class QuarcError extends Error {
+  constructor(message, rejectId) {
+    super(message);
+    this.name = "QuarcError";
+    this.rejectId = rejectId;
+  }
+}
+
+/** The module, and its memory. */
+export class Quarc {
+  #functions;
+  #scratch;
+
+  /** Of a response, the bytes of quarc.wasm, or a module that is compiled already. */
+  static async load(source) {
+    const given = await source;
+    if (given instanceof WebAssembly.Module) {
+      return new Quarc(await WebAssembly.instantiate(given, {}));
+    }
+    const isResponse = typeof Response !== "undefined" && given instanceof Response;
+    const bytes = isResponse ? await given.arrayBuffer() : given;
+    return new Quarc((await WebAssembly.instantiate(bytes, {})).instance);
+  }
+
+  constructor(instance) {
+    this.#functions = instance.exports;
+    this.#scratch = this.#functions.quarc_allocate(SCRATCH_BYTES);
+  }
+
+  /** What the module exports. */
+  get functions() {
+    return this.#functions;
+  }
+
+  /** The bytes that the module has taken of its host. */
+  get memoryBytes() {
+    return this.#functions.memory.buffer.byteLength;
+  }
+
+  get version() {
+    return this.text(this.#functions.quarc_version());
+  }
+
+  /** A decoder of frames in their order, as their bytes come. */
+  open() {
+    return new Decoder(this, this.#functions.quarc_open());
+  }
+
+  /** A decoder of the frames from one on; it needs the whole stream. */
+  openSeek(start) {
+    return new Decoder(this, this.#functions.quarc_open_seek(start));
+  }
+
+  /** A decoder of what is left of a damaged stream; it needs the whole stream. */
+  openRecover() {
+    return new Decoder(this, this.#functions.quarc_open_recover());
+  }
+
+  /** Where the module writes what is asked of it. */
+  get scratch() {
+    return this.#scratch;
+  }
+
+  /** The text at a place, up to a zero; null of none. */
+  text(place) {
+    if (place === 0) return null;
+    const bytes = new Uint8Array(this.#functions.memory.buffer, place);
+    return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+  }
+
+  /** Numbers at a place. */
+  view(type, place, length) {
+    return new type(this.#functions.memory.buffer, place, length);
+  }
+
+  /** Bytes, copied into the module while `use` looks at them. */
+  lend(bytes, use) {
+    const place = this.#functions.quarc_allocate(bytes.length);
+    if (place === 0) throw new RangeError(`no room for ${bytes.length} bytes`);
+    this.view(Uint8Array, place, bytes.length).set(bytes);
+    try {
+      return use(place);
+    } finally {
+      this.#functions.quarc_free(place, bytes.length);
+    }
+  }
+}
+
+/** A decoder of one stream. */
+class Decoder {
+  #quarc;
+  #functions;
+  #handle;
+
+  constructor(quarc, handle) {
+    this.#quarc = quarc;
+    this.#functions = quarc.functions;
+    this.#handle = handle;
+  }
+
+  /** Hand over the next bytes of the stream. */
+  push(bytes) {
+    this.#quarc.lend(bytes, (place) => {
+      this.#check(this.#functions.quarc_push(this.#handle, place, bytes.length));
+    });
+  }
+
+  /** Say that no more bytes will come. */
+  finish() {
+    this.#check(this.#functions.quarc_finish(this.#handle));
+  }
+
+  /**
+   * Go on: `{state}` of the next frame, `{gap}` in a damaged stream, or `{}` where more bytes are
+   * needed, or the stream is over (`{isOver: true}`).
+   */
+  pull() {
+    const status = this.#check(this.#functions.quarc_pull(this.#handle, this.#quarc.scratch));
+    if (status === STATUS.FRAME) return { state: this.#readState() };
+    if (status === STATUS.GAP) return { gap: this.#readGap() };
+    return status === STATUS.END ? { isOver: true } : {};
+  }
+
+  /** What the stream chose for itself; null before that is known. */
+  get head() {
+    const { scratch } = this.#quarc;
+    if (this.#functions.quarc_head(this.#handle, scratch) !== 0) return null;
+    const [timescale, frameTicks, level, latticeExponent] = this.#numbers(4);
+    const steps = this.#quarc.view(Float32Array, scratch + 16, 4);
+    const [logScaleStep, opacityStep, shDcStep, shRestStep] = steps;
+    const [shDegree, rightHanded, upAxis] = this.#quarc.view(Uint32Array, scratch + 32, 3);
+    const [metersPerUnit] = this.#quarc.view(Float32Array, scratch + 44, 1);
+    return {
+      ...{ timescale, frameTicks, level, latticeExponent },
+      ...{ logScaleStep, opacityStep, shDcStep, shRestStep },
+      ...{ shDegree, isRightHanded: rightHanded === 1, upAxis, metersPerUnit },
+    };
+  }
+
+  /** The SHA-256 of the state that was pulled last (SPEC 9.1). */
+  digest() {
+    const { scratch } = this.#quarc;
+    this.#check(this.#functions.quarc_digest(this.#handle, scratch));
+    const digits = this.#quarc.view(Uint8Array, scratch, DIGEST_DIGITS);
+    return String.fromCharCode(...digits);
+  }
+
+  /**
+   * The state that was pulled last, in floats, a row to a Gaussian as 3DGS has them. `changed`
+   * tells which arrays are others than those of the state that was dequantized before.
+   */
+  dequantize() {
+    this.#check(this.#functions.quarc_dequantize(this.#handle, this.#quarc.scratch));
+    const [count, positions, rotations, logScales, opacities, sh, shCoefficients, changed] =
+      this.#numbers(8);
+    const floats = (place, width) => this.#quarc.view(Float32Array, place, count * width);
+    return {
+      count,
+      positions: floats(positions, POSITION_ROWS),
+      rotations: floats(rotations, ROTATION_ROWS),
+      logScales: floats(logScales, 3),
+      opacities: floats(opacities, 1),
+      sh: floats(sh, 3 * shCoefficients),
+      shCoefficients,
+      changed: {
+        positions: (changed & 1) !== 0,
+        rotations: (changed & 2) !== 0,
+        codes: (changed & 4) !== 0,
+      },
+    };
+  }
+
+  /** Free the decoder and all that it has given out; a second time this does nothing. */
+  close() {
+    const { scratch } = this.#quarc;
+    this.#quarc.view(Uint32Array, scratch, 1)[0] = this.#handle;
+    this.#functions.quarc_close(scratch);
+    this.#handle = 0;
+  }
+
+  #readState() {
+    const [frame, phase, count, ids, ...planes] = this.#numbers(11);
+    const [positions, positionsStride, rotations, rotationsStride] = planes;
+    const [codes, codesStride, codePlanes] = planes.slice(4);
+    const rows = (type, place, stride, number) =>
+      Array.from({ length: number }, (_, row) =>
+        this.#quarc.view(type, place + row * stride * type.BYTES_PER_ELEMENT, count),
+      );
+    return {
+      frame,
+      phase,
+      count,
+      ids: this.#quarc.view(Uint32Array, ids, count),
+      positions: rows(Int32Array, positions, positionsStride, POSITION_ROWS),
+      rotations: rows(Int32Array, rotations, rotationsStride, ROTATION_ROWS),
+      codes: rows(Int16Array, codes, codesStride, codePlanes),
+    };
+  }
+
+  #readGap() {
+    const { scratch } = this.#quarc;
+    this.#check(this.#functions.quarc_gap(this.#handle, scratch));
+    const [offset, bytes, lost] = this.#quarc.view(BigInt64Array, scratch, 3);
+    return {
+      offset: Number(offset),
+      bytes: Number(bytes),
+      framesLost: lost < 0n ? null : Number(lost),
+      rejectId: this.#quarc.text(this.#quarc.view(Uint32Array, scratch + 24, 1)[0]),
+    };
+  }
+
+  /** Words that the module has written for us. */
+  #numbers(count) {
+    return this.#quarc.view(Uint32Array, this.#quarc.scratch, count);
+  }
+
+  #check(status) {
+    if (status >= 0) return status;
+    if (status === STATUS.MISUSE) throw new Error("a call that has no meaning here");
+    const message = this.#quarc.text(this.#functions.quarc_message(this.#handle));
+    const rejectId = this.#quarc.text(this.#functions.quarc_reject_id(this.#handle));
+    throw new QuarcError(message ?? "the decoder is broken", rejectId);
+  }
+}

@@ -1,0 +1,98 @@
+"""How machine code of the package's kernels is kept on disk.
+
+The renderer and the synthetic scene have kernels; the decoder has none. Only what
+Python calls keeps its machine code, with all that it calls in turn, until any kernel
+of the package is changed.
+"""
+
+import hashlib
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+__all__ = ["keep", "numba"]
+
+
+@contextmanager
+def _hiding(module: str) -> Iterator[None]:
+    """Have a module not be found that has not been imported yet."""
+    if module in sys.modules:
+        yield
+        return
+    sys.modules[module] = None  # type: ignore[assignment] # as the import system has it
+    try:
+        yield
+    finally:
+        del sys.modules[module]
+
+
+with _hiding("coverage"):  # which numba looks for, and takes as long for as for a kernel
+    import numba
+    from numba.core.caching import FunctionCache
+    from numba.core.runtime.nrt import rtsys
+
+
+def _import_without_blas() -> None:
+    """Import what most kernels name, but not all of `scipy.linalg`, which takes as long.
+
+    numba imports SciPy's BLAS to see whether there is one, and once more, by its name, when
+    something is compiled that needs it; no kernel here does. So the first time an empty
+    module stands in for it.
+    """
+    blas = "scipy.linalg.cython_blas"
+    if blas in sys.modules or find_spec("scipy") is None:
+        return
+    sys.modules[blas] = ModuleType(blas)
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        del sys.modules[blas]
+
+
+class _KernelCache(FunctionCache):
+    """Machine code of a kernel, kept on disk.
+
+    To numba it is good as long as the kernel's own file is what it was; here, as long as
+    those of all kernels are, for it may hold any that it calls. And numba loads all that it
+    compiles with, which takes as long as a fifth of a first frame, before it looks for what was
+    compiled; here that is left to the compiler, which does so anyway.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        self._cache_file._source_stamp = (self._cache_file._source_stamp, _fingerprint())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401
+        """Return what was compiled for a signature; None if nothing was."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+
+
+def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
+    """Return a decorator of kernels whose machine code stays on disk."""
+    compiled = numba.njit(error_model="numpy", **options)
+
+    def decorate(function: Callable[..., Any]) -> Any:  # noqa: ANN401
+        kernel = compiled(function)
+        if hasattr(kernel, "_cache"):  # not where compiling is switched off
+            kernel._cache = _KernelCache(function)
+        return kernel
+
+    return decorate
+
+
+@cache
+def _fingerprint() -> str:
+    """Return what tells the package's kernels, and how they are compiled, from any others."""
+    folder = Path(__file__).parent
+    files = sorted([*folder.rglob("*_kernels.py"), *folder.rglob("compiled.py")])
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
+_import_without_blas()

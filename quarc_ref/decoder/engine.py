@@ -1,0 +1,152 @@
+"""The boundary at the height of the state: what a frame needs, whoever computes it.
+
+What a state is, SPEC says and the reference engine shows: `frames` and what it
+calls, values in plain NumPy. A fast engine computes the same integers by other
+means. It is held to the reference by the conformance suite and by tests that
+run both; nothing but time depends on the choice, which `engines` makes.
+"""
+
+from collections.abc import Callable
+from typing import Final, Protocol, TypeVar
+
+from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.arrays import Int16, Int64
+from quarc_ref.format.records import (
+    Births,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    SnapshotChunk,
+    StreamHeader,
+)
+from quarc_ref.format.updates import Updates
+
+REFERENCE: Final = "reference"
+FAST: Final = "fast"
+
+
+class FrameState(Protocol):
+    """What is known of a frame above the boundary; see `state.State`."""
+
+    @property
+    def frame(self) -> int:
+        """Ordinal of the frame in the stream."""
+        ...
+
+    @property
+    def scene(self) -> Scene:
+        """The frame's scene."""
+        ...
+
+    @property
+    def motion(self) -> Int16:
+        """`[c, N]` what moved each Gaussian in the frame."""
+        ...
+
+    @property
+    def symbols(self) -> tuple[Int64, ...]:
+        """`[c, a]` of each level's anchors, level 1 first; nothing in a canonical frame."""
+        ...
+
+    @property
+    def births(self) -> Births | None:
+        """The newborn of the frame, as coded."""
+        ...
+
+    @property
+    def updates(self) -> Updates | None:
+        """What changed single Gaussians in the frame, as coded."""
+        ...
+
+    @property
+    def next_id(self) -> int:
+        """The id that the next newborn gets."""
+        ...
+
+    @property
+    def anchors(self) -> Anchors | None:
+        """The anchors of the last sampling; None before the first."""
+        ...
+
+    @property
+    def known_anchors(self) -> Anchors:
+        """The anchors of a state that has been through `begin_frame`."""
+        ...
+
+
+StateT = TypeVar("StateT", bound=FrameState)
+
+
+class Engine(Protocol[StateT]):
+    """What makes states of what is coded, and codes what an encoder chose.
+
+    A state belongs to the engine that made it. Every method raises what the
+    function of the same name raises in the reference.
+    """
+
+    name: str
+
+    def decode_canonical(
+        self, header: StreamHeader, chunk: CanonicalChunk
+    ) -> tuple[StateT, Gaussians]:
+        """See `frames.decode_canonical`."""
+        ...
+
+    def decode_snapshot(
+        self, header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
+    ) -> tuple[StateT, Int64]:
+        """See `frames.decode_snapshot`."""
+        ...
+
+    def decode_frame(self, state: StateT, chunk: FrameChunk) -> StateT:
+        """See `frames.decode_frame`."""
+        ...
+
+    def begin_canonical(self, header: StreamHeader, frame: int, gaussians: Gaussians) -> StateT:
+        """See `canonical.begin_canonical`."""
+        ...
+
+    def begin_frame(self, state: StateT, death_count: int) -> StateT:
+        """See `reconstruct.begin_frame`."""
+        ...
+
+    def decode_motion(self, state: StateT, section: Section, *, previous: bool) -> StateT:
+        """See `frames.decode_motion`."""
+        ...
+
+    def decode_updates(self, state: StateT, section: Section) -> StateT:
+        """See `frames.decode_updates`."""
+        ...
+
+    def decode_births(self, state: StateT, section: Section, count: int) -> StateT:
+        """See `frames.decode_births`."""
+        ...
+
+    def write_canonical(
+        self, gaussians: Gaussians, origin: tuple[int, int, int]
+    ) -> tuple[Section, ...]:
+        """See `gaussian_planes.write_canonical`."""
+        ...
+
+    def write_motion(self, state: StateT, symbols: list[Int64], *, previous: bool) -> Section:
+        """Code the symbols of a frame that has begun; see `motion_planes.write_motion`."""
+        ...
+
+    def write_updates(self, state: StateT, updates: Updates) -> Section:
+        """Code the updates of a frame that has moved; see `update_planes.write_updates`."""
+        ...
+
+    def write_births(self, state: StateT, births: Births) -> Section:
+        """Code the births of a frame that has moved; see `gaussian_planes.write_births`."""
+        ...
+
+    def state_crc(self, state: StateT) -> int:
+        """Return the CRC of a state's scene; see `digest.state_crc`."""
+        ...
+
+    def dequantizer(self) -> Callable[[StateT], Splats]:
+        """Return what does as `dequantize.dequantize` for the states of a stream."""
+        ...

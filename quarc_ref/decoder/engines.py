@@ -1,0 +1,65 @@
+"""Which engine decodes: chosen once for each decoder and encoder."""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from quarc_ref.decoder.engine import FAST, REFERENCE, Engine
+from quarc_ref.decoder.reference_engine import ReferenceEngine
+from quarc_ref.format.errors import VariableError
+
+
+def choose_engine(threads: int = 1) -> Engine[Any]:
+    """Return the fast engine where it is installed, else the reference.
+
+    `QUARC_REF_ENGINE` says otherwise: `reference` or `fast`.
+
+    Args:
+        threads: How many the engine may take for one frame.
+
+    Raises:
+        VariableError: QUARC_REF_ENGINE names no engine, or one that is not installed.
+    """
+    wanted = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
+    if wanted not in (None, "", REFERENCE, FAST):
+        message = f"QUARC_REF_ENGINE is {wanted!r}; it may be {REFERENCE} or {FAST}"
+        raise VariableError(message)
+    fast = None if wanted == REFERENCE else find_fast_engine()
+    if fast is None and wanted == FAST:
+        message = "QUARC_REF_ENGINE is fast, and quarc_core is not installed: see core/README.md"
+        raise VariableError(message)
+    return fast(threads) if fast else ReferenceEngine()
+
+
+@contextmanager
+def decoding_by(engine: str) -> Iterator[None]:
+    """Use the engine of this name, as long as this context lasts."""
+    token = _engine.set(engine)
+    try:
+        yield
+    finally:
+        _engine.reset(token)
+
+
+@cache
+def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
+    """Return what makes a fast engine of so many threads; None where it is not installed."""
+    try:
+        module = import_module("quarc_ref.decoder.fast_engine")
+    except ImportError:
+        return None
+    make: Callable[[int], Engine[Any]] = module.FastEngine
+    return make
+
+
+def misses_fast_engine() -> bool:
+    """Tell whether this process has decoded a large scene without a fast engine to be had."""
+    return find_fast_engine() is None and ReferenceEngine.largest >= _LARGE
+
+
+_LARGE = 1 << 13
+_engine: ContextVar[str | None] = ContextVar("engine", default=None)

@@ -1,0 +1,194 @@
+"""The portable core as an engine: `quarc_core`, an extension written in Rust.
+
+It computes what the reference computes; its arrays are looked at where they are.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+
+import numpy as np
+import quarc_core
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.engine import FAST
+from quarc_ref.decoder.fast_state import FastState
+from quarc_ref.format import wire
+from quarc_ref.format.arrays import Int64, UInt32
+from quarc_ref.format.errors import BitstreamError, EncodeError, LimitError
+from quarc_ref.format.records import (
+    Births,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    SnapshotChunk,
+    StreamHeader,
+)
+from quarc_ref.format.updates import Updates
+
+
+class FastEngine:
+    """The core; see `engine.Engine`.
+
+    Args:
+        threads: How many it may take for one frame.
+    """
+
+    name = FAST
+
+    def __init__(self, threads: int = 1) -> None:
+        self._threads = threads
+
+    def decode_canonical(
+        self, header: StreamHeader, chunk: CanonicalChunk
+    ) -> tuple[FastState, Gaussians]:
+        """See `Engine.decode_canonical`; without snapshots the Gaussians are none."""
+        with _raising():
+            core, coded = quarc_core.State.decode_canonical(
+                _head(header),
+                chunk.frame,
+                chunk.gaussian_count,
+                chunk.origin,
+                chunk.axis_bits,
+                [_words(section) for section in chunk.sections],
+                chunk.state_crc,
+                header.snapshots,
+            )
+        return FastState(header, core), Gaussians(*(coded or _NONE))
+
+    def decode_snapshot(
+        self, header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
+    ) -> tuple[FastState, Int64]:
+        """See `Engine.decode_snapshot`."""
+        with _raising():
+            core, roots = quarc_core.State.decode_snapshot(
+                _head(header),
+                (chunk.frame, chunk.canonical),
+                chunk.newborn_count,
+                chunk.origin,
+                chunk.axis_bits,
+                _words(chunk.survivors),
+                [_words(section) for section in chunk.sections],
+                chunk.state_crc,
+                _arrays(canonical),
+            )
+        return FastState(header, core), roots
+
+    def decode_frame(self, state: FastState, chunk: FrameChunk) -> FastState:
+        """See `Engine.decode_frame`."""
+        with _raising():
+            core = state.core.decode_frame(
+                chunk.phase,
+                chunk.previous_contexts,
+                chunk.death_count,
+                chunk.birth_count,
+                _words(chunk.motion),
+                None if chunk.updates is None else _words(chunk.updates),
+                _words(chunk.births),
+                chunk.state_crc,
+            )
+        return FastState(state.header, core)
+
+    def begin_canonical(self, header: StreamHeader, frame: int, gaussians: Gaussians) -> FastState:
+        """See `Engine.begin_canonical`."""
+        with _raising():
+            core = quarc_core.State.begin_canonical(_head(header), frame, _arrays(gaussians))
+        return FastState(header, core)
+
+    def begin_frame(self, state: FastState, death_count: int) -> FastState:
+        """See `Engine.begin_frame`."""
+        with _raising():
+            return FastState(state.header, state.core.begin_frame(death_count))
+
+    def decode_motion(self, state: FastState, section: Section, *, previous: bool) -> FastState:
+        """See `Engine.decode_motion`."""
+        with _raising():
+            return FastState(state.header, state.core.decode_motion(_words(section), previous))
+
+    def decode_updates(self, state: FastState, section: Section) -> FastState:
+        """See `Engine.decode_updates`."""
+        with _raising():
+            return FastState(state.header, state.core.decode_updates(_words(section)))
+
+    def decode_births(self, state: FastState, section: Section, count: int) -> FastState:
+        """See `Engine.decode_births`."""
+        with _raising():
+            return FastState(state.header, state.core.decode_births(_words(section), count))
+
+    def write_canonical(
+        self, gaussians: Gaussians, origin: tuple[int, int, int]
+    ) -> tuple[Section, ...]:
+        """See `Engine.write_canonical`."""
+        with _raising():
+            sections = quarc_core.write_canonical(_arrays(gaussians), origin)
+        return tuple(Section(words) for words in sections)
+
+    def write_motion(self, state: FastState, symbols: list[Int64], *, previous: bool) -> Section:
+        """See `Engine.write_motion`."""
+        with _raising():
+            return Section(state.core.write_motion(symbols, previous))
+
+    def write_updates(self, state: FastState, updates: Updates) -> Section:
+        """See `Engine.write_updates`."""
+        with _raising():
+            return Section(
+                state.core.write_updates(updates.gaussians, updates.dies, updates.residuals)
+            )
+
+    def write_births(self, state: FastState, births: Births) -> Section:
+        """See `Engine.write_births`."""
+        with _raising():
+            return Section(state.core.write_births(births.parents, _arrays(births.newborn)))
+
+    def state_crc(self, state: FastState) -> int:
+        """See `Engine.state_crc`."""
+        return state.core.state_crc()
+
+    def dequantizer(self) -> Callable[[FastState], Splats]:
+        """See `Engine.dequantizer`; the arrays are not to be written to."""
+        core = quarc_core.Dequantizer()
+        return lambda state: Splats(*core.dequantize(state.core))
+
+
+@contextmanager
+def _raising() -> Iterator[None]:
+    """Raise the faults of the core as those of this package.
+
+    Raises:
+        BitstreamError: The bytes are wrong.
+        LimitError: They ask for more than this decoder gives.
+        EncodeError: A scene cannot be written.
+    """
+    try:
+        yield
+    except quarc_core.RejectedError as error:
+        reject_id, message = error.args
+        raise _LEAVES[reject_id](message) from error
+    except quarc_core.DeclinedError as error:
+        raise LimitError(str(error)) from error
+    except quarc_core.UnwritableError as error:
+        raise EncodeError(str(error)) from error
+
+
+@lru_cache(maxsize=8)
+def _head(header: StreamHeader) -> quarc_core.StreamHead:
+    return quarc_core.StreamHead(wire.build_stream_header(header))
+
+
+def _words(section: Section) -> UInt32:
+    """Return the words as the core takes them: a chunk may hold them at any byte."""
+    return np.require(section.words, np.uint32, "A")
+
+
+def _arrays(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
+    return gaussians.positions, gaussians.rotations, gaussians.codes
+
+
+def _list_leaves(kind: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
+    below = kind.__subclasses__()
+    yield from (leaf for child in below for leaf in _list_leaves(child)) if below else (kind,)
+
+
+_LEAVES = {leaf.reject_id: leaf for leaf in _list_leaves(BitstreamError)}
+_NONE = tuple(np.zeros((rows, 0), dtype=np.int64) for rows in (3, 4, 16))

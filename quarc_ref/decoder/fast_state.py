@@ -1,0 +1,93 @@
+"""A state of the portable core, as Python sees it."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from quarc_ref.decoder.anchors import AnchorLevel, Anchors
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.arrays import Int16, Int64
+from quarc_ref.format.records import Births, Gaussians, StreamHeader
+from quarc_ref.format.updates import Updates
+
+if TYPE_CHECKING:
+    import quarc_core
+
+
+class FastState:
+    """A state of the core; see `engine.FrameState`. Its arrays are made when they are asked for.
+
+    Args:
+        header: Of the stream.
+        core: The state.
+    """
+
+    def __init__(self, header: StreamHeader, core: "quarc_core.State") -> None:
+        self.header = header
+        self.core = core
+
+    @property
+    def frame(self) -> int:
+        """Ordinal of the frame in the stream."""
+        return self.core.frame
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The frame's scene; its planes are not to be written to."""
+        core = self.core
+        return Scene(
+            self.header,
+            core.frame,
+            core.phase,
+            core.ids(),
+            core.positions(),
+            core.rotations(),
+            core.codes(),
+        )
+
+    @property
+    def motion(self) -> Int16:
+        """`[c, N]` what moved each Gaussian in the frame."""
+        return self.core.motion()
+
+    @property
+    def symbols(self) -> tuple[Int64, ...]:
+        """`[c, a]` of each level's anchors, level 1 first; nothing in a canonical frame."""
+        return tuple(self.core.symbols())
+
+    @property
+    def births(self) -> Births | None:
+        """The newborn of the frame, as coded."""
+        coded = self.core.births()
+        return None if coded is None else Births(coded[0], Gaussians(*coded[1]))
+
+    @property
+    def updates(self) -> Updates | None:
+        """What changed single Gaussians in the frame, as coded."""
+        coded = self.core.updates()
+        return None if coded is None else Updates(*coded)
+
+    @property
+    def next_id(self) -> int:
+        """The id that the next newborn gets."""
+        return self.core.next_id
+
+    @property
+    def anchors(self) -> Anchors | None:
+        """The anchors of the last sampling; None before the first."""
+        levels = self.core.levels()
+        if not levels:
+            return None
+        return Anchors(tuple(AnchorLevel(*level) for level in levels), self.core.binding())
+
+    @property
+    def known_anchors(self) -> Anchors:
+        """The anchors of a state that has been through `begin_frame`.
+
+        Raises:
+            ValueError: It has not.
+        """
+        anchors = self.anchors
+        if anchors is None:
+            message = "the state has not been through begin_frame"
+            raise ValueError(message)
+        return anchors

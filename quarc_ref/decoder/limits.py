@@ -1,0 +1,51 @@
+"""What a stream may ask of a decoder: SPEC 3.2. Counts are checked before memory is taken."""
+
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.errors import CountLevelError, LimitError
+from quarc_ref.format.records import StreamHeader
+
+
+def require_gaussians(header: StreamHeader, count: int) -> None:
+    """Reject a canonical frame of too many Gaussians.
+
+    Raises:
+        CountLevelError: More than the level of the stream allows.
+        LimitError: More than this decoder gives at the unlimited level.
+    """
+    if count > header.limits.gaussians:  # [3.2-1] [3.2-5] [3.2-6]
+        message = f"{count} Gaussians are too many for level {header.level}"
+        raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.gaussians, count, "Gaussians")
+
+
+def require_births(header: StreamHeader, count: int, gaussian_count: int) -> None:
+    """Reject a frame of too many births.
+
+    Args:
+        header: Of the stream.
+        count: How many births.
+        gaussian_count: Gaussians of the scene without them.
+
+    Raises:
+        CountLevelError: More than the level of the stream allows.
+        LimitError: More than this decoder gives at the unlimited level.
+    """
+    if count > header.limits.births:  # [3.2-3] [3.2-5]
+        message = f"{count} births are too many for level {header.level}"
+        raise CountLevelError(message)
+    _decline_beyond(_OWN_LIMITS.births, count, "births")
+    _decline_beyond(_OWN_LIMITS.gaussians, gaussian_count + count, "Gaussians")
+
+
+def _decline_beyond(most: int, count: int, what: str) -> None:
+    """Keep to this decoder's own limits, which matter at the unlimited level alone.
+
+    Raises:
+        LimitError: It is beyond them, which is no fault of the stream.
+    """
+    if count > most:
+        message = f"{count:,} {what} are more than this decoder takes, {most:,}"
+        raise LimitError(message)
+
+
+_OWN_LIMITS = LEVELS[30]  # what stands at the unlimited level

@@ -1,0 +1,35 @@
+"""The ranges of the state's numbers: SPEC 7.1."""
+
+from quarc_ref.format.arrays import Int16, Int32, Int64
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
+from quarc_ref.format.errors import CodeRangeError, PositionRangeError
+
+
+def narrow_positions(positions: Int64) -> Int32:
+    """Return coordinates in lattice units as the state holds them.
+
+    Raises:
+        PositionRangeError: A magnitude is above POSITION_LIMIT.
+    """
+    if _exceed(positions, POSITION_LIMIT):  # [4.1-1]
+        message = "a Gaussian leaves the lattice"
+        raise PositionRangeError(message)
+    narrow: Int32 = positions.astype("int32")
+    return narrow
+
+
+def narrow_codes(codes: Int64) -> Int16:
+    """Return attribute codes as the state holds them.
+
+    Raises:
+        CodeRangeError: A magnitude is above CODE_LIMIT.
+    """
+    if _exceed(codes, CODE_LIMIT):
+        message = "an attribute code leaves its range"
+        raise CodeRangeError(message)
+    narrow: Int16 = codes.astype("int16")
+    return narrow
+
+
+def _exceed(numbers: Int64, limit: int) -> bool:
+    return bool(numbers.max(initial=0) > limit or numbers.min(initial=0) < -limit)

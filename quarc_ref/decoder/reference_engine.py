@@ -1,0 +1,65 @@
+"""The reference engine: SPEC 6 to 10, word for word, behind the boundary of `engine`."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from quarc_ref.decoder import frames, reconstruct
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.dequantize import Splats, dequantize
+from quarc_ref.decoder.digest import state_crc
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update_context
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.gaussian_planes import write_births, write_canonical
+from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.records import Births, CanonicalChunk, Gaussians, Section, StreamHeader
+from quarc_ref.format.update_planes import write_updates
+from quarc_ref.format.updates import Updates
+
+
+class ReferenceEngine:
+    """The text, as it stands in `frames` and what it calls; see `engine.Engine`.
+
+    Attributes:
+        largest: Gaussians of the largest canonical frame that was decoded in this process.
+    """
+
+    name = REFERENCE
+    largest: ClassVar[int] = 0
+    decode_snapshot = staticmethod(frames.decode_snapshot)
+    decode_frame = staticmethod(frames.decode_frame)
+    begin_canonical = staticmethod(begin_canonical)
+    begin_frame = staticmethod(reconstruct.begin_frame)
+    decode_motion = staticmethod(frames.decode_motion)
+    decode_updates = staticmethod(frames.decode_updates)
+    decode_births = staticmethod(frames.decode_births)
+    write_canonical = staticmethod(write_canonical)
+
+    def decode_canonical(
+        self, header: StreamHeader, chunk: CanonicalChunk
+    ) -> tuple[State, Gaussians]:
+        """See `Engine.decode_canonical`."""
+        ReferenceEngine.largest = max(ReferenceEngine.largest, chunk.gaussian_count)
+        return frames.decode_canonical(header, chunk)
+
+    def write_motion(self, state: State, symbols: list[Int64], *, previous: bool) -> Section:
+        """See `Engine.write_motion`."""
+        contexts = reconstruct.motion_contexts(state, previous=previous)
+        return write_motion(contexts, symbols, state.motion_counts)
+
+    def write_updates(self, state: State, updates: Updates) -> Section:
+        """See `Engine.write_updates`."""
+        return write_updates(update_context(state), updates, state.update_counts)
+
+    def write_births(self, state: State, births: Births) -> Section:
+        """See `Engine.write_births`."""
+        return write_births(births, state.birth_counts)
+
+    def state_crc(self, state: State) -> int:
+        """See `Engine.state_crc`."""
+        return state_crc(state.scene)
+
+    def dequantizer(self) -> Callable[[State], Splats]:
+        """See `Engine.dequantizer`."""
+        return lambda state: dequantize(state.scene)

@@ -1,0 +1,200 @@
+"""What has been seen of a stream, and what may come next: SPEC 5, 7.
+
+`ChunkReader` checks and orders the chunks, an engine makes the state of each frame.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
+from quarc_ref.decoder.state import Reference
+from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import (
+    BitstreamError,
+    ChunkOrderError,
+    FrameOrderError,
+    IndexMismatchError,
+    TailMismatchError,
+)
+from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
+from quarc_ref.format.seek_points import SeekPoints
+
+
+class StreamDecoder:
+    """Takes the chunks of a stream one by one and gives the state of every frame.
+
+    Args:
+        engine: What makes the states; that of `choose_engine` if None.
+
+    Attributes:
+        cameras: From `came`.
+        metadata: From `meta`.
+        index: From INDX; None before it.
+        tail: From TAIL; None before it.
+        reference: The CANO that snapshots are coded against; None before it, and in streams
+            without snapshots.
+        roots: `[N]` of the last canonical frame: index in the CANO of each Gaussian that it
+            has, -1 of the others; nothing in streams without snapshots.
+    """
+
+    def __init__(self, engine: Engine[Any] | None = None) -> None:
+        self._engine = engine or choose_engine()
+        self.cameras: tuple[Camera, ...] = ()
+        self.metadata: dict[str, str] = {}
+        self.index: SeekPoints | None = None
+        self.tail: Tail | None = None
+        self._header: StreamHeader | None = None
+        self._state: FrameState | None = None
+        self._frame_count = 0
+        self._passed = SeekPoints.of(())
+        self._points: list[SeekPoint] = []
+        self._index_offset = 0
+        self._sought: SeekPoint | None = None
+        self._is_whole = True
+        self.reference: Reference | None = None
+        self.roots = np.zeros(0, dtype=np.int64)
+
+    @property
+    def header(self) -> StreamHeader:
+        """What HEAD says.
+
+        Raises:
+            ChunkOrderError: HEAD has not been pushed.
+        """
+        if self._header is None:
+            message = "no HEAD yet"
+            raise ChunkOrderError(message)
+        return self._header
+
+    def skip_to(self, points: SeekPoints, canonical: Chunk | None = None) -> None:
+        """Take it that the next frame is that of the last of these seek points.
+
+        Args:
+            points: All of the stream up to it; none where nothing is skipped.
+            canonical: The CANO that the frame is coded against, if it is a snapshot.
+
+        Raises:
+            BitstreamError: What is wrong with that CANO.
+        """
+        if canonical is not None:
+            self._decode_canonical(canonical, points.at(canonical.offset))
+        if points:
+            self._passed = points[:-1]
+            self._frame_count = points[-1].frame - points[0].frame
+            self._sought = points[-1]
+
+    def lose(self) -> None:
+        """Take it that chunks up to the next canonical frame are lost (SPEC 11.4)."""
+        self._state = None
+        self._is_whole = False
+
+    def push(self, chunk: Chunk) -> FrameState | None:
+        """Take the next chunk.
+
+        Args:
+            chunk: As a `ChunkReader` gives it: its CRCs hold.
+
+        Returns:
+            The state of the frame that the chunk holds; None if it holds none.
+
+        Raises:
+            BitstreamError: What is wrong with the chunk; the decoder stays as
+                it was.
+        """
+        try:
+            return self._push(chunk)
+        except BitstreamError as error:
+            error.offset = chunk.offset if error.offset is None else error.offset
+            raise
+
+    def _push(self, chunk: Chunk) -> FrameState | None:
+        if chunk.kind == container.HEAD:
+            self._header = wire.parse_stream_header(chunk.payload)
+            return None
+        container.check_length(len(chunk.payload), self.header, chunk.offset)
+        if chunk.kind == container.CAME:
+            self.cameras = wire.parse_cameras(chunk.payload)
+        elif chunk.kind == container.META:
+            self.metadata = wire.parse_metadata(chunk.payload)
+        elif chunk.kind == container.INDX:
+            self._take_index(chunk)
+        elif chunk.kind == container.TAIL:
+            self._take_tail(wire.parse_tail(chunk.payload))
+        elif chunk.kind in container.CANONICAL:
+            return self._push_canonical(chunk)
+        elif chunk.kind == container.FRAM:
+            return self._push_frame(chunk)
+        return None
+
+    def _push_canonical(self, chunk: Chunk) -> FrameState:
+        decode = self._decode_canonical if chunk.kind == container.CANO else self._decode_snapshot
+        self._state = decode(chunk, self._sought)
+        self._points.append(SeekPoint(chunk.offset, chunk.sequence, self._state.frame))
+        self._sought = None
+        self._frame_count += 1
+        return self._state
+
+    def _decode_canonical(self, chunk: Chunk, sought: SeekPoint | None) -> FrameState:
+        canonical = wire.parse_canonical(chunk.payload)
+        self._check_place(chunk, canonical.frame, sought)
+        state: FrameState
+        state, gaussians = self._engine.decode_canonical(self.header, canonical)
+        if self.header.snapshots:
+            self.reference = Reference(canonical.frame, gaussians)
+            self.roots = np.arange(gaussians.count)
+        return state
+
+    def _decode_snapshot(self, chunk: Chunk, sought: SeekPoint | None) -> FrameState:
+        if self.reference is None:
+            message = "a snapshot must follow a CANO"
+            raise ChunkOrderError(message)
+        snapshot = wire.parse_snapshot(chunk.payload)
+        self._check_place(chunk, snapshot.frame, sought)
+        if snapshot.canonical != self.reference.frame:  # [7.9-2]
+            message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
+            message += f"and the last CANO is frame {self.reference.frame}"
+            raise FrameOrderError(message)
+        gaussians = self.reference.gaussians
+        state: FrameState
+        state, self.roots = self._engine.decode_snapshot(self.header, snapshot, gaussians)
+        return state
+
+    def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
+        """Refuse a canonical frame that is not the one due."""
+        if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
+            message = f"frame {frame} follows frame {self._state.frame}"
+            raise FrameOrderError(message)
+        point = SeekPoint(chunk.offset, chunk.sequence, frame)
+        if sought not in (None, point):  # [11.2-1] [11.2-4]
+            message = f"{sought} is said to be {point}"
+            raise IndexMismatchError(message)
+
+    def _push_frame(self, chunk: Chunk) -> FrameState:
+        if self._state is None:  # [5.1-3]
+            message = "a frame must follow a canonical frame"
+            raise ChunkOrderError(message)
+        frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
+        state: FrameState = self._engine.decode_frame(self._state, frame)
+        self._state = state
+        self._frame_count += 1
+        return state
+
+    def _take_index(self, chunk: Chunk) -> None:
+        index = wire.parse_index(chunk.payload)
+        # As [5.9-1], [5.9-2] and [11.4-3] ask.
+        if self._is_whole and index != self._passed.followed_by(self._points):
+            message = "INDX does not say where the canonical frames are"
+            raise IndexMismatchError(message)
+        self.index, self._index_offset = index, chunk.offset
+
+    def _take_tail(self, tail: Tail) -> None:
+        canonical_count = len(self._passed) + len(self._points)
+        seen = Tail(self._frame_count, canonical_count, self._index_offset)
+        if self._is_whole and tail != seen:  # [5.8-1] [5.8-2]
+            message = f"TAIL says {tail}, the stream holds {seen}"
+            raise TailMismatchError(message)
+        self.tail = tail

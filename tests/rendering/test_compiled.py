@@ -1,0 +1,54 @@
+"""What the compiler of kernels loads, and what it leaves to others."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import quarc_ref
+
+pytest.importorskip("numba")
+pytest.importorskip("scipy")
+
+_SCRIPT = """
+import sys
+import quarc_ref.rendering.compiled
+assert "scipy.linalg" not in sys.modules
+assert "coverage" not in sys.modules
+
+import numba
+import numpy as np
+invert = numba.njit(lambda matrix: np.linalg.inv(matrix @ matrix))
+assert invert(np.diag([1.0, 2.0])).tolist() == [[1, 0], [0, 0.25]]
+"""
+
+
+def test_scipy_is_loaded_only_when_somebody_compiles_what_needs_it():
+    subprocess.run([sys.executable, "-c", _SCRIPT], check=True)
+
+
+_SCALE = """
+import sys
+import numpy as np
+from quarc_ref.rendering.ssim_kernels import ssim_moments
+ssim_moments(np.ones((12, 36), dtype=np.float32), np.ones((2, 12, 36), dtype=np.float32))
+print(sum(ssim_moments.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
+"""
+
+
+def test_machine_code_is_made_anew_when_any_kernel_has_changed(tmp_path):
+    package = tmp_path / "quarc_ref"
+    sources = Path(quarc_ref.__file__).parent
+    shutil.copytree(sources, package, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def run():
+        command = [sys.executable, "-c", _SCALE]
+        return subprocess.check_output(command, cwd=tmp_path, text=True).split()
+
+    made, kept = ["0", "False"], ["1", "True"]  # hits; whether no compiler was loaded
+    assert [run(), run()] == [made, kept]
+    with (package / "rendering" / "raster_kernels.py").open("a") as file:
+        file.write("\n")
+    assert [run(), run()] == [made, kept]

@@ -1,0 +1,32 @@
+"""Every clause that binds decoders is named, by its id, where the reference engine keeps to it."""
+
+import re
+
+from plain import spec_text
+from plain.clauses import clauses
+
+# Kept to by the decoder as a whole: by no line of it more than by another.
+_WHOLE = {"1-1", "1-2", "1-3"}
+_OF_ENCODERS = {"1-4"}
+_CODE = ("quarc_ref/format", "quarc_ref/decoder")
+
+
+def _named():
+    """The ids that comments of the reference engine name."""
+    files = [path for folder in _CODE for path in (spec_text.ROOT / folder).glob("*.py")]
+    comments = [
+        comment for path in files for comment in re.findall(r"#.*", path.read_text("utf-8"))
+    ]
+    return {name for comment in comments for name in re.findall(r"\[([\d.]+-\d+)\]", comment)}
+
+
+def test_every_clause_that_binds_decoders_is_named_in_the_code():
+    known = {clause.number for clause in clauses(spec_text.text())}
+
+    assert known - _WHOLE - _OF_ENCODERS - _named() == set()
+
+
+def test_the_code_names_no_clause_that_there_is_not():
+    known = {clause.number for clause in clauses(spec_text.text())}
+
+    assert _named() - known == set()
