@@ -321,9 +321,8 @@ impl State {
 
     /// The anchors of each level, level 1 first; nothing before the first sampling.
     fn levels<'py>(&self, py: Python<'py>) -> PyResult<Vec<LevelArrays<'py>>> {
-        let state = self.inner();
-        let levels = state.anchors().map_or(&[][..], |anchors| anchors.levels());
-        levels.iter().map(|level| views::level(py, level)).collect()
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.anchors_mut().map_or(Ok(Vec::new()), |anchors| views::levels(py, anchors))
     }
 
     /// `[L, n]` the number of the anchor that each Gaussian follows at each level; the newborn of

@@ -3,7 +3,7 @@
 use crate::arrays::{self, CodedArrays};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use quarc::anchors::{AnchorLevel, Anchors};
+use quarc::anchors::Anchors;
 use quarc::records::{Births, Updates};
 
 /// Which Gaussians changed, which of them left, and residuals `[13, n]`.
@@ -28,11 +28,25 @@ pub fn births<'py>(py: Python<'py>, births: &Births) -> PyResult<BirthArrays<'py
     Ok((parents, arrays::gaussian_arrays(py, &births.newborn)?))
 }
 
-pub fn level<'py>(py: Python<'py>, level: &AnchorLevel) -> PyResult<LevelArrays<'py>> {
+pub fn levels<'py>(py: Python<'py>, anchors: &mut Anchors) -> PyResult<Vec<LevelArrays<'py>>> {
+    let count = anchors.levels().len();
+    (0..count).map(|level| one_level(py, anchors, level)).collect()
+}
+
+fn one_level<'py>(
+    py: Python<'py>,
+    anchors: &mut Anchors,
+    number: usize,
+) -> PyResult<LevelArrays<'py>> {
+    let parents = match anchors.levels().get(number + 1) {
+        Some(coarser) => anchors.parents(number, &vec![true; coarser.ids.len()]),
+        None => vec![0; anchors.levels()[number].ids.len()],
+    };
+    let level = &anchors.levels()[number];
     let numbers = level.positions.iter().flatten().copied();
     let positions = PyArray1::from_iter(py, numbers).reshape([3, level.ids.len()])?;
     let owners = arrays::indices_array(py, &level.ids);
-    Ok((owners, positions, arrays::indices_array(py, &level.parents)))
+    Ok((owners, positions, arrays::indices_array(py, &parents)))
 }
 
 pub fn binding<'py>(py: Python<'py>, anchors: &mut Anchors) -> PyResult<Bound<'py, PyArray2<i32>>> {

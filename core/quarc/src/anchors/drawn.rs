@@ -2,12 +2,7 @@
 
 use super::index::{Index, NOWHERE};
 use super::order::Order;
-use super::runs::{cut_runs, Points, LANES};
-use super::sampling::rank;
-use super::search::{reach, unresolved, Moving, Search, Seekers};
-
-const ANCHORS: usize = 16; // that look for their parents together, at most
-const FAN: usize = 8;
+use super::runs::{Points, LANES};
 
 /// The anchors of a level.
 pub struct Drawn {
@@ -17,30 +12,30 @@ pub struct Drawn {
     pub index: Index,
     /// Of each anchor of the index, the Gaussian's place in Morton order.
     pub places: Vec<u32>,
-    merges: Vec<u8>,
-    /// Of each anchor, where in the index is the one at its position.
-    at: Vec<u32>,
+    /// Of each anchor by its number, such a place where it stands.
+    pub own: Vec<u32>,
 }
 
 impl Drawn {
     /// The level whose anchors are at some places of the order; `points` are in that order.
     pub fn new(chosen: &[u32], order: &Order, points: &Points) -> Self {
         let (indices, numbers_of) = number(chosen, &order.indices);
-        let mut at = vec![0; chosen.len()];
+        let mut own = vec![0; chosen.len()];
         let mut places: Vec<u32> = Vec::with_capacity(chosen.len());
         let mut numbers = Vec::with_capacity(chosen.len());
         let mut merges = Vec::with_capacity(chosen.len());
-        let mut before = None;
+        let (mut before, mut first) = (None, 0);
         for (&place, &number) in chosen.iter().zip(&numbers_of) {
             let merge = before.map_or(order.merges[0], |before| order.merge_with(before, place));
             before = Some(place);
             // Of those at one place the first has the least number: the others have no followers.
             if merge > 0 {
+                first = place;
                 places.push(place);
                 numbers.push(number);
                 merges.push(merge);
             }
-            at[number as usize] = places.len() as u32 - 1;
+            own[number as usize] = first;
         }
         let gather = |axis: usize| {
             let mut row: Vec<f32> = Vec::with_capacity(places.len() + LANES);
@@ -48,28 +43,8 @@ impl Drawn {
             row.resize(places.len() + LANES, NOWHERE);
             row
         };
-        let points = [gather(0), gather(1), gather(2)];
-        let index = Index::new(points, numbers, &merges);
-        Drawn { indices, index, places, merges, at }
-    }
-
-    /// [6.5] the parent is the anchor of the next level that the own Gaussian follows.
-    pub fn find_parents(&self, coarser: &Drawn) -> Vec<u32> {
-        let tiers = cut_runs(&self.index.points, &self.merges, ANCHORS, FAN);
-        let place = |&start: &u32| self.places.get(start as usize).map_or(u32::MAX, |&place| place);
-        let starts: Vec<u32> = tiers[0].starts.iter().map(place).collect();
-        let ranks = rank(&coarser.places, &starts);
-        let seekers = Seekers { points: &self.index.points, tiers: &tiers };
-        let mut answers = vec![0; self.places.len()];
-        Search {
-            seekers,
-            reach: &reach(seekers, &coarser.index, &ranks),
-            index: &coarser.index,
-            moving: &Moving::new(&coarser.index, &vec![true; coarser.indices.len()]),
-            resolved: &mut unresolved(&tiers),
-        }
-        .run(&mut |point, place| answers[point] = coarser.index.numbers[place as usize]);
-        self.at.iter().map(|&place| answers[place as usize]).collect()
+        let index = Index::new([gather(0), gather(1), gather(2)], numbers, &merges);
+        Drawn { indices, index, places, own }
     }
 }
 

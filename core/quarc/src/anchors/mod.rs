@@ -37,8 +37,6 @@ pub struct AnchorLevel {
     pub ids: Vec<u32>,
     /// Where they were when chosen, lattice units.
     pub positions: [Vec<i32>; 3],
-    /// Index of each one's parent in the next coarser level; zeros at the coarsest.
-    pub parents: Vec<u32>,
 }
 
 /// All anchors of a scene, and what is known of who follows them.
@@ -52,7 +50,10 @@ pub struct Anchors {
 /// The followers of a level.
 #[derive(Clone, Debug, Default)]
 struct Followers {
+    /// Whom each Gaussian follows that there is now, by index.
     binding: Vec<u32>,
+    /// Whom each Gaussian follows of those that were sampled, by place in Morton order.
+    sampled: Vec<u32>,
     reach: Option<Arc<Reaches>>,
     resolved: Vec<Vec<bool>>,
 }
@@ -89,6 +90,7 @@ impl Anchors {
     fn begin(sampling: Sampling) -> Self {
         let followers = || Followers {
             binding: vec![NOBODY; sampling.ids.len()],
+            sampled: vec![NOBODY; sampling.ids.len()],
             reach: None,
             resolved: unresolved(&sampling.tiers),
         };
@@ -135,17 +137,31 @@ impl Anchors {
         assert_eq!(moves.len(), self.levels()[level].ids.len(), "an entry to each anchor");
         let sampling = &*self.sampling;
         let (index, survivors) = (&sampling.indices[level], &self.survivors);
-        let Followers { binding, reach: known, resolved } = &mut self.followers[level];
+        let Followers { binding, sampled, reach: known, resolved } = &mut self.followers[level];
         let seekers = Seekers { points: &sampling.points, tiers: &sampling.tiers };
         let reach =
             known.get_or_insert_with(|| Arc::new(reach(seekers, index, &sampling.ranks[level])));
         let moving = &Moving::new(index, moves);
         Search { seekers, reach, index, moving, resolved }.run(&mut |point, place| {
+            let anchor = index.numbers[place as usize];
+            sampled[point] = anchor;
             if let Some(now) = survivors.place(sampling.order.indices[point]) {
-                binding[now as usize] = index.numbers[place as usize];
+                binding[now as usize] = anchor;
             }
         });
         binding
+    }
+
+    /// For each anchor of a level the index of its parent in the next coarser one, where that is
+    /// asked for; where not, `NOBODY` or one that is not asked for (6.5).
+    ///
+    /// `asked` has one entry to each anchor of the next coarser level. Level 1 is number 0; the
+    /// coarsest has no parents.
+    pub fn parents(&mut self, level: usize, asked: &[bool]) -> Vec<u32> {
+        // The parent is whom the own Gaussian follows, alive or not.
+        self.followed(level + 1, asked);
+        let sampled = &self.followers[level + 1].sampled;
+        self.sampling.own[level].iter().map(|&place| sampled[place as usize]).collect()
     }
 
     /// What [`Anchors::followed`] has given last.

@@ -8,7 +8,7 @@ use super::sampler::{count_anchors, Sampler};
 use super::AnchorLevel;
 use crate::records::Header;
 
-const GAUSSIANS: usize = 32; // of the least runs, at most
+const GAUSSIANS: usize = 48; // of the least runs, at most
 const FAN: usize = 8; // parts of a wider run, at most
 
 /// Gaussians and anchors as they stood when they were sampled.
@@ -28,6 +28,8 @@ pub struct Sampling {
     pub indices: Vec<Index>,
     /// Of each level, how many of the `Index` stand before each of the least runs, and in all.
     pub ranks: Vec<Vec<u32>>,
+    /// Of each level, for each anchor the place in Morton order of a Gaussian where it stands.
+    pub own: Vec<Vec<u32>>,
 }
 
 impl Sampling {
@@ -48,20 +50,16 @@ impl Sampling {
             drawn.push(Drawn::new(&chosen, &order, &points));
         }
         let mut sampling = Sampling { ids: ids.to_vec(), order, points, tiers, ..Self::default() };
-        for (number, level) in drawn.iter().enumerate() {
-            let parents = match drawn.get(number + 1) {
-                Some(coarser) => level.find_parents(coarser),
-                None => vec![0; level.indices.len()],
-            };
+        for level in drawn {
             let row = |row: &[i32]| level.indices.iter().map(|&i| row[i as usize]).collect();
             sampling.levels.push(AnchorLevel {
                 ids: level.indices.iter().map(|&i| ids[i as usize]).collect(),
                 positions: positions.map(row),
-                parents,
             });
             sampling.ranks.push(rank(&level.places, &sampling.tiers[0].starts));
+            sampling.indices.push(level.index);
+            sampling.own.push(level.own);
         }
-        sampling.indices = drawn.into_iter().map(|level| level.index).collect();
         sampling
     }
 }
@@ -77,7 +75,7 @@ fn gather(positions: [&[i32]; 3], indices: &[u32]) -> Points {
 }
 
 /// How many of some ascending places are before each of some borders, ascending too.
-pub fn rank(places: &[u32], borders: &[u32]) -> Vec<u32> {
+fn rank(places: &[u32], borders: &[u32]) -> Vec<u32> {
     let mut found = 0;
     let rank = |&border: &u32| {
         while places.get(found).map_or(false, |&place| place < border) {

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 const BESIDE: usize = 4; // anchors beside a run in Morton order that bound how far it is to one
 
-const FEW: usize = 16; // nodes whose parts are listed
+const FEW: usize = 20; // nodes whose parts are listed
 const MANY: usize = 128; // nodes that are too many to be held against a run
 
 /// Points that look for their anchors, and the runs that they are in.

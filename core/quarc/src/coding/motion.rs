@@ -27,13 +27,13 @@ const SIGN: usize = 68;
 const MAGNITUDE: usize = 77;
 const LEVEL_CONTEXTS: usize = 110;
 
-/// What both sides know of a level's anchors before their symbols.
-#[derive(Clone, Debug)]
-pub struct LevelContext<'a> {
-    /// Of each anchor the index of its parent in the next coarser level; 0 at the coarsest.
-    pub parents: &'a [u32],
+/// What both sides know of all anchors before their symbols; of each level, level 1 first.
+pub struct MotionContext<'a> {
     /// Of each anchor the motion of its own Gaussian in the frame before.
-    pub own: Vec<Channels>,
+    pub own: &'a [Vec<Channels>],
+    /// Tells of each anchor of a level the index of its parent in the next coarser one; of those
+    /// parents that do anything. Others may be told as any that do nothing, or beyond all.
+    pub parents: &'a mut dyn FnMut(usize, &[bool]) -> Vec<u32>,
 }
 
 /// The contexts of motion, of which none has seen anything.
@@ -47,12 +47,12 @@ pub fn motion_counts() -> Counts {
 /// # Errors
 /// `Encode`: a symbol is beyond `SYMBOL_LIMIT`, or they are not of these anchors.
 pub fn write_motion(
-    levels: &[LevelContext<'_>],
+    context: &mut MotionContext<'_>,
     symbols: &[Vec<Channels>],
     channels: usize,
     counts: &Counts,
 ) -> Result<Section> {
-    let counts_fit = levels.iter().map(|level| level.own.len()).eq(symbols.iter().map(Vec::len));
+    let counts_fit = context.own.iter().map(Vec::len).eq(symbols.iter().map(Vec::len));
     let fits = |symbols: &Channels| {
         symbols.iter().all(|symbol| symbol.unsigned_abs() <= SYMBOL_LIMIT as u16)
             && symbols[channels..].iter().all(|&symbol| symbol == 0)
@@ -62,7 +62,7 @@ pub fn write_motion(
         return Err(Error::Encode(message));
     }
     let mut writer = PlaneWriter::new(counts.clone());
-    walk(&mut writer, levels, &mut symbols.to_vec(), channels)?;
+    walk(&mut writer, context, &mut symbols.to_vec(), channels)?;
     Ok(writer.section())
 }
 
@@ -72,31 +72,36 @@ pub fn write_motion(
 /// Of the section.
 pub fn read_motion(
     section: &Section,
-    levels: &[LevelContext<'_>],
+    context: &mut MotionContext<'_>,
     channels: usize,
     counts: &mut Counts,
 ) -> Result<Vec<Vec<Channels>>> {
     let mut symbols: Vec<Vec<Channels>> =
-        levels.iter().map(|level| vec![Channels::default(); level.own.len()]).collect();
+        context.own.iter().map(|own| vec![Channels::default(); own.len()]).collect();
     let mut reader = PlaneReader::new(section, counts)?;
-    walk(&mut reader, levels, &mut symbols, channels)?;
+    walk(&mut reader, context, &mut symbols, channels)?;
     reader.finish()?;
     Ok(symbols)
 }
 
 fn walk<P: Planes>(
     planes: &mut P,
-    levels: &[LevelContext<'_>],
+    context: &mut MotionContext<'_>,
     symbols: &mut [Vec<Channels>],
     channels: usize,
 ) -> Result<()> {
-    // Above the coarsest level nothing is done.
-    let mut above = Done { sums: vec![Channels::default()], classes: vec![0] };
-    for (number, (context, symbols)) in levels.iter().zip(symbols).enumerate().rev() {
+    // Above the coarsest level nothing is done, and nobody a parent.
+    let mut above = Done { sums: Vec::new(), classes: Vec::new() };
+    for (number, (own, symbols)) in context.own.iter().zip(symbols).enumerate().rev() {
+        let parents = if above.sums.is_empty() {
+            vec![u32::MAX; own.len()]
+        } else {
+            (context.parents)(number, &above.matters())
+        };
         let first = number * LEVEL_CONTEXTS;
-        Level { planes, first, channels, context, above: &above }.walk(symbols)?;
+        Level { planes, first, channels, own, parents: &parents, above: &above }.walk(symbols)?;
         if number > 0 {
-            above = above.and_then(context.parents, symbols);
+            above = above.and_then(&parents, symbols);
         }
     }
     Ok(())
@@ -111,8 +116,23 @@ struct Done {
 }
 
 impl Done {
+    /// Whose children are told anything.
+    fn matters(&self) -> Vec<bool> {
+        let anchors = self.sums.iter().zip(&self.classes);
+        anchors.map(|(sum, &class)| class != 0 || sum != &Channels::default()).collect()
+    }
+
+    /// What was done at a parent, and its class.
+    fn at(&self, parent: u32) -> (Channels, u8) {
+        let parent = parent as usize;
+        match (self.sums.get(parent), self.classes.get(parent)) {
+            (Some(&sum), Some(&class)) => (sum, class),
+            _ => (Channels::default(), 0),
+        }
+    }
+
     fn and_then(&self, parents: &[u32], symbols: &[Channels]) -> Done {
-        let sum = |(&parent, own): (&u32, &Channels)| add(&self.sums[parent as usize], own);
+        let sum = |(&parent, own): (&u32, &Channels)| add(&self.at(parent).0, own);
         Done {
             sums: parents.iter().zip(symbols).map(sum).collect(),
             classes: symbols.iter().map(|own| parent_class(magnitude(own))).collect(),
@@ -125,7 +145,8 @@ struct Level<'a, P> {
     planes: &'a mut P,
     first: usize,
     channels: usize,
-    context: &'a LevelContext<'a>,
+    own: &'a [Channels],
+    parents: &'a [u32],
     above: &'a Done,
 }
 
@@ -139,18 +160,17 @@ impl<P: Planes> Level<'_, P> {
 
     /// The own motion of an anchor less what is done already.
     fn expected(&self, anchor: u32) -> Channels {
-        let parent = self.context.parents[anchor as usize];
-        subtract(&self.context.own[anchor as usize], &self.above.sums[parent as usize])
+        let parent = self.parents[anchor as usize];
+        subtract(&self.own[anchor as usize], &self.above.at(parent).0)
     }
 
     /// Which anchors move: plane 1.
     fn code_moves(&mut self, symbols: &[Channels]) -> Result<Vec<u32>> {
         let context = |(own, &parent): (&Channels, &u32)| {
-            let far = magnitude(&subtract(own, &self.above.sums[parent as usize]));
-            u16::from(5 * self.above.classes[parent as usize] + expected_class(far))
+            let (done, class) = self.above.at(parent);
+            u16::from(5 * class + expected_class(magnitude(&subtract(own, &done))))
         };
-        let contexts: Vec<u16> =
-            self.context.own.iter().zip(self.context.parents).map(context).collect();
+        let contexts: Vec<u16> = self.own.iter().zip(self.parents).map(context).collect();
         let mut moves = P::known(symbols, |own| own != &Channels::default());
         self.planes.code(Model::at(self.first + MOVES), &contexts, &mut moves)?;
         let moving = moves.iter().enumerate().filter(|(_, &moves)| moves);

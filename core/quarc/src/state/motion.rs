@@ -3,7 +3,7 @@
 use super::{narrow_position, State};
 use crate::anchors::{AnchorLevel, Anchors};
 use crate::coding::motion::{
-    add, read_motion, write_motion, Channels, LevelContext, TRANSLATION_CHANNELS,
+    add, read_motion, write_motion, Channels, MotionContext, TRANSLATION_CHANNELS,
 };
 use crate::error::{Error, Result};
 use crate::records::{Header, Section};
@@ -13,12 +13,9 @@ use std::sync::Arc;
 const STILL: Channels = [0; 8];
 
 impl State {
-    /// What is known of every level's anchors before their symbols (SPEC 8.7), level 1 first;
-    /// after `begin_frame`. `previous`: whether the last frame's motion counts.
-    ///
-    /// # Errors
-    /// `Encode`: the state has not been through `begin_frame`.
-    pub fn motion_contexts(&self, previous: bool) -> Result<Vec<LevelContext<'_>>> {
+    /// The motion in the frame before of the own Gaussian of each anchor (SPEC 8.7), level 1
+    /// first; after `begin_frame`. `previous`: whether it counts.
+    fn own_motion(&self, previous: bool) -> Result<Vec<Vec<Channels>>> {
         self.require_bound()?;
         let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
         let know = |level: &AnchorLevel| {
@@ -28,8 +25,7 @@ impl State {
                 vec![STILL; level.ids.len()]
             }
         };
-        let levels = anchors.levels().iter();
-        Ok(levels.map(|level| LevelContext { parents: &level.parents, own: know(level) }).collect())
+        Ok(anchors.levels().iter().map(know).collect())
     }
 
     /// Whether every Gaussian is bound.
@@ -67,8 +63,12 @@ impl State {
     /// # Errors
     /// `Encode`: a symbol is beyond what the format carries, or they are not of these anchors.
     pub fn write_motion(&self, symbols: &[Vec<Channels>], previous: bool) -> Result<Section> {
-        let levels = self.motion_contexts(previous)?;
-        write_motion(&levels, symbols, self.header.symbol_planes(), &self.motion_counts)
+        let own = self.own_motion(previous)?;
+        let mut anchors = self.anchors.clone();
+        let anchors = anchors_of(&mut anchors)?;
+        let parents = &mut |level, asked: &[bool]| anchors.parents(level, asked);
+        let mut context = MotionContext { own: &own, parents };
+        write_motion(&mut context, symbols, self.header.symbol_planes(), &self.motion_counts)
     }
 
     /// Read the symbols of this frame's anchors, of each level, level 1 first.
@@ -77,8 +77,11 @@ impl State {
     /// What is wrong with the section.
     pub fn read_motion(&mut self, section: &Section, previous: bool) -> Result<Vec<Vec<Channels>>> {
         let mut counts = (*self.motion_counts).clone();
-        let levels = self.motion_contexts(previous)?;
-        let symbols = read_motion(section, &levels, self.header.symbol_planes(), &mut counts)?;
+        let own = self.own_motion(previous)?;
+        let anchors = anchors_of(&mut self.anchors)?;
+        let parents = &mut |level, asked: &[bool]| anchors.parents(level, asked);
+        let mut context = MotionContext { own: &own, parents };
+        let symbols = read_motion(section, &mut context, self.header.symbol_planes(), &mut counts)?;
         self.motion_counts = Arc::new(counts);
         Ok(symbols)
     }
