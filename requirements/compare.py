@@ -16,7 +16,7 @@ from packaging.version import Version
 
 Versions = dict[str, Version]
 
-_UNLOCKED = {"pip", "quarc-ref"}  # pip comes with the virtual environment
+_UNLOCKED = {"pip", "quarc-core", "quarc-ref"}  # pip comes with the virtual environment
 _ENTRY = re.compile(r"^([a-z0-9].*?)[ \\]*$", re.MULTILINE)
 
 
