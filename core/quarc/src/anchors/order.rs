@@ -3,7 +3,7 @@
 use super::runs::{Points, LANES};
 use super::survivors::Survivors;
 use crate::constants::LATTICE_OFFSET;
-use crate::parallel::{each, ranges};
+use crate::parallel::{both, each, ranges};
 use std::ops::Range;
 
 /// Bits of the key of a position: three axes of LATTICE_BITS.
@@ -60,9 +60,12 @@ impl Order {
     ) -> Self {
         let newborn = survivors.count() as u32..positions[0].len() as u32;
         let mut far: Vec<Placed> = newborn.map(|index| Placed::of(index, positions)).collect();
-        let mut placed: Vec<Placed> = Vec::with_capacity(positions[0].len());
         let pieces = ranges(last.indices.len(), SORTED);
         let pieces = each(pieces, &|places| last.place_again(places, survivors, moved, positions));
+        let mut pieces = pieces.into_iter();
+        let (mut placed, others) = pieces.next().unwrap_or_default();
+        far.extend(others);
+        placed.reserve_exact(positions[0].len() - placed.len());
         for (near, others) in pieces {
             append(&mut placed, &near);
             far.extend(others);
@@ -106,21 +109,26 @@ impl Order {
 
     /// The order of what is sorted.
     fn of(placed: &[Placed]) -> Self {
-        let mut merges = Vec::with_capacity(placed.len());
-        merges.push(KEY_BITS as u8 + 1);
-        merges.extend(placed.windows(2).map(|pair| merge(pair[0].entry, pair[1].entry)));
         let row = |axis: usize| {
             let mut row: Vec<f32> = Vec::with_capacity(placed.len() + LANES);
             row.extend(placed.iter().map(|placed| placed.at[axis]));
             row.resize(placed.len() + LANES, 0.0);
             row
         };
-        Order {
-            indices: placed.iter().map(|placed| placed.entry as u32).collect(),
-            points: [row(0), row(1), row(2)],
-            entries: placed.iter().map(|placed| placed.entry).collect(),
-            merges,
-        }
+        let merges = || {
+            let pairs = placed.windows(2).map(|pair| merge(pair[0].entry, pair[1].entry));
+            std::iter::once(KEY_BITS as u8 + 1).chain(pairs).collect()
+        };
+        let (points, (merges, (entries, indices))) = both(
+            || [row(0), row(1), row(2)],
+            || {
+                both(merges, || {
+                    let indices = placed.iter().map(|placed| placed.entry as u32).collect();
+                    (placed.iter().map(|placed| placed.entry).collect(), indices)
+                })
+            },
+        );
+        Order { entries, indices, points, merges }
     }
 
     /// What `merges` would say of the Gaussian at a place if one before it were its predecessor.
