@@ -33,7 +33,7 @@ svg { display: block; width: 100%; height: 100%; }
 .time { margin: 0 8px; font-variant-numeric: tabular-nums; color: #aeb6c2; white-space: nowrap; }
 .time b { color: #fff; font-weight: 600; }
 .gap { flex: 1; }
-select { font: inherit; height: 30px; max-width: 140px; padding: 0 6px; margin: 0 2px; border-radius: 6px;
+select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 0 2px; border-radius: 6px;
   border: 1px solid #2b313a; background: #1a1e24; color: #d9dde3; text-overflow: ellipsis; }
 .statistics { position: absolute; top: 10px; left: 10px; margin: 0; padding: 8px 12px; border-radius: 6px;
   background: #0d0f12cc; display: grid; grid-template-columns: auto auto; gap: 1px 14px; pointer-events: none;
@@ -61,7 +61,8 @@ select { font: inherit; height: 30px; max-width: 140px; padding: 0 6px; margin: 
   .time { flex: 1; margin: 0 4px; text-align: right; }
   .gap { flex-basis: 100%; height: 0; }
   button { width: 40px; height: 40px; padding: 9px; }
-  select { flex: 1; height: 36px; min-width: 0; max-width: none; }
+  select { height: 36px; min-width: 0; }
+  #camera { flex: 1; max-width: none; }
 }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
 `;

@@ -1,4 +1,9 @@
-/** The bytes of every frame, drawn under the slider: what has come, what is decoded, what is shown. */
+/**
+ * The bytes of every frame, drawn under the slider: what is decoded, what is shown.
+ *
+ * Bars are as high as the root of the bytes: frames of births would leave nothing to see of the
+ * others.
+ */
 
 const EMPTY = "#2b313a";
 const DECODED = "#4a5462";
@@ -63,7 +68,7 @@ export class Timeline {
 
   #heightOf(bar: Bar | undefined): number {
     if (bar === undefined) return 0;
-    return bar.isCanonical ? 1 : Math.min(1, bar.bytes / this.#tallest) * 0.9;
+    return bar.isCanonical ? 1 : 0.9 * Math.sqrt(Math.min(1, bar.bytes / this.#tallest));
   }
 }
 
