@@ -45,6 +45,7 @@ take "${RUSTC:-none}" "${CARGO:-cargo}" || take rustc cargo || take /usr/bin/rus
     take "rustc +$version" "cargo +$version" ||
     fail "no rustc $version with its source: rustup toolchain install $version --component rust-src, \
 or Debian's packages rustc-web, cargo-web and rust-web-src"
+command -v wasm-opt >/dev/null || fail "no wasm-opt: Debian's package binaryen"
 linker=$(find_linker) || fail "no linker for WebAssembly: rustup's rust-lld, or Debian's package lld-22"
 
 case $rustc in
@@ -54,11 +55,16 @@ esac
 export RUSTC_BOOTSTRAP=1 # for -Z
 export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER="$linker"
 flags="-Ctarget-feature=+simd128 -Zunstable-options -Cpanic=immediate-abort -Clink-arg=--strip-all"
+for limit in inline-threshold=30 unroll-runtime=false unroll-partial-threshold=0 unroll-threshold=40; do
+    flags="$flags -Cllvm-args=-$limit"
+done
 export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS="$flags"
 cd "$here/.."
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$here/../target}"
 # shellcheck disable=SC2086
 $cargo build --quiet --locked --package quarc-wasm $features --profile wasm --target $target \
     -Zbuild-std=std,panic_abort -Zbuild-std-features=
-cp "$CARGO_TARGET_DIR/$target/wasm/quarc_wasm.wasm" "$here/$module.wasm"
+wasm-opt -Oz --enable-simd --enable-bulk-memory --enable-sign-ext --enable-nontrapping-float-to-int \
+    --enable-mutable-globals --enable-reference-types --enable-multivalue \
+    "$CARGO_TARGET_DIR/$target/wasm/quarc_wasm.wasm" -o "$here/$module.wasm"
 echo "$here/$module.wasm: $(wc -c <"$here/$module.wasm") bytes"

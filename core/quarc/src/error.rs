@@ -129,12 +129,14 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// A rejection at a place that is not known yet.
     #[must_use]
+    #[cold]
     pub fn new(reject: Reject, message: impl Into<String>) -> Self {
         Error::Rejected { reject, message: message.into(), offset: None }
     }
 
     /// The same, found at a byte of the stream, unless a place is known already.
     #[must_use]
+    #[cold]
     pub fn at(self, place: u64) -> Self {
         match self {
             Error::Rejected { reject, message, offset } => {

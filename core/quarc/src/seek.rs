@@ -62,7 +62,7 @@ impl<S: Source> SeekDecoder<S> {
     ///
     /// # Errors
     /// What is wrong with the stream, also if it is pulled again; all frames before the fault
-    /// have been given out.
+    /// have been given out. After [`Error::Source`] it goes on where it was.
     pub fn pull(&mut self) -> Result<Option<&State>> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
@@ -71,10 +71,17 @@ impl<S: Source> SeekDecoder<S> {
             Ok(true) => Ok(self.states.state()),
             Ok(false) => Ok(None),
             Err(error) => {
-                self.failure = Some(error.clone());
+                // What holds the bytes may have them later.
+                self.failure = (!matches!(error, Error::Source(_))).then(|| error.clone());
                 Err(error)
             }
         }
+    }
+
+    /// Where the next chunk begins in the stream.
+    #[must_use]
+    pub fn offset(&self) -> u64 {
+        self.reader.order.offset
     }
 
     /// Go on to the end of the next frame that is wanted; false where there is none.
@@ -176,6 +183,19 @@ fn read_index<S: Source>(reader: &mut ChunkReader<S>) -> Result<Option<Vec<SeekP
         return Err(mismatch("INDX has not a seek point to each canonical frame"));
     }
     Ok(Some(points))
+}
+
+/// What TAIL and INDX say of a whole stream; `None` in one without, or without its end yet.
+///
+/// # Errors
+/// What is wrong with HEAD, and with INDX.
+pub fn find_index<S: Source>(source: S) -> Result<Option<(Tail, Vec<SeekPoint>)>> {
+    let mut reader = ChunkReader::new(source)?;
+    take_head(&mut reader, &mut StateDecoder::default())?;
+    let points = read_index(&mut reader)?;
+    let size = reader.source.size()?;
+    let tail = read_tail(&mut reader.source, size)?;
+    Ok(tail.map(|(_, tail)| tail).zip(points))
 }
 
 /// The TAIL chunk at the end of a stream; `None` where there is none that is proved.

@@ -105,9 +105,10 @@ pub fn sort(gaussians: &Gaussians) -> Result<(Grid, Gaussians)> {
 /// The indices of keys in ascending order, of equal keys in theirs.
 #[must_use]
 pub fn order_of(keys: &[u64]) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..keys.len() as u32).collect();
-    order.sort_by_key(|&index| keys[index as usize]);
-    order
+    let mut entries: Vec<u128> =
+        (0..).zip(keys).map(|(index, &key)| u128::from(key) << 32 | index).collect();
+    entries.sort_unstable();
+    entries.into_iter().map(|entry| entry as u32).collect()
 }
 
 /// Some Gaussians, by their indices.

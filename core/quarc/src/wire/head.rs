@@ -11,8 +11,8 @@ const KNOWN_INCOMPATIBLE_FEATURES: u32 = FEATURE_UPDATES | FEATURE_SNAPSHOTS;
 const LATTICE_EXPONENT_LIMIT: u8 = 24;
 const ROTATION_UNITY_LIMIT: u16 = 256;
 const ROTATION_BITS_LIMIT: u8 = 14;
-const STEP_LIMIT: f32 = 1024.0;
-const METERS_LIMIT: f32 = 1e6;
+const STEP_LIMIT: u32 = 1024;
+const METERS_LIMIT: u32 = 1_000_000;
 
 /// Parse HEAD.
 ///
@@ -139,7 +139,9 @@ fn check_ranges(header: &Header) -> std::result::Result<(), String> {
     within("rotation_components", header.rotation_components, 3, 4)?;
     within("rotation_bits", header.rotation_bits, 1, ROTATION_BITS_LIMIT)?;
     for (name, step) in steps(header) {
-        within(name, step, f32::from_bits(1), STEP_LIMIT)?; // above 0: from the least number on
+        if !(step > 0.0 && step <= STEP_LIMIT as f32) {
+            return Err(format!("{name} is not above 0 and at most {STEP_LIMIT}"));
+        }
     }
     within("sh_degree", header.sh_degree, 0, 1)?;
     within("level_count", usize::from(header.level_count), 1, LEVEL_COUNT_LIMIT)?;
@@ -148,6 +150,8 @@ fn check_ranges(header: &Header) -> std::result::Result<(), String> {
     within("resample_interval", header.resample_interval, 1, u16::MAX)?;
     within("full_crc_interval", header.full_crc_interval, 1, u16::MAX)?;
     within("up_axis", header.up_axis, 0, 6)?;
-    within("meters_per_unit", header.meters_per_unit, 0.0, METERS_LIMIT)?;
+    if !(0.0..=METERS_LIMIT as f32).contains(&header.meters_per_unit) {
+        return Err(format!("meters_per_unit is not from 0 to {METERS_LIMIT}"));
+    }
     within("color_space", header.color_space, 1, 1)
 }

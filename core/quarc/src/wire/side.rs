@@ -180,12 +180,13 @@ fn read_camera(fields: &mut Fields) -> Result<Camera> {
 fn check_camera(camera: &Camera) -> std::result::Result<(), String> {
     within("width", camera.width, 1, u32::MAX)?;
     within("height", camera.height, 1, u32::MAX)?;
-    for number in camera.focal.into_iter().chain([camera.near]) {
-        within("fx, fy or near", number, f32::from_bits(1), f32::MAX)?; // above 0
+    let mut lengths = camera.focal.into_iter().chain([camera.near]);
+    if !lengths.all(|number| number.is_finite() && number > 0.0) {
+        return Err("fx, fy or near is no finite number above 0".into());
     }
-    let numbers = camera.center.iter().chain(&camera.rotation).chain(&camera.translation);
-    for &number in numbers {
-        within("a number of a camera", number, f32::MIN, f32::MAX)?;
+    let mut numbers = camera.center.iter().chain(&camera.rotation).chain(&camera.translation);
+    if !numbers.all(|number| number.is_finite()) {
+        return Err("a number of a camera is not finite".into());
     }
     Ok(())
 }
