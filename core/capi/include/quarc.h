@@ -153,6 +153,44 @@ typedef struct {
   const char *reject_id;
 } quarc_gap_info;
 
+// A text in UTF-8. No zero ends it, and one may stand in it.
+typedef struct {
+  // Its bytes.
+  const uint8_t *bytes;
+  // How many.
+  size_t length;
+} quarc_text;
+
+// A camera of the capture (SPEC 5.6).
+typedef struct {
+  // As the capture names it.
+  quarc_text name;
+  // 1 if the encoder left it out of training, else 0.
+  uint32_t held_out;
+  // Pixels.
+  uint32_t width;
+  // Pixels.
+  uint32_t height;
+  // fx and fy, pixels.
+  float focal[2];
+  // cx and cy, pixels; the center of the first pixel is (0.5, 0.5).
+  float center[2];
+  // World to camera, row by row.
+  float rotation[9];
+  // World to camera, world units.
+  float translation[3];
+  // Least depth of what the camera sees, world units.
+  float near;
+} quarc_camera_info;
+
+// An entry of the metadata (SPEC 5.7).
+typedef struct {
+  // Each key stands once.
+  quarc_text key;
+  // What it says.
+  quarc_text value;
+} quarc_entry;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -232,6 +270,56 @@ const char *quarc_reject_id(const quarc_decoder *decoder);
 //
 // `decoder` is NULL or open.
 const char *quarc_message(const quarc_decoder *decoder);
+
+// A decoder of the frames from ordinal `start` on that reads a stream in parts, where it needs
+// them. While `quarc_pull` says QUARC_OK, `quarc_missing` says which bytes it waits for;
+// `quarc_put` hands them over. It keeps no more of them than it still needs.
+quarc_decoder *quarc_open_parts(uint32_t start);
+
+// Hand over `length` bytes that stand at `offset` of the stream; they are copied. QUARC_OK, or
+// QUARC_MISUSE of a decoder that is not one of parts.
+//
+// `decoder` is NULL or open; `bytes` points to `length` bytes, or `length` is 0.
+int32_t quarc_put(quarc_decoder *decoder, uint64_t offset, const uint8_t *bytes, size_t length);
+
+// Say how many bytes the whole stream has, as soon as that is known; of one that is still being
+// written it is not, and then TAIL ends it, whatever follows. QUARC_OK, or QUARC_MISUSE of a decoder that is not one of parts.
+//
+// `decoder` is NULL or open.
+int32_t quarc_limit(quarc_decoder *decoder,
+                    uint64_t size);
+
+// Which bytes the last `quarc_pull` or `quarc_index` lacked: from `range[0]` up to `range[1]`.
+// QUARC_OK, or QUARC_MISUSE where none are missing.
+//
+// `decoder` is NULL or open; `range` is NULL or has room for two numbers.
+int32_t quarc_missing(quarc_decoder *decoder, uint64_t *range);
+
+// Where the chunk after the last frame begins, in bytes. QUARC_OK, or QUARC_MISUSE before that is
+// known, and of a decoder that is not one of parts.
+//
+// `decoder` is NULL or open; `offset` is NULL or has room.
+int32_t quarc_offset(quarc_decoder *decoder, uint64_t *offset);
+
+// What the end of a whole stream says of it: `numbers[0]` frames, `numbers[1]` of which are
+// canonical. The ordinals of the first `room` of these go to `frames`. QUARC_OK: bytes are
+// missing for that, or the stream has no INDX. QUARC_FRAME: it is done. Nothing is held against
+// the frames yet, and what is wrong there is told when a frame is sought.
+//
+// `decoder` is NULL or open; `numbers` has room for two, `frames` for `room` numbers.
+int32_t quarc_index(quarc_decoder *decoder, uint32_t *numbers, uint32_t *frames, size_t room);
+
+// A camera of the stream, by its number from 0 on, once `came` has been pulled over: before the
+// first frame, where the stream has it there. Its name lasts until the next `quarc_pull`.
+// QUARC_OK, or QUARC_MISUSE where there is no such camera.
+//
+// `decoder` is NULL or open; `camera` is NULL or has room.
+int32_t quarc_camera(quarc_decoder *decoder, size_t number, quarc_camera_info *camera);
+
+// An entry of the stream's metadata, in the same way. Its texts last until the next `quarc_pull`.
+//
+// `decoder` is NULL or open; `entry` is NULL or has room.
+int32_t quarc_metadata(quarc_decoder *decoder, size_t number, quarc_entry *entry);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -1,25 +1,24 @@
 //! A decoder of any of the three kinds, behind one face.
 
+use crate::parts::SharedParts;
 use quarc::error::{Error, Result};
 use quarc::floats::{Dequantizer, Redone, Splats};
-use quarc::records::Header;
+use quarc::records::{Header, SeekPoint, Tail};
 use quarc::recover::{Gap, Recovered, Recovery};
-use quarc::seek::SeekDecoder;
-use quarc::source::IoSource;
+use quarc::seek::{find_index, SeekDecoder};
 use quarc::state::State;
 use quarc::stream::{Decoder, StateDecoder};
 use std::ffi::{CStr, CString};
-use std::io::Cursor;
-
-type Bytes = IoSource<Cursor<Vec<u8>>>;
 
 /// How a stream is gone through.
 enum Way {
     InOrder(Decoder),
     /// The bytes so far, and what is to be made of them once they are all there.
     Gathering(Vec<u8>, Whole),
-    Seeking(SeekDecoder<Bytes>),
-    Recovering(Recovery<Bytes>),
+    Seeking(SeekDecoder<SharedParts>),
+    /// From a frame on, of a stream that is read in parts: what has been read, and what by.
+    Reading(SharedParts, u32, Option<Box<SeekDecoder<SharedParts>>>),
+    Recovering(Recovery<SharedParts>),
     /// No decoder could be made of the bytes.
     None,
 }
@@ -88,6 +87,11 @@ impl AnyDecoder {
         Self::of(Way::Gathering(Vec::new(), Whole::Recover))
     }
 
+    /// Of frames from one on, of a stream that is read in parts.
+    pub fn in_parts(start: u32) -> Self {
+        Self::of(Way::Reading(SharedParts::default(), start, None))
+    }
+
     fn of(way: Way) -> Self {
         let dequantizer = Dequantizer::default();
         AnyDecoder { way, is_finished: false, dequantizer, gap: None, failure: None }
@@ -99,9 +103,42 @@ impl AnyDecoder {
             _ if self.is_finished => return false,
             Way::InOrder(decoder) => decoder.push(bytes),
             Way::Gathering(known, _) => known.extend_from_slice(bytes),
+            Way::Reading(..) => return false,
             Way::Seeking(_) | Way::Recovering(_) | Way::None => {}
         }
         true
+    }
+
+    /// Take bytes at a place of a stream that is read in parts; false of another.
+    pub fn put(&mut self, offset: u64, bytes: &[u8]) -> bool {
+        let parts = self.way.parts();
+        parts.map(|parts| parts.0.borrow_mut().put(offset, bytes)).is_some()
+    }
+
+    /// Take it that such a stream has so many bytes; false of another.
+    pub fn limit(&mut self, size: u64) -> bool {
+        let Some(parts) = self.way.parts() else { return false };
+        let mut parts = parts.0.borrow_mut();
+        (parts.size, parts.is_whole) = (size, true);
+        true
+    }
+
+    /// Where the bytes are that it waits for: from a place on, up to another.
+    pub fn missing(&self) -> Option<(u64, u64)> {
+        self.way.parts()?.0.borrow().missing
+    }
+
+    /// Where the next chunk of such a stream begins.
+    pub fn offset(&self) -> Option<u64> {
+        match &self.way {
+            Way::Reading(_, _, decoder) => Some(decoder.as_ref()?.offset()),
+            _ => None,
+        }
+    }
+
+    /// What TAIL and INDX say of such a stream; an error while bytes are missing for that.
+    pub fn find_index(&self) -> Result<Option<(Tail, Vec<SeekPoint>)>> {
+        self.way.parts().map_or(Ok(None), |parts| find_index(parts.clone()))
     }
 
     /// Take it that no more bytes will come.
@@ -118,8 +155,14 @@ impl AnyDecoder {
             return Err(failure.error.clone());
         }
         let pulled = self.try_pull();
-        if let Err(error) = &pulled {
-            self.failure = Some(Failure::new(error.clone()));
+        match (&self.way, &pulled) {
+            (Way::Reading(..), Err(Error::Source(_))) => {
+                // What may follow TAIL of a stream whose end nobody knows is not waited for.
+                let is_over = self.stream().map_or(false, |stream| stream.tail().is_some());
+                return Ok(if is_over { Pulled::End } else { Pulled::More });
+            }
+            (_, Err(error)) => self.failure = Some(Failure::new(error.clone())),
+            _ => {}
         }
         pulled
     }
@@ -137,6 +180,16 @@ impl AnyDecoder {
             }
             Way::Gathering(..) => Ok(Pulled::More),
             Way::Seeking(decoder) => Ok(decoder.pull()?.map_or(Pulled::End, |_| Pulled::Frame)),
+            Way::Reading(parts, start, decoder) => {
+                parts.0.borrow_mut().missing = None;
+                let decoder = match decoder {
+                    Some(decoder) => decoder,
+                    None => decoder.insert(Box::new(SeekDecoder::new(parts.clone(), *start)?)),
+                };
+                let is_frame = decoder.pull()?.is_some();
+                parts.0.borrow_mut().forget_before(decoder.offset());
+                Ok(if is_frame { Pulled::Frame } else { Pulled::End })
+            }
             Way::Recovering(recovery) => match recovery.pull()? {
                 None => Ok(Pulled::End),
                 Some(Recovered::Frame(_)) => Ok(Pulled::Frame),
@@ -156,7 +209,7 @@ impl AnyDecoder {
             return Ok(());
         }
         if let Way::Gathering(bytes, whole) = std::mem::replace(&mut self.way, Way::None) {
-            let source = IoSource(Cursor::new(bytes));
+            let source = SharedParts::whole(bytes);
             self.way = match whole {
                 Whole::Seek(start) => Way::Seeking(SeekDecoder::new(source, start)?),
                 Whole::Recover => Way::Recovering(Recovery::new(source)?),
@@ -168,6 +221,11 @@ impl AnyDecoder {
     /// What the stream chose for itself; `None` before HEAD.
     pub fn header(&self) -> Option<&Header> {
         self.way.states()?.header().map(AsRef::as_ref)
+    }
+
+    /// What is known of the stream, once there is a decoder of it.
+    pub fn stream(&self) -> Option<&StateDecoder> {
+        self.way.states()
     }
 
     /// The state of the last frame; `None` before the first, and after a fault.
@@ -203,8 +261,16 @@ impl Way {
         match self {
             Way::InOrder(decoder) => Some(decoder),
             Way::Seeking(decoder) => Some(decoder),
+            Way::Reading(_, _, decoder) => decoder.as_deref().map(|decoder| &**decoder),
             Way::Recovering(recovery) => Some(recovery),
             Way::Gathering(..) | Way::None => None,
+        }
+    }
+
+    fn parts(&self) -> Option<&SharedParts> {
+        match self {
+            Way::Reading(parts, ..) => Some(parts),
+            _ => None,
         }
     }
 }

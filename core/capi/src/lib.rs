@@ -9,15 +9,19 @@
 #![allow(clippy::missing_safety_doc)]
 
 mod decoder;
+mod parts;
+mod reading;
 mod views;
 
 use decoder::{AnyDecoder, Pulled};
 use quarc::error::Error;
+pub use reading::*;
 use std::ffi::{c_char, CStr};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::ptr;
 pub use views::{
-    GapView, HeadView, SplatsView, StateView, QUARC_CODES, QUARC_POSITIONS, QUARC_ROTATIONS,
+    CameraView, EntryView, GapView, HeadView, SplatsView, StateView, TextView, QUARC_CODES,
+    QUARC_POSITIONS, QUARC_ROTATIONS,
 };
 
 /// It is done. Of `quarc_pull`: nothing comes before more bytes are pushed.
@@ -73,7 +77,7 @@ pub extern "C" fn quarc_open_recover() -> *mut DecoderHandle {
     hand_out(AnyDecoder::recover())
 }
 
-fn hand_out(decoder: AnyDecoder) -> *mut DecoderHandle {
+pub(crate) fn hand_out(decoder: AnyDecoder) -> *mut DecoderHandle {
     Box::into_raw(Box::new(DecoderHandle { decoder, is_broken: false }))
 }
 
@@ -240,7 +244,7 @@ pub unsafe extern "C" fn quarc_message(decoder: *const DecoderHandle) -> *const 
 ///
 /// # Safety
 /// `handle` is null, or a decoder that is open and that nobody else uses meanwhile.
-unsafe fn call(
+pub(crate) unsafe fn call(
     handle: *mut DecoderHandle,
     act: impl FnOnce(&mut AnyDecoder) -> Option<i32>,
 ) -> i32 {
@@ -263,7 +267,7 @@ unsafe fn call(
 ///
 /// # Safety
 /// `place` is null or has room.
-unsafe fn write<T>(place: *mut T, value: T) -> Option<i32> {
+pub(crate) unsafe fn write<T>(place: *mut T, value: T) -> Option<i32> {
     if place.is_null() {
         return None;
     }

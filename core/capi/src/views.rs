@@ -4,6 +4,7 @@ use quarc::floats::{Redone, Splats};
 use quarc::records::Header;
 use quarc::recover::Gap;
 use quarc::state::State;
+use quarc::wire::Camera;
 use std::ffi::{c_char, CStr};
 
 /// `changed` of `quarc_splats`: the positions are others than before.
@@ -172,5 +173,74 @@ impl GapView {
             frames_lost: lost.unwrap_or(-1),
             reject_id: reject_id.as_ptr(),
         }
+    }
+}
+
+/// A text in UTF-8. No zero ends it, and one may stand in it.
+#[repr(C)]
+pub struct TextView {
+    /// Its bytes.
+    pub bytes: *const u8,
+    /// How many.
+    pub length: usize,
+}
+
+impl TextView {
+    fn of(text: &str) -> Self {
+        TextView { bytes: text.as_ptr(), length: text.len() }
+    }
+}
+
+/// A camera of the capture (SPEC 5.6).
+#[repr(C)]
+pub struct CameraView {
+    /// As the capture names it.
+    pub name: TextView,
+    /// 1 if the encoder left it out of training, else 0.
+    pub held_out: u32,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// fx and fy, pixels.
+    pub focal: [f32; 2],
+    /// cx and cy, pixels; the center of the first pixel is (0.5, 0.5).
+    pub center: [f32; 2],
+    /// World to camera, row by row.
+    pub rotation: [f32; 9],
+    /// World to camera, world units.
+    pub translation: [f32; 3],
+    /// Least depth of what the camera sees, world units.
+    pub near: f32,
+}
+
+impl CameraView {
+    pub(crate) fn of(camera: &Camera) -> Self {
+        CameraView {
+            name: TextView::of(&camera.name),
+            held_out: camera.held_out.into(),
+            width: camera.width,
+            height: camera.height,
+            focal: camera.focal,
+            center: camera.center,
+            rotation: camera.rotation,
+            translation: camera.translation,
+            near: camera.near,
+        }
+    }
+}
+
+/// An entry of the metadata (SPEC 5.7).
+#[repr(C)]
+pub struct EntryView {
+    /// Each key stands once.
+    pub key: TextView,
+    /// What it says.
+    pub value: TextView,
+}
+
+impl EntryView {
+    pub(crate) fn of((key, value): &(String, String)) -> Self {
+        EntryView { key: TextView::of(key), value: TextView::of(value) }
     }
 }

@@ -1,0 +1,118 @@
+//! Streams that are read in parts, as a player reads them from a server.
+
+use quarc_capi::*;
+use std::fs;
+use std::mem::MaybeUninit;
+use std::path::Path;
+use std::ptr::null_mut;
+
+type Digest = [std::ffi::c_char; QUARC_DIGEST_SIZE];
+
+fn read(name: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
+    fs::read(folder.join(name).with_extension("quarc")).expect("the suite stands beside the crate")
+}
+
+unsafe fn digest(decoder: *mut DecoderHandle) -> Digest {
+    let mut digits = [0; QUARC_DIGEST_SIZE];
+    assert_eq!(quarc_digest(decoder, digits.as_mut_ptr()), QUARC_OK);
+    digits
+}
+
+/// Digests of all frames, decoded in sequence.
+unsafe fn decode(stream: &[u8]) -> Vec<Digest> {
+    let mut decoder = quarc_open();
+    quarc_push(decoder, stream.as_ptr(), stream.len());
+    quarc_finish(decoder);
+    let mut digests = Vec::new();
+    while quarc_pull(decoder, null_mut()) == QUARC_FRAME {
+        digests.push(digest(decoder));
+    }
+    quarc_close(&mut decoder);
+    digests
+}
+
+/// The same from a frame on, by nothing but the bytes that are asked for; and how many these are.
+unsafe fn read_parts(stream: &[u8], start: u32) -> (Vec<Digest>, usize) {
+    let mut decoder = quarc_open_parts(start);
+    assert_eq!(quarc_limit(decoder, stream.len() as u64), QUARC_OK);
+    let (mut digests, mut read) = (Vec::new(), 0);
+    loop {
+        match quarc_pull(decoder, null_mut()) {
+            QUARC_FRAME => digests.push(digest(decoder)),
+            QUARC_END => break,
+            status => {
+                assert_eq!(status, QUARC_OK);
+                let mut range = [0; 2];
+                assert_eq!(quarc_missing(decoder, range.as_mut_ptr()), QUARC_OK);
+                let bytes = &stream[range[0] as usize..range[1] as usize];
+                read += bytes.len();
+                assert_eq!(quarc_put(decoder, range[0], bytes.as_ptr(), bytes.len()), QUARC_OK);
+            }
+        }
+    }
+    quarc_close(&mut decoder);
+    (digests, read)
+}
+
+#[test]
+fn a_frame_is_reached_by_the_bytes_that_it_needs() {
+    for name in ["journey", "snapshots-journey", "journey-without-index"] {
+        let stream = read(name);
+        let due = unsafe { decode(&stream) };
+        assert!(due.len() > 4);
+        for start in 0..due.len() {
+            let (digests, read) = unsafe { read_parts(&stream, start as u32) };
+            assert_eq!(digests, due[start..], "{name} from {start}");
+            assert!(read <= 2 * stream.len());
+            if name == "journey" && start + 1 == due.len() {
+                assert!(read < stream.len(), "{read} of {}", stream.len());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_end_of_a_stream_tells_its_frames() {
+    let stream = read("journey");
+    let mut decoder = quarc_open_parts(0);
+    let (mut numbers, mut frames) = ([0; 2], [u32::MAX; 2]);
+    let room = frames.len();
+    unsafe {
+        let mut ask = || quarc_index(decoder, numbers.as_mut_ptr(), frames.as_mut_ptr(), room);
+        assert_eq!(ask(), QUARC_OK, "nothing is there yet");
+        quarc_put(decoder, 0, stream.as_ptr(), stream.len());
+        quarc_limit(decoder, stream.len() as u64);
+        assert_eq!(ask(), QUARC_FRAME);
+        quarc_close(&mut decoder);
+    }
+    assert_eq!(numbers[0], 9);
+    assert!(numbers[1] >= 2);
+    assert_eq!(frames[0], 0);
+    assert!(frames[1] < 9);
+}
+
+#[test]
+fn cameras_and_metadata_are_those_that_came_last() {
+    let stream = read("cameras-and-metadata");
+    let mut decoder = quarc_open();
+    unsafe {
+        let mut camera = MaybeUninit::<CameraView>::uninit();
+        assert_eq!(quarc_camera(decoder, 0, camera.as_mut_ptr()), QUARC_MISUSE);
+        quarc_push(decoder, stream.as_ptr(), stream.len());
+        assert_eq!(quarc_pull(decoder, null_mut()), QUARC_FRAME);
+        assert_eq!(quarc_camera(decoder, 0, camera.as_mut_ptr()), QUARC_OK);
+        let camera = camera.assume_init();
+        let name = std::slice::from_raw_parts(camera.name.bytes, camera.name.length);
+        assert!(std::str::from_utf8(name).is_ok() && camera.width > 0 && camera.focal[0] > 0.0);
+        quarc_finish(decoder);
+        while quarc_pull(decoder, null_mut()) == QUARC_FRAME {} // the metadata comes behind them
+        let mut entry = MaybeUninit::<EntryView>::uninit();
+        assert_eq!(quarc_metadata(decoder, 0, entry.as_mut_ptr()), QUARC_OK);
+        let entry = entry.assume_init();
+        let key = std::slice::from_raw_parts(entry.key.bytes, entry.key.length);
+        assert!(std::str::from_utf8(key).map_or(false, |key| !key.is_empty()));
+        assert_eq!(quarc_camera(decoder, 1 << 16, null_mut()), QUARC_MISUSE);
+        quarc_close(&mut decoder);
+    }
+}
