@@ -1,0 +1,261 @@
+/**
+ * The decoder (core/wasm): the functions of core/capi/include/quarc.h that a player needs.
+ *
+ * Arrays that are given out lie in the module's memory: they last until the next call.
+ */
+
+import compressed from "wasm:quarc";
+import type { CaptureCamera } from "../protocol.js";
+import { readCamera, readHead, type Head } from "./layout.js";
+
+const STATUS = { OK: 0, FRAME: 1, END: 3, MISUSE: -3 };
+const SCRATCH_BYTES = 256;
+const DIGEST_DIGITS = 64;
+
+interface Functions {
+  readonly memory: WebAssembly.Memory;
+  quarc_allocate(size: number): number;
+  quarc_free(place: number, size: number): void;
+  quarc_open_parts(start: number): number;
+  quarc_close(place: number): void;
+  quarc_put(decoder: number, offset: bigint, bytes: number, length: number): number;
+  quarc_limit(decoder: number, size: bigint): number;
+  quarc_pull(decoder: number, state: number): number;
+  quarc_missing(decoder: number, range: number): number;
+  quarc_offset(decoder: number, offset: number): number;
+  quarc_index(decoder: number, numbers: number, frames: number, room: number): number;
+  quarc_head(decoder: number, head: number): number;
+  quarc_camera(decoder: number, number: number, camera: number): number;
+  quarc_metadata(decoder: number, number: number, entry: number): number;
+  quarc_digest(decoder: number, digits: number): number;
+  quarc_message(decoder: number): number;
+  quarc_reject_id(decoder: number): number;
+}
+
+/** What is wrong with a stream; `rejectId` is that of SPEC 3.3, null where the decoder declines. */
+export class QuarcError extends Error {
+  override readonly name = "QuarcError";
+  constructor(
+    message: string,
+    readonly rejectId: string | null,
+  ) {
+    super(message);
+  }
+}
+
+/** The state of a frame: planes of `count` numbers. */
+export interface State {
+  readonly frame: number;
+  /** Frames since the canonical one. */
+  readonly phase: number;
+  readonly count: number;
+  /** Ascending. */
+  readonly ids: Uint32Array;
+  readonly positions: readonly Int32Array[];
+  readonly rotations: readonly Int32Array[];
+  readonly codes: readonly Int16Array[];
+}
+
+/** Bytes of a stream, from a place up to another. */
+export interface Range {
+  readonly begin: number;
+  readonly end: number;
+}
+
+type NumberArray<T> = new (buffer: ArrayBufferLike, place: number, length: number) => T;
+
+let compiled: Promise<WebAssembly.Module> | null = null;
+
+/** The module; it is compiled once. */
+export class Quarc {
+  readonly functions: Functions;
+  readonly scratch: number;
+
+  static async load(): Promise<Quarc> {
+    compiled ??= compile();
+    return new Quarc(await WebAssembly.instantiate(await compiled, {}));
+  }
+
+  private constructor(instance: WebAssembly.Instance) {
+    this.functions = instance.exports as unknown as Functions;
+    this.scratch = this.functions.quarc_allocate(SCRATCH_BYTES);
+  }
+
+  get memoryBytes(): number {
+    return this.functions.memory.buffer.byteLength;
+  }
+
+  /** A decoder of the frames from one on. */
+  open(start: number): Decoder {
+    return new Decoder(this, this.functions.quarc_open_parts(start));
+  }
+
+  view<T>(type: NumberArray<T>, place: number, length: number): T {
+    return new type(this.functions.memory.buffer, place, length);
+  }
+
+  text(place: number, length: number): string {
+    return new TextDecoder().decode(this.view(Uint8Array, place, length).slice());
+  }
+
+  /** The text at a place, up to a zero; null of none. */
+  textAt(place: number): string | null {
+    if (place === 0) return null;
+    const bytes = new Uint8Array(this.functions.memory.buffer, place);
+    return this.text(place, bytes.indexOf(0));
+  }
+
+  /** Room in the module while `use` needs it. */
+  lend<T>(size: number, use: (place: number) => T): T {
+    const place = this.functions.quarc_allocate(size);
+    if (place === 0) throw new QuarcError(`no room for ${size} bytes`, null);
+    try {
+      return use(place);
+    } finally {
+      this.functions.quarc_free(place, size);
+    }
+  }
+}
+
+/** A decoder of a stream that is read in parts. */
+export class Decoder {
+  readonly #quarc: Quarc;
+  readonly #call: Functions;
+  #handle: number;
+
+  constructor(quarc: Quarc, handle: number) {
+    this.#quarc = quarc;
+    this.#call = quarc.functions;
+    this.#handle = handle;
+  }
+
+  /** Hand over bytes that stand at a place of the stream. */
+  put(offset: number, bytes: Uint8Array): void {
+    this.#quarc.lend(bytes.length, (place) => {
+      this.#quarc.view(Uint8Array, place, bytes.length).set(bytes);
+      this.#check(this.#call.quarc_put(this.#handle, BigInt(offset), place, bytes.length));
+    });
+  }
+
+  /** Say how many bytes the whole stream has. */
+  limit(size: number): void {
+    this.#check(this.#call.quarc_limit(this.#handle, BigInt(size)));
+  }
+
+  /** The next frame, "end", or null where bytes are missing. */
+  pull(): State | "end" | null {
+    const { scratch } = this.#quarc;
+    const status = this.#check(this.#call.quarc_pull(this.#handle, scratch));
+    if (status === STATUS.FRAME) return this.#readState();
+    return status === STATUS.END ? "end" : null;
+  }
+
+  /** The bytes that `pull` or `findIndex` lacked; null where none are missing. */
+  missing(): Range | null {
+    const { scratch } = this.#quarc;
+    if (this.#call.quarc_missing(this.#handle, scratch) !== STATUS.OK) return null;
+    const [begin, end] = this.#quarc.view(BigUint64Array, scratch, 2);
+    return { begin: Number(begin), end: Number(end) };
+  }
+
+  /** Where the chunk after the last frame begins. */
+  get offset(): number {
+    const { scratch } = this.#quarc;
+    this.#check(this.#call.quarc_offset(this.#handle, scratch));
+    return Number(this.#quarc.view(BigUint64Array, scratch, 1)[0]);
+  }
+
+  /** Frames of the stream, and which of them are canonical; null while INDX is not at hand. */
+  findIndex(): { frameCount: number; canonicalFrames: number[] } | null {
+    const { scratch } = this.#quarc;
+    const ask = (place: number, room: number) =>
+      this.#call.quarc_index(this.#handle, scratch, place, room) === STATUS.FRAME;
+    if (!ask(scratch + 8, 0)) return null;
+    const [frameCount = 0, count = 0] = this.#quarc.view(Uint32Array, scratch, 2);
+    return this.#quarc.lend(4 * count, (place) => {
+      ask(place, count);
+      return { frameCount, canonicalFrames: [...this.#quarc.view(Uint32Array, place, count)] };
+    });
+  }
+
+  /** What the stream chose for itself; null before that is known. */
+  get head(): Head | null {
+    const { scratch } = this.#quarc;
+    if (this.#call.quarc_head(this.#handle, scratch) !== STATUS.OK) return null;
+    return readHead(this.#memory, scratch);
+  }
+
+  get cameras(): CaptureCamera[] {
+    const { scratch } = this.#quarc;
+    const cameras: CaptureCamera[] = [];
+    while (this.#call.quarc_camera(this.#handle, cameras.length, scratch) === STATUS.OK) {
+      cameras.push(readCamera(this.#memory, scratch, this.#readText(scratch)));
+    }
+    return cameras;
+  }
+
+  get metadata(): Record<string, string> {
+    const { scratch } = this.#quarc;
+    const entries: [string, string][] = [];
+    while (this.#call.quarc_metadata(this.#handle, entries.length, scratch) === STATUS.OK) {
+      entries.push([this.#readText(scratch), this.#readText(scratch + 8)]);
+    }
+    return Object.fromEntries(entries);
+  }
+
+  /** The SHA-256 of the state that was pulled last (SPEC 9.1). */
+  digest(): string {
+    const { scratch } = this.#quarc;
+    this.#check(this.#call.quarc_digest(this.#handle, scratch));
+    return this.#quarc.text(scratch, DIGEST_DIGITS);
+  }
+
+  /** Free it and all that it has given out; a second time this does nothing. */
+  close(): void {
+    const { scratch } = this.#quarc;
+    this.#quarc.view(Uint32Array, scratch, 1)[0] = this.#handle;
+    this.#call.quarc_close(scratch);
+    this.#handle = 0;
+  }
+
+  get #memory(): DataView {
+    return new DataView(this.#call.memory.buffer);
+  }
+
+  #readText(view: number): string {
+    const [place = 0, length = 0] = this.#quarc.view(Uint32Array, view, 2);
+    return this.#quarc.text(place, length);
+  }
+
+  #readState(): State {
+    const numbers = this.#quarc.view(Uint32Array, this.#quarc.scratch, 11);
+    const at = (place: number): number => numbers[place] ?? 0;
+    const count = at(2);
+    const planes = <T>(type: NumberArray<T>, place: number, bytes: number, number: number) =>
+      Array.from({ length: number }, (_, row) =>
+        this.#quarc.view(type, at(place) + bytes * row * at(place + 1), count),
+      );
+    return {
+      ...{ frame: at(0), phase: at(1), count },
+      ids: this.#quarc.view(Uint32Array, at(3), count),
+      positions: planes(Int32Array, 4, 4, 3),
+      rotations: planes(Int32Array, 6, 4, 4),
+      codes: planes(Int16Array, 8, 2, at(10)),
+    };
+  }
+
+  #check(status: number): number {
+    if (status >= 0) return status;
+    if (status === STATUS.MISUSE) throw new Error("a call that has no meaning here");
+    const message = this.#quarc.textAt(this.#call.quarc_message(this.#handle));
+    const rejectId = this.#quarc.textAt(this.#call.quarc_reject_id(this.#handle));
+    throw new QuarcError(message ?? "the decoder is broken", rejectId);
+  }
+}
+
+async function compile(): Promise<WebAssembly.Module> {
+  const bytes = Uint8Array.from(atob(compressed), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+}
+
