@@ -2,9 +2,9 @@ import pytest
 
 import decode
 from moving_stream import Job, write_moving_stream
-from quarc_ref.decoder import decode as decode_stream
-from quarc_ref.decoder.decode_stream import decode_states
-from quarc_ref.evaluation.decode_speed import measure_speed
+from quarc_ref.inspection.decode_speed import measure_speed
+from quarc_ref.streams import decode as decode_stream
+from quarc_ref.streams.decode_stream import decode_states
 
 
 @pytest.fixture(scope="module")
