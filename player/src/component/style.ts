@@ -1,0 +1,68 @@
+/** How the component looks: dark and calm, one accent. */
+
+export const STYLE = `
+:host { display: block; position: relative; overflow: hidden; aspect-ratio: 16 / 10; min-height: 240px;
+  container-type: inline-size; background: #0d0f12; color: #d9dde3; color-scheme: dark; --accent: #6aa8ff;
+  font: 13px/1.4 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; border-radius: 8px; }
+:host(:fullscreen) { border-radius: 0; }
+:host([hidden]) { display: none; }
+* { box-sizing: border-box; }
+[hidden] { display: none !important; }
+.frame { position: absolute; inset: 0; display: flex; flex-direction: column; }
+.picture { position: relative; flex: 1; min-height: 0; }
+canvas.view { position: absolute; inset: 0; width: 100%; height: 100%; display: block; outline: none;
+  touch-action: none; cursor: grab; background: #000; }
+canvas.view:active { cursor: grabbing; }
+canvas.view:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
+.bar { background: #14171c; border-top: 1px solid #23282f; padding: 8px 12px 8px;
+  padding-bottom: max(8px, env(safe-area-inset-bottom)); }
+.timeline { position: relative; height: 34px; border-radius: 4px; }
+.timeline canvas { position: absolute; inset: 0; width: 100%; height: 100%; }
+.timeline input { position: absolute; inset: 0; width: 100%; height: 100%; margin: 0; opacity: 0; cursor: pointer; }
+.timeline:focus-within { box-shadow: 0 0 0 2px var(--accent); }
+.timeline:not(:has(input:focus-visible)) { box-shadow: none; }
+.row { display: flex; align-items: center; gap: 2px; margin-top: 6px; flex-wrap: wrap; }
+button { all: unset; box-sizing: border-box; width: 36px; height: 36px; padding: 8px; border-radius: 6px;
+  color: #aeb6c2; cursor: pointer; transition: background .12s, color .12s; }
+button:hover { background: #222831; color: #fff; }
+button:focus-visible, select:focus-visible { outline: 2px solid var(--accent); outline-offset: -1px; }
+button[aria-pressed="true"] { color: var(--accent); }
+button.main { color: #fff; background: #222831; margin-right: 4px; }
+button.main:hover { background: var(--accent); color: #0d0f12; }
+svg { display: block; width: 100%; height: 100%; }
+.time { margin: 0 8px; font-variant-numeric: tabular-nums; color: #aeb6c2; white-space: nowrap; }
+.time b { color: #fff; font-weight: 600; }
+.gap { flex: 1; }
+select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 0 2px; border-radius: 6px;
+  border: 1px solid #2b313a; background: #1a1e24; color: #d9dde3; text-overflow: ellipsis; }
+.statistics { position: absolute; top: 10px; left: 10px; margin: 0; padding: 8px 12px; border-radius: 6px;
+  background: #0d0f12cc; display: grid; grid-template-columns: auto auto; gap: 1px 14px; pointer-events: none;
+  font-size: 12px; font-variant-numeric: tabular-nums; }
+.statistics dt { color: #8b94a1; }
+.statistics dd { margin: 0; text-align: right; }
+.loading { position: absolute; left: 50%; bottom: 16px; transform: translateX(-50%); padding: 6px 14px 8px; border-radius: 6px;
+  background: #0d0f12cc; white-space: nowrap; text-align: center; font-variant-numeric: tabular-nums; }
+.loading progress { display: block; width: 180px; height: 3px; margin-top: 5px; appearance: none; border: 0; border-radius: 2px;
+  overflow: hidden; background: #2b313a; }
+.loading progress::-webkit-progress-bar { background: #2b313a; }
+.loading progress::-webkit-progress-value { background: var(--accent); }
+.loading progress::-moz-progress-bar { background: var(--accent); }
+.fault { position: absolute; inset: 0; display: grid; place-content: center; padding: 16px; background: #0d0f12b8; }
+.fault div { max-width: 460px; padding: 18px 22px; border-radius: 8px; background: #14171c; border: 1px solid #2b313a;
+  border-left: 3px solid var(--accent); box-shadow: 0 8px 32px #0008; }
+.fault h2 { margin: 0 0 6px; font-size: 15px; font-weight: 600; color: #fff; }
+.fault p { margin: 0; overflow-wrap: anywhere; }
+.fault p + p { margin-top: 8px; color: #8b94a1; }
+.fault code { font: 12px ui-monospace, "SF Mono", Menlo, monospace; color: var(--accent); }
+.notice { position: absolute; top: 10px; right: 12px; padding: 4px 10px; border-radius: 6px; background: #0d0f12cc; color: #aeb6c2;
+  pointer-events: none; }
+@container (max-width: 520px) {
+  .bar { padding: 6px 8px; padding-bottom: max(6px, env(safe-area-inset-bottom)); }
+  .time { flex: 1; margin: 0 4px; text-align: right; }
+  .gap { flex-basis: 100%; height: 0; }
+  button { width: 40px; height: 40px; padding: 9px; }
+  select { height: 36px; min-width: 0; }
+  #camera { flex: 1; max-width: none; }
+}
+@media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
+`;

@@ -1,0 +1,47 @@
+/** Programs of WebGL, built or refused with what the driver says. */
+
+/** What this machine cannot do, or does no longer. */
+export class DrawingError extends Error {
+  override readonly name = "DrawingError";
+}
+
+/** Compile and link a program. */
+export function buildProgram(
+  gl: WebGL2RenderingContext,
+  vertexSource: string,
+  fragmentSource: string,
+): WebGLProgram {
+  const program = gl.createProgram();
+  const shaders = [
+    compile(gl, gl.VERTEX_SHADER, vertexSource),
+    compile(gl, gl.FRAGMENT_SHADER, fragmentSource),
+  ];
+  for (const shader of shaders) gl.attachShader(program, shader);
+  gl.linkProgram(program);
+  for (const shader of shaders) gl.deleteShader(shader);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+    throw new DrawingError(`a program does not link: ${gl.getProgramInfoLog(program) ?? ""}`);
+  }
+  return program;
+}
+
+/** Give textures and other samplers of a program the units 0, 1, 2, ... in this order. */
+export function numberSamplers(
+  gl: WebGL2RenderingContext,
+  program: WebGLProgram,
+  names: readonly string[],
+): void {
+  gl.useProgram(program);
+  names.forEach((name, unit) => gl.uniform1i(gl.getUniformLocation(program, name), unit));
+}
+
+function compile(gl: WebGL2RenderingContext, kind: GLenum, source: string): WebGLShader {
+  const shader = gl.createShader(kind);
+  if (shader === null) throw new DrawingError("the graphics context is lost");
+  gl.shaderSource(shader, source);
+  gl.compileShader(shader);
+  if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost()) {
+    throw new DrawingError(`a shader does not compile: ${gl.getShaderInfoLog(shader) ?? ""}`);
+  }
+  return shader;
+}

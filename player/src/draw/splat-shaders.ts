@@ -1,0 +1,104 @@
+/** The shaders of a splat: SPEC 10.1 to 10.3, from the integers of the state to a pixel. */
+
+import { ROW_BITS } from "./slot-textures.js";
+
+/** Textures that the vertex shader reads, in the order of their units. */
+export function samplerNames(shDegree: number): readonly string[] {
+  const names = ["positions", "rotations", "shapes", "base"];
+  return shDegree > 0 ? [...names, "rest0", "rest1"] : names;
+}
+
+/** A vertex is a corner of the box around the ellipse on which alpha falls to 1/255. */
+export function splatVertexShader(shDegree: number): string {
+  return `#version 300 es
+precision highp float;
+precision highp int;
+precision highp isampler2D;
+uniform isampler2D ${samplerNames(shDegree).join(", ")};
+uniform mat3 rotation;    // R
+uniform vec3 translation; // t
+uniform vec3 center;      // of the eye, in the world
+uniform vec2 focal, principal, size;
+uniform float nearest;
+uniform float unit;       // world units of a lattice unit
+uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
+layout(location = 0) in uint slot;
+out vec2 place;           // 1 on the ellipse
+flat out vec4 paint;      // color, opacity
+flat out float reach;     // the exponent on the ellipse
+
+const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
+const float LARGEST = 3.0e38;
+
+mat3 turn(vec4 q) { // q is x, y, z and w of the quaternion
+  vec3 d = q.xyz * q.xyz, s = q.yzx * q.zxy, t = q.xyz * q.w;
+  return mat3(
+    1.0 - 2.0 * (d.y + d.z), 2.0 * (s.z + t.z), 2.0 * (s.y - t.y),
+    2.0 * (s.z - t.z), 1.0 - 2.0 * (d.x + d.z), 2.0 * (s.x + t.x),
+    2.0 * (s.y + t.y), 2.0 * (s.x - t.x), 1.0 - 2.0 * (d.x + d.y));
+}
+
+vec3 colorOf(ivec2 at, ivec4 base4, vec3 world) {
+  vec3 color = 0.5 + 0.28209479177387814 * steps.z * vec3(base4.xyz);
+${shDegree > 0 ? SHADE : ""}
+  return max(color, 0.0);
+}
+
+void main() {
+  gl_Position = NOWHERE;
+  ivec2 at = ivec2(slot & ${(1 << ROW_BITS) - 1}u, slot >> ${ROW_BITS});
+  vec3 world = unit * vec3(texelFetch(positions, at, 0).xyz);
+  vec3 seen = rotation * world + translation;
+  ivec4 shape = texelFetch(shapes, at, 0);
+  float opacity = min(0.99, 1.0 / (1.0 + exp(-steps.y * float(shape.w))));
+  reach = log(255.0 * opacity);
+  if (!(seen.z > nearest && reach > 0.0)) return;
+
+  // S = (R M D) (R M D)', and its picture.
+  vec4 q = normalize(vec4(texelFetch(rotations, at, 0))).yzwx;
+  mat3 axes = transpose(rotation * turn(q));
+  vec3 deviations = exp(steps.x * vec3(shape.xyz));
+  vec2 margin = 0.15 * size;
+  vec2 slope = clamp(seen.xy / seen.z, (-margin - principal) / focal, (size + margin - principal) / focal);
+  vec3 u = focal.x / seen.z * (axes[0] - slope.x * axes[2]) * deviations;
+  vec3 v = focal.y / seen.z * (axes[1] - slope.y * axes[2]) * deviations;
+  float a = dot(u, u) + 0.3, b = dot(u, v), c = dot(v, v) + 0.3;
+  float det = a * c - b * b;
+  if (!(det > 0.0 && det < LARGEST)) return;
+
+  // The axes of the ellipse. Of two ways to the longer one, take what cancels nothing.
+  float half_ = 0.5 * (a - c), root = length(vec2(half_, b));
+  float longer = 0.5 * (a + c) + root, shorter = det / longer;
+  vec2 along = half_ >= 0.0 ? vec2(half_ + root, b) : vec2(b, root - half_);
+  along = root > 0.0 ? normalize(along) : vec2(1.0, 0.0);
+  place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+  vec2 extent = place * sqrt(2.0 * reach * vec2(longer, shorter));
+  vec2 pixel = focal * seen.xy / seen.z + principal
+    + extent.x * along + extent.y * vec2(-along.y, along.x);
+
+  paint = vec4(colorOf(at, texelFetch(base, at, 0), world), opacity);
+  if (!(paint.r + paint.g + paint.b < LARGEST)) return;
+  gl_Position = vec4(2.0 * pixel / size - 1.0, 0.0, 1.0) * vec4(1.0, -1.0, 1.0, 1.0);
+}`;
+}
+
+// The coefficients 1, 2, 3 of red, green and blue stand last in `base`,
+// then the eight of `rest0` and `rest1`.
+const SHADE = `  vec3 toward = normalize(world - center);
+  ivec4 first = texelFetch(rest0, at, 0), second = texelFetch(rest1, at, 0);
+  vec3 s1 = vec3(base4.w, first.xy), s2 = vec3(first.zw, second.x), s3 = vec3(second.yzw);
+  color += 0.4886025119029199 * steps.w * (toward.z * s2 - toward.y * s1 - toward.x * s3);`;
+
+/** Colors come out times alpha. */
+export const SPLAT_FRAGMENT_SHADER = `#version 300 es
+precision highp float;
+in vec2 place;
+flat in vec4 paint;
+flat in float reach;
+out vec4 pixel;
+void main() {
+  float far = dot(place, place);
+  if (far > 1.0) discard;
+  float alpha = paint.a * exp(-reach * far);
+  pixel = vec4(paint.rgb * alpha, alpha);
+}`;

@@ -1,0 +1,78 @@
+/** What there is to know of a scene before one stands in it: up, how far, and from where. */
+
+import { axisOf, centerOf, type Eye, type Vector } from "../draw/eye.js";
+import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
+import { add, cross, dot, scale, unit } from "./stand.js";
+
+const SAMPLES = 20_000;
+const SHARE_INSIDE = 0.8;
+
+/** The direction up: the stream's, or the one that its cameras share. */
+export function findUp(info: StreamInfo): Vector {
+  if (info.upAxis > 0) {
+    const axis = (info.upAxis - 1) >> 1;
+    const sign = info.upAxis % 2 === 1 ? 1 : -1;
+    return [axis === 0 ? sign : 0, axis === 1 ? sign : 0, axis === 2 ? sign : 0];
+  }
+  let total: Vector = [0, 0, 0];
+  for (const camera of info.cameras) total = add(total, axisOf(camera, 1), -1);
+  return unit(total, [0, 1, 0]);
+}
+
+/** Median depth of the Gaussians that an eye sees; of none, twice the least depth. */
+export function findDistance(eye: Eye, packet: FramePacket, info: StreamInfo): number {
+  const depths: number[] = [];
+  const [right, down, ahead] = [axisOf(eye, 0), axisOf(eye, 1), axisOf(eye, 2)];
+  const center = centerOf(eye);
+  for (const place of samplePlaces(packet, info)) {
+    const offset = add(place, center, -1);
+    const z = dot(ahead, offset);
+    const isAcross = Math.abs(dot(right, offset)) * eye.fx < (z * eye.width) / 2;
+    const isDown = Math.abs(dot(down, offset)) * eye.fy < (z * eye.height) / 2;
+    if (z > eye.near && isAcross && isDown) depths.push(z);
+  }
+  return depths.length > 0 ? quantile(depths, 0.5) : 2 * eye.near;
+}
+
+/** A camera for a stream that has none: before the scene, and far enough to see most of it. */
+export function inventCamera(packet: FramePacket, info: StreamInfo): CaptureCamera {
+  const places = samplePlaces(packet, info);
+  const middle = [0, 1, 2].map((k) => quantile(places.map((place) => place[k] ?? 0), 0.5));
+  const [x = 0, y = 0, z = 0] = middle;
+  const lengths = places.map((place) => Math.hypot(...add(place, [x, y, z], -1)));
+  const radius = Math.max(1e-3, quantile(lengths, SHARE_INSIDE));
+  const up = findUp(info);
+  const ahead = unit(cross(up, Math.abs(up[0]) < 0.5 ? [1, 0, 0] : [0, 0, 1]), [0, 0, 1]);
+  const right = scale(cross(ahead, up), info.isRightHanded ? 1 : -1);
+  const center = add([x, y, z], ahead, -2.5 * radius);
+  const down = scale(up, -1);
+  return {
+    name: "whole scene",
+    isHeldOut: false,
+    width: 1600,
+    height: 900,
+    fx: 1000,
+    fy: 1000,
+    cx: 800,
+    cy: 450,
+    rotation: [...right, ...down, ...ahead],
+    translation: [-dot(right, center), -dot(down, center), -dot(ahead, center)],
+    near: radius / 100,
+  };
+}
+
+/** Places of some of a packet's Gaussians, world units. */
+function samplePlaces({ positions }: FramePacket, info: StreamInfo): Vector[] {
+  const step = Math.max(1, Math.floor(positions.length / 3 / SAMPLES));
+  const size = 2 ** -info.latticeExponent;
+  const places: Vector[] = [];
+  for (let at = 0; at + 2 < positions.length; at += 3 * step) {
+    places.push(scale([positions[at]!, positions[at + 1]!, positions[at + 2]!], size));
+  }
+  return places;
+}
+
+function quantile(values: readonly number[], share: number): number {
+  const sorted = Float64Array.from(values).sort();
+  return sorted[Math.floor(share * (sorted.length - 1))] ?? 0;
+}
