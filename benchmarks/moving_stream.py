@@ -38,7 +38,7 @@ from quarc_ref.streams.stream_writer import StreamWriter
 _METER = 1 << 12
 _MOVERS = 8
 _SHARE_NOT_ZERO = 0.07
-_SHARES_MOVING = (0.07, 0.16, 0.33)
+_SHARES_FOLLOWING = (0.10, 0.25, 0.45)
 _SHARE_OF_FIELDS = 0.5
 _NOTHING = Section(np.zeros(0, dtype=np.uint32))
 
@@ -54,8 +54,8 @@ class Job:
         births: Newborn of every frame, and deaths.
         frames: With the canonical one.
         updated: Share of the Gaussians that every frame updates; 0 for a stream of 1.0.
-        sparse: Whether as few anchors move as in streams of the real capture, and close together:
-            7 % of level 1, 16 % of level 2, 33 % of level 3.
+        sparse: Whether as few Gaussians follow an anchor that moves as in streams of the real
+            capture: 10 % at level 1, 25 % at level 2, 45 % at level 3.
     """
 
     gaussians: int
@@ -219,14 +219,16 @@ def _make_movers(
             _SHARE_NOT_ZERO,
         )
         return _Movers(centers, velocities, (reach,) * len(levels))
+    # A Gaussian stands for the anchor that it follows, which is near.
+    gaussians = state.scene.positions.astype(np.float64)
     reaches = [
         _find_reach(
-            lambda reach, at=at: (
-                _Movers(centers, velocities, (reach,)).draw(at, 0, 0).any(axis=0).mean()
+            lambda reach: (
+                _Movers(centers, velocities, (reach,)).draw(gaussians, 0, 0).any(axis=0).mean()
             ),
             share,
         )
-        for at, share in zip(levels, _SHARES_MOVING, strict=True)
+        for share in _SHARES_FOLLOWING
     ]
     return _Movers(centers, velocities, tuple(reaches))
 

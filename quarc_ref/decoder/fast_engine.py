@@ -38,7 +38,13 @@ class FastEngine:
     name = FAST
 
     def __init__(self, threads: int = 1) -> None:
-        self._threads = threads
+        workers = quarc_core.Workers(threads)
+
+        @lru_cache(maxsize=8)
+        def head(header: StreamHeader) -> quarc_core.StreamHead:
+            return quarc_core.StreamHead(wire.build_stream_header(header), workers)
+
+        self._head = head
 
     def decode_canonical(
         self, header: StreamHeader, chunk: CanonicalChunk
@@ -46,7 +52,7 @@ class FastEngine:
         """See `Engine.decode_canonical`; without snapshots the Gaussians are none."""
         with _raising():
             core, coded = quarc_core.State.decode_canonical(
-                _head(header),
+                self._head(header),
                 chunk.frame,
                 chunk.gaussian_count,
                 chunk.origin,
@@ -63,7 +69,7 @@ class FastEngine:
         """See `Engine.decode_snapshot`."""
         with _raising():
             core, roots = quarc_core.State.decode_snapshot(
-                _head(header),
+                self._head(header),
                 (chunk.frame, chunk.canonical),
                 chunk.newborn_count,
                 chunk.origin,
@@ -93,7 +99,7 @@ class FastEngine:
     def begin_canonical(self, header: StreamHeader, frame: int, gaussians: Gaussians) -> FastState:
         """See `Engine.begin_canonical`."""
         with _raising():
-            core = quarc_core.State.begin_canonical(_head(header), frame, _arrays(gaussians))
+            core = quarc_core.State.begin_canonical(self._head(header), frame, _arrays(gaussians))
         return FastState(header, core)
 
     def begin_frame(self, state: FastState, death_count: int) -> FastState:
@@ -169,11 +175,6 @@ def _raising() -> Iterator[None]:
         raise LimitError(str(error)) from error
     except quarc_core.UnwritableError as error:
         raise EncodeError(str(error)) from error
-
-
-@lru_cache(maxsize=8)
-def _head(header: StreamHeader) -> quarc_core.StreamHead:
-    return quarc_core.StreamHead(wire.build_stream_header(header))
 
 
 def _words(section: Section) -> UInt32:

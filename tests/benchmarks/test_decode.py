@@ -2,9 +2,13 @@ import pytest
 
 import decode
 from moving_stream import Job, write_moving_stream
+from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.inspection.decode_speed import measure_speed
+from quarc_ref.playback.player import Player
 from quarc_ref.streams import decode as decode_stream
 from quarc_ref.streams.decode_stream import decode_states
+from quarc_ref.streams.sources import open_source
+from tests.engines import needs_fast
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +37,31 @@ def test_a_stream_is_measured(stream, threads):
     assert speed.peak_rss_mib > 10
     assert speed.stolen_share is None or 0 <= speed.stolen_share < 1
     assert speed.ms_by_stage.keys() == {"decode", "floats"}
+
+
+@needs_fast
+def test_threads_of_the_core_change_no_state(tmp_path):
+    path = tmp_path / "wide.quarc"
+    write_moving_stream(path, Job(40_000, births=50, frames=6))  # enough for several pieces of work
+
+    def play(threads):
+        with open_source(str(path)) as source, Player(source, threads=threads) as player:
+            return [compute_digest(frame.scene) for frame in player]
+
+    assert play(1) == play(3)
+
+
+def test_a_sparse_stream_has_about_as_many_followers_of_what_moves_as_real_ones(tmp_path):
+    path = tmp_path / "sparse.quarc"
+    write_moving_stream(path, Job(20_000, births=5, frames=2, sparse=True))
+
+    _, moved = decode_states(path.read_bytes())
+
+    shares = [
+        level_symbols.any(axis=0)[binding].mean()
+        for level_symbols, binding in zip(moved.symbols, moved.anchors.binding, strict=True)
+    ]
+    assert shares == pytest.approx([0.10, 0.25, 0.45], abs=0.08)
 
 
 def test_a_stream_is_made_once(tmp_path):

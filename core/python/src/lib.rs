@@ -3,6 +3,7 @@
 mod arrays;
 mod errors;
 mod floats;
+mod head;
 mod state;
 mod views;
 
@@ -32,7 +33,8 @@ fn quarc_core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("RejectedError", py.get_type::<errors::RejectedError>())?;
     module.add("DeclinedError", py.get_type::<errors::DeclinedError>())?;
     module.add("UnwritableError", py.get_type::<errors::UnwritableError>())?;
-    module.add_class::<state::StreamHead>()?;
+    module.add_class::<head::Workers>()?;
+    module.add_class::<head::StreamHead>()?;
     module.add_class::<state::State>()?;
     module.add_class::<floats::Dequantizer>()?;
     module.add_function(wrap_pyfunction!(write_canonical, module)?)

@@ -2,32 +2,19 @@
 
 use crate::arrays::{self, CodedArguments, CodedArrays};
 use crate::errors::raise;
+use crate::head::{StreamHead, Workers};
 use crate::views::{self, BirthArrays, LevelArrays, UpdateArrays};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use quarc::coding::motion::Channels;
-use quarc::records::{Births, CanonicalChunk, FrameChunk, Header, SnapshotChunk, Updates};
+use quarc::records::{Births, CanonicalChunk, FrameChunk, SnapshotChunk, Updates};
 use quarc::state::Coded;
-use quarc::wire;
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// The HEAD of a stream.
-#[pyclass(frozen)]
-pub struct StreamHead {
-    header: Arc<Header>,
-}
-
-#[pymethods]
-impl StreamHead {
-    #[new]
-    fn new(payload: &[u8]) -> PyResult<Self> {
-        Ok(StreamHead { header: Arc::new(wire::parse_header(payload).map_err(raise)?) })
-    }
-}
 
 /// A state, and what the frame that made it has coded.
 #[pyclass(frozen)]
 pub struct State {
+    workers: Workers,
     /// Behind a lock: looking for who follows an anchor keeps what it has found.
     state: Mutex<quarc::state::State>,
     symbols: Arc<Vec<Vec<Channels>>>,
@@ -36,8 +23,19 @@ pub struct State {
 }
 
 impl State {
-    fn canonical(state: quarc::state::State) -> Self {
-        State { state: Mutex::new(state), symbols: Arc::default(), updates: None, births: None }
+    fn canonical(workers: &Workers, state: quarc::state::State) -> Self {
+        State {
+            workers: workers.clone(),
+            state: Mutex::new(state),
+            symbols: Arc::default(),
+            updates: None,
+            births: None,
+        }
+    }
+
+    /// Do something by the threads that work for this state, and let others have Python.
+    pub fn work<R: Send>(&self, py: Python<'_>, task: impl FnOnce() -> R + Send) -> R {
+        self.workers.run(py, task)
     }
 
     /// The state, to be looked at or made the next of.
@@ -47,6 +45,7 @@ impl State {
 
     fn go_on(&self, state: quarc::state::State) -> Self {
         State {
+            workers: self.workers.clone(),
             state: Mutex::new(state),
             symbols: self.symbols.clone(),
             updates: self.updates.clone(),
@@ -74,10 +73,10 @@ impl State {
         let sections = arrays::sections(&sections)?;
         let chunk =
             CanonicalChunk { frame, gaussian_count, origin, axis_bits, sections, state_crc };
-        let decoded = py.detach(|| quarc::state::State::canonical(&head.header, &chunk));
+        let decoded = head.workers.run(py, || quarc::state::State::canonical(&head.header, &chunk));
         let (state, gaussians) = decoded.map_err(raise)?;
         let coded = wanted.then(|| arrays::gaussian_arrays(py, &gaussians)).transpose()?;
-        Ok((State::canonical(state), coded))
+        Ok((State::canonical(&head.workers, state), coded))
     }
 
     /// The state of a SNAP chunk, and of each Gaussian its index in the CANO, or -1.
@@ -106,10 +105,13 @@ impl State {
             state_crc,
         };
         let known = arrays::gaussians(&canonical)?;
-        let decoded = py.detach(|| quarc::state::State::snapshot(&head.header, &chunk, &known));
+        let decoded = {
+            let snapshot = || quarc::state::State::snapshot(&head.header, &chunk, &known);
+            head.workers.run(py, snapshot)
+        };
         let (state, roots) = decoded.map_err(raise)?;
         let roots = PyArray1::from_iter(py, roots.into_iter().map(i64::from));
-        Ok((State::canonical(state), roots))
+        Ok((State::canonical(&head.workers, state), roots))
     }
 
     /// The state of a canonical frame of Gaussians, in the order of their ids.
@@ -121,7 +123,7 @@ impl State {
     ) -> PyResult<Self> {
         let gaussians = arrays::gaussians(&gaussians)?;
         let state = quarc::state::State::begin(&head.header, frame, &gaussians);
-        Ok(State::canonical(state.map_err(raise)?))
+        Ok(State::canonical(&head.workers, state.map_err(raise)?))
     }
 
     /// The state of a FRAM chunk after this one.
@@ -149,9 +151,10 @@ impl State {
             state_crc,
         };
         let mut state = self.inner();
-        let decoded = py.detach(|| state.frame(&chunk));
+        let decoded = self.work(py, || state.frame(&chunk));
         let Coded { symbols, updates, births } = decoded.map_err(raise)?;
         Ok(State {
+            workers: self.workers.clone(),
             state: Mutex::new(state),
             symbols: Arc::new(symbols),
             updates: updates.map(Arc::new),
@@ -162,8 +165,8 @@ impl State {
     /// The state with the dead gone and every Gaussian bound.
     fn begin_frame(&self, py: Python<'_>, death_count: u32) -> PyResult<Self> {
         let mut state = self.inner();
-        py.detach(|| state.begin_frame(death_count)).map_err(raise)?;
-        Ok(State::canonical(state))
+        self.work(py, || state.begin_frame(death_count)).map_err(raise)?;
+        Ok(State::canonical(&self.workers, state))
     }
 
     /// The state moved by a section.
@@ -174,7 +177,7 @@ impl State {
         previous: bool,
     ) -> PyResult<Self> {
         let (mut state, section) = (self.inner(), arrays::section(&section));
-        let moved = py.detach(|| {
+        let moved = self.work(py, || {
             let symbols = state.read_motion(&section, previous)?;
             state.move_by(&symbols)?;
             Ok(symbols)
@@ -186,7 +189,7 @@ impl State {
     /// The state with the updates of a section.
     fn decode_updates(&self, py: Python<'_>, section: PyReadonlyArray1<'_, u32>) -> PyResult<Self> {
         let (mut state, section) = (self.inner(), arrays::section(&section));
-        let updated = py.detach(|| {
+        let updated = self.work(py, || {
             let updates = state.read_updates(&section)?;
             state.update(&updates)?;
             Ok(updates)
@@ -203,7 +206,7 @@ impl State {
         count: u32,
     ) -> PyResult<Self> {
         let (mut state, section) = (self.inner(), arrays::section(&section));
-        let grown = py.detach(|| {
+        let grown = self.work(py, || {
             let births = state.read_births(&section, count)?;
             state.bear(&births)?;
             Ok(births)
@@ -220,7 +223,7 @@ impl State {
         previous: bool,
     ) -> PyResult<Bound<'py, PyArray1<u32>>> {
         let (state, symbols) = (self.inner(), arrays::symbols(&symbols)?);
-        let section = py.detach(|| state.write_motion(&symbols, previous)).map_err(raise)?;
+        let section = self.work(py, || state.write_motion(&symbols, previous)).map_err(raise)?;
         Ok(arrays::words(py, &section))
     }
 
@@ -252,7 +255,7 @@ impl State {
     /// The CRC that the chunk of the frame carries.
     fn state_crc(&self, py: Python<'_>) -> u32 {
         let state = self.inner();
-        py.detach(|| state.state_crc())
+        self.work(py, || state.state_crc())
     }
 
     #[getter]

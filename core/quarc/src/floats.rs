@@ -4,6 +4,7 @@
 //! feeds the next frame.
 
 use crate::constants::ROTATION_FRACTION_BITS;
+use crate::parallel::both;
 use crate::rows::Rows;
 use crate::state::State;
 use std::sync::{Arc, Weak};
@@ -78,14 +79,20 @@ impl Dequantizer {
         // [10.1-1] Integers below 2^24 and powers of 2 are exact: a product is rounded once.
         let header = state.header();
         let splats = &mut self.splats;
-        if redone.positions {
-            let unit = 1.0 / (1u32 << header.lattice_exponent) as f32;
-            scale(positions, 0, [unit; 3], |number| number as f32, &mut splats.positions);
-        }
-        if redone.rotations {
-            let unit = 1.0 / (1u32 << ROTATION_FRACTION_BITS) as f32;
-            scale(rotations, 0, [unit; 4], |number| number as f32, &mut splats.rotations);
-        }
+        let (moved, turned) = (&mut splats.positions, &mut splats.rotations);
+        let place = || {
+            if redone.positions {
+                let unit = 1.0 / (1u32 << header.lattice_exponent) as f32;
+                scale(positions, 0, [unit; 3], |number| number as f32, moved);
+            }
+        };
+        let turn = || {
+            if redone.rotations {
+                let unit = 1.0 / (1u32 << ROTATION_FRACTION_BITS) as f32;
+                scale(rotations, 0, [unit; 4], |number| number as f32, turned);
+            }
+        };
+        both(place, turn);
         if redone.codes {
             scale(codes, LOG_SCALES, [header.log_scale_step; 3], f32::from, &mut splats.log_scales);
             scale(codes, OPACITY, [header.opacity_step], f32::from, &mut splats.opacities);

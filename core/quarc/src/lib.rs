@@ -11,6 +11,8 @@ pub mod error; // SPEC 3.3
 pub mod records; // SPEC 5
 pub mod rows; // how the planes of a state stand
 
+mod parallel; // work that threads share
+
 pub mod arithmetic; // SPEC 4
 pub mod chunks; // SPEC 5.1, 5.2
 pub mod reader; // the chunks of a stream that can be read anywhere

@@ -2,7 +2,7 @@
 
 use super::index::{Index, NOWHERE};
 use super::order::Order;
-use super::runs::{Points, LANES};
+use super::runs::LANES;
 
 /// The anchors of a level.
 pub struct Drawn {
@@ -17,8 +17,8 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// The level whose anchors are at some places of the order; `points` are in that order.
-    pub fn new(chosen: &[u32], order: &Order, points: &Points) -> Self {
+    /// The level whose anchors are at some places of the order.
+    pub fn new(chosen: &[u32], order: &Order) -> Self {
         let (indices, numbers_of) = number(chosen, &order.indices);
         let mut own = vec![0; chosen.len()];
         let mut places: Vec<u32> = Vec::with_capacity(chosen.len());
@@ -39,7 +39,7 @@ impl Drawn {
         }
         let gather = |axis: usize| {
             let mut row: Vec<f32> = Vec::with_capacity(places.len() + LANES);
-            row.extend(places.iter().map(|&place| points[axis][place as usize]));
+            row.extend(places.iter().map(|&place| order.points[axis][place as usize]));
             row.resize(places.len() + LANES, NOWHERE);
             row
         };

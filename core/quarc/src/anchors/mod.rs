@@ -18,12 +18,14 @@ mod survivors;
 
 pub use sampler::count_anchors;
 
+use crate::parallel::each;
 use crate::records::Header;
 use crate::rows::{remove_entries, Rows};
 use near::Near;
 use order::Order;
+use runs::Tier;
 use sampling::Sampling;
-use search::{bind_alone, reach, unresolved, Moving, Reaches, Search, Seekers};
+use search::{bind_alone, Moving, Search, Seekers};
 use std::sync::Arc;
 use survivors::Survivors;
 
@@ -54,7 +56,7 @@ struct Followers {
     binding: Vec<u32>,
     /// Whom each Gaussian follows of those that were sampled, by place in Morton order.
     sampled: Vec<u32>,
-    reach: Option<Arc<Reaches>>,
+    /// Of each tier of runs of Gaussians, which runs are done.
     resolved: Vec<Vec<bool>>,
 }
 
@@ -70,6 +72,8 @@ impl Anchors {
     }
 
     /// The same anchors, found faster: most Gaussians stand as they did at the last sampling.
+    ///
+    /// `moved` tells, by index, which of those that were sampled then may stand elsewhere.
     #[must_use]
     pub fn sample_again(
         &self,
@@ -77,11 +81,12 @@ impl Anchors {
         phase: u32,
         ids: &[u32],
         positions: &Rows<i32>,
+        moved: &[bool],
     ) -> Self {
         let last = &self.sampling;
         let rows = [positions.row(0), positions.row(1), positions.row(2)];
         let order = match Survivors::find(&last.ids, ids) {
-            Some(survivors) => Order::again(&last.order, &last.points, &survivors, rows),
+            Some(survivors) => Order::again(&last.order, &survivors, moved, rows),
             None => Order::new(rows),
         };
         Self::begin(Sampling::new(header, phase, ids, rows, order))
@@ -91,8 +96,7 @@ impl Anchors {
         let followers = || Followers {
             binding: vec![NOBODY; sampling.ids.len()],
             sampled: vec![NOBODY; sampling.ids.len()],
-            reach: None,
-            resolved: unresolved(&sampling.tiers),
+            resolved: sampling.tiers.iter().map(|tier| vec![false; tier.count()]).collect(),
         };
         Anchors {
             followers: sampling.levels.iter().map(|_| followers()).collect(),
@@ -134,22 +138,18 @@ impl Anchors {
     ///
     /// `moves` has one entry to each anchor of the level. Level 1 is number 0.
     pub fn followed(&mut self, level: usize, moves: &[bool]) -> &[u32] {
-        assert_eq!(moves.len(), self.levels()[level].ids.len(), "an entry to each anchor");
-        let sampling = &*self.sampling;
-        let (index, survivors) = (&sampling.indices[level], &self.survivors);
-        let Followers { binding, sampled, reach: known, resolved } = &mut self.followers[level];
-        let seekers = Seekers { points: &sampling.points, tiers: &sampling.tiers };
-        let reach =
-            known.get_or_insert_with(|| Arc::new(reach(seekers, index, &sampling.ranks[level])));
-        let moving = &Moving::new(index, moves);
-        Search { seekers, reach, index, moving, resolved }.run(&mut |point, place| {
-            let anchor = index.numbers[place as usize];
-            sampled[point] = anchor;
-            if let Some(now) = survivors.place(sampling.order.indices[point]) {
-                binding[now as usize] = anchor;
-            }
+        self.followers[level].seek(&self.sampling, level, &self.survivors, moves);
+        self.known(level)
+    }
+
+    /// Do as [`Anchors::followed`] at every level at which anchors move.
+    pub fn follow(&mut self, moves: &[Vec<bool>]) {
+        let (sampling, survivors) = (&*self.sampling, &self.survivors);
+        let levels = self.followers.iter_mut().zip(moves).enumerate();
+        let moving = levels.filter(|(_, (_, moves))| moves.contains(&true)).collect();
+        each(moving, &|(level, (followers, moves))| {
+            followers.seek(sampling, level, survivors, moves);
         });
-        binding
     }
 
     /// For each anchor of a level the index of its parent in the next coarser one, where that is
@@ -164,7 +164,7 @@ impl Anchors {
         self.sampling.own[level].iter().map(|&place| sampled[place as usize]).collect()
     }
 
-    /// What [`Anchors::followed`] has given last.
+    /// Whom each Gaussian follows, as far as it has been asked for.
     #[must_use]
     pub fn known(&self, level: usize) -> &[u32] {
         &self.followers[level].binding
@@ -174,5 +174,46 @@ impl Anchors {
     pub fn binding(&mut self, level: usize) -> &[u32] {
         let moves = vec![true; self.levels()[level].ids.len()];
         self.followed(level, &moves)
+    }
+}
+
+impl Followers {
+    /// Look for those of a level who may follow an anchor that moves.
+    fn seek(&mut self, sampling: &Sampling, level: usize, survivors: &Survivors, moves: &[bool]) {
+        let index = &sampling.indices[level];
+        assert_eq!(moves.len(), sampling.levels[level].ids.len(), "an entry to each anchor");
+        let tiers = &sampling.tiers;
+        let search = Search {
+            seekers: Seekers { points: &sampling.order.points, tiers },
+            reach: &sampling.reaches[level],
+            index,
+            moving: &Moving::new(index, moves),
+            resolved: &self.resolved,
+        };
+        for found in search.run() {
+            let mut places = found.places.iter();
+            for run in found.runs {
+                self.resolved[0][run] = true;
+                for (point, &place) in tiers[0].parts(run).zip(&mut places) {
+                    let anchor = index.numbers[place as usize];
+                    self.sampled[point] = anchor;
+                    if let Some(now) = survivors.place(sampling.order.indices[point]) {
+                        self.binding[now as usize] = anchor;
+                    }
+                }
+            }
+        }
+        self.resolve_wider(tiers);
+    }
+
+    /// Wider runs are done whose parts all are.
+    fn resolve_wider(&mut self, tiers: &[Tier]) {
+        for number in 1..tiers.len() {
+            let (below, wider) = self.resolved.split_at_mut(number);
+            let below = &below[number - 1];
+            for (run, done) in wider[0].iter_mut().enumerate() {
+                *done = *done || !below[tiers[number].parts(run)].contains(&false);
+            }
+        }
     }
 }

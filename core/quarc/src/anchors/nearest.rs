@@ -5,13 +5,13 @@ use super::near::{Near, ROUNDED};
 use super::runs::{Points, LANES};
 use std::ops::Range;
 
-/// Tell the place of the anchor nearest to each of some points, of those of a list.
+/// List the place of the anchor nearest to each of some points, of those of a list.
 pub fn nearest(
     points: &Points,
     some: Range<usize>,
     near: &Near,
     index: &Index,
-    answer: &mut impl FnMut(usize, u32),
+    places: &mut Vec<u32>,
 ) {
     for first in some.clone().step_by(LANES) {
         let at = [0, 1, 2].map(|axis: usize| eight(&points[axis], first));
@@ -27,7 +27,7 @@ pub fn nearest(
                 let point = [0, 1, 2].map(|axis: usize| at[axis][lane]);
                 nearest_exactly(point, near, index, within)
             };
-            answer(first + lane, place);
+            places.push(place);
         }
     }
 }

@@ -1,12 +1,15 @@
 //! Gaussians in Morton order, in which every cell of SPEC 6.3 is a run.
 
-use super::runs::Points;
+use super::runs::{Points, LANES};
 use super::survivors::Survivors;
 use crate::constants::LATTICE_OFFSET;
+use crate::parallel::{both, each, ranges};
+use std::ops::Range;
 
 /// Bits of the key of a position: three axes of LATTICE_BITS.
 pub const KEY_BITS: usize = 72;
 const INDEX_BITS: u32 = 32;
+const SORTED: usize = 1 << 12; // places of a piece of work, at least
 const NEAR: usize = 32; // places that a Gaussian may be off and still be put right one by one
 
 /// The Gaussians of a scene in Morton order, those of equal positions in ascending index.
@@ -15,63 +18,117 @@ pub struct Order {
     entries: Vec<u128>, // key and index
     /// The index of each.
     pub indices: Vec<u32>,
+    /// Where each is.
+    pub points: Points,
     /// How many low bits of the key of each are not surely those of the one before it: 0 at the
     /// same place, `KEY_BITS + 1` for the first.
     pub merges: Vec<u8>,
 }
 
+/// A Gaussian on its way to its place: key and index, and where it is.
+#[derive(Clone, Copy, Default)]
+struct Placed {
+    entry: u128,
+    at: [f32; 3],
+}
+
+impl Placed {
+    fn of(index: u32, positions: [&[i32]; 3]) -> Self {
+        let at = positions.map(|row| row[index as usize]);
+        Placed { entry: entry_of(at, index), at: at.map(|coordinate| coordinate as f32) }
+    }
+}
+
 impl Order {
     /// Sort Gaussians by their positions.
     pub fn new(positions: [&[i32]; 3]) -> Self {
-        let mut entries: Vec<u128> = (0..positions[0].len())
-            .map(|index| entry_of(positions.map(|row| row[index]), index as u32))
-            .collect();
-        entries.sort_unstable();
-        Order::of(entries)
+        let indices = 0..positions[0].len() as u32;
+        let mut placed: Vec<Placed> = indices.map(|index| Placed::of(index, positions)).collect();
+        placed.sort_unstable_by_key(|placed| placed.entry);
+        Order::of(&placed)
     }
 
     /// The same, faster, where most stand about as they stood at the last time.
     ///
-    /// `points` are where they stood, in that order; `survivors` tell which of them are left, the
-    /// first of those that there are now.
+    /// `survivors` tell which of them are left, the first of those that there are now, and `moved`
+    /// which of these stand elsewhere.
     pub fn again(
         last: &Order,
-        points: &Points,
         survivors: &Survivors,
+        moved: &[bool],
         positions: [&[i32]; 3],
     ) -> Self {
-        let mut entries: Vec<u128> = Vec::with_capacity(positions[0].len());
-        let mut far: Vec<u128> = (survivors.count()..positions[0].len())
-            .map(|index| entry_of(positions.map(|row| row[index]), index as u32))
-            .collect();
-        for (place, (&index, &entry)) in last.indices.iter().zip(&last.entries).enumerate() {
-            let Some(index) = survivors.place(index) else { continue };
-            let at = positions.map(|row| row[index as usize]);
-            if [0, 1, 2].iter().all(|&axis| at[axis] as f32 == points[axis][place]) {
-                let key = entry >> INDEX_BITS << INDEX_BITS;
-                insert(&mut entries, key | u128::from(index));
-                continue;
-            }
-            let entry = entry_of(at, index);
-            let low = place.checked_sub(NEAR).map_or(0, |place| last.entries[place]);
-            let high = last.entries.get(place + NEAR).map_or(u128::MAX, |&entry| entry);
-            if low <= entry && entry <= high {
-                insert(&mut entries, entry); // passes by no more than twice NEAR others
-            } else {
-                far.push(entry);
-            }
+        let newborn = survivors.count() as u32..positions[0].len() as u32;
+        let mut far: Vec<Placed> = newborn.map(|index| Placed::of(index, positions)).collect();
+        let pieces = ranges(last.indices.len(), SORTED);
+        let pieces = each(pieces, &|places| last.place_again(places, survivors, moved, positions));
+        let mut pieces = pieces.into_iter();
+        let (mut placed, others) = pieces.next().unwrap_or_default();
+        far.extend(others);
+        placed.reserve_exact(positions[0].len() - placed.len());
+        for (near, others) in pieces {
+            append(&mut placed, &near);
+            far.extend(others);
         }
-        far.sort_unstable();
-        merge_in(&mut entries, &far);
-        Order::of(entries)
+        far.sort_unstable_by_key(|placed| placed.entry);
+        merge_in(&mut placed, &far);
+        Order::of(&placed)
     }
 
-    /// The order of sorted entries.
-    fn of(entries: Vec<u128>) -> Self {
-        let mut merges = Vec::with_capacity(entries.len());
-        merges.push(KEY_BITS as u8 + 1);
-        merges.extend(entries.windows(2).map(|pair| merge(pair[0], pair[1])));
-        Order { indices: entries.iter().map(|&entry| entry as u32).collect(), entries, merges }
+    /// Those at some places that are left: in order those that are still about there, and the
+    /// others.
+    fn place_again(
+        &self,
+        places: Range<usize>,
+        survivors: &Survivors,
+        moved: &[bool],
+        positions: [&[i32]; 3],
+    ) -> (Vec<Placed>, Vec<Placed>) {
+        let (mut near, mut far) = (Vec::with_capacity(places.len()), Vec::new());
+        let [xs, ys, zs] = [0, 1, 2].map(|axis: usize| &self.points[axis][places.clone()]);
+        let points = xs.iter().zip(ys).zip(zs).map(|((&x, &y), &z)| [x, y, z]);
+        let known = self.indices[places.clone()].iter().zip(&self.entries[places.clone()]);
+        for (place, ((&index, &entry), at)) in places.zip(known.zip(points)) {
+            let Some(index) = survivors.place(index) else { continue };
+            if !moved[index as usize] {
+                let entry = entry >> INDEX_BITS << INDEX_BITS | u128::from(index);
+                insert(&mut near, Placed { entry, at });
+                continue;
+            }
+            let now = Placed::of(index, positions);
+            let low = place.checked_sub(NEAR).map_or(0, |place| self.entries[place]);
+            let high = self.entries.get(place + NEAR).map_or(u128::MAX, |&entry| entry);
+            if low <= now.entry && now.entry <= high {
+                insert(&mut near, now); // passes by no more than twice NEAR others
+            } else {
+                far.push(now);
+            }
+        }
+        (near, far)
+    }
+
+    /// The order of what is sorted.
+    fn of(placed: &[Placed]) -> Self {
+        let row = |axis: usize| {
+            let mut row: Vec<f32> = Vec::with_capacity(placed.len() + LANES);
+            row.extend(placed.iter().map(|placed| placed.at[axis]));
+            row.resize(placed.len() + LANES, 0.0);
+            row
+        };
+        let merges = || {
+            let pairs = placed.windows(2).map(|pair| merge(pair[0].entry, pair[1].entry));
+            std::iter::once(KEY_BITS as u8 + 1).chain(pairs).collect()
+        };
+        let (points, (merges, (entries, indices))) = both(
+            || [row(0), row(1), row(2)],
+            || {
+                both(merges, || {
+                    let indices = placed.iter().map(|placed| placed.entry as u32).collect();
+                    (placed.iter().map(|placed| placed.entry).collect(), indices)
+                })
+            },
+        );
+        Order { entries, indices, points, merges }
     }
 
     /// What `merges` would say of the Gaussian at a place if one before it were its predecessor.
@@ -123,26 +180,37 @@ fn merge(before: u128, entry: u128) -> u8 {
     (u128::BITS - (before ^ entry).leading_zeros()).saturating_sub(INDEX_BITS) as u8
 }
 
-/// Put an entry into an ascending list, near its end.
-fn insert(entries: &mut Vec<u128>, entry: u128) {
-    let mut place = entries.len();
-    entries.push(entry);
-    while place > 0 && entries[place - 1] > entry {
-        entries[place] = entries[place - 1];
+/// Put one into an ascending list, near its end.
+fn insert(all: &mut Vec<Placed>, placed: Placed) {
+    let mut place = all.len();
+    all.push(placed);
+    while place > 0 && all[place - 1].entry > placed.entry {
+        all[place] = all[place - 1];
         place -= 1;
     }
-    entries[place] = entry;
+    all[place] = placed;
+}
+
+/// Append an ascending list of which no more than the beginning belongs before the end of another.
+fn append(all: &mut Vec<Placed>, others: &[Placed]) {
+    for (number, &placed) in others.iter().enumerate() {
+        if all.last().map_or(true, |last| last.entry < placed.entry) {
+            all.extend_from_slice(&others[number..]);
+            return;
+        }
+        insert(all, placed);
+    }
 }
 
 /// Merge an ascending list into another.
-fn merge_in(entries: &mut Vec<u128>, others: &[u128]) {
-    let mut left = entries.len();
-    entries.resize(left + others.len(), 0);
+fn merge_in(all: &mut Vec<Placed>, others: &[Placed]) {
+    let mut left = all.len();
+    all.resize(left + others.len(), Placed::default());
     for (place, &other) in others.iter().enumerate().rev() {
-        while left > 0 && entries[left - 1] > other {
+        while left > 0 && all[left - 1].entry > other.entry {
             left -= 1;
-            entries[left + place + 1] = entries[left];
+            all[left + place + 1] = all[left];
         }
-        entries[left + place] = other;
+        all[left + place] = other;
     }
 }

@@ -1,10 +1,12 @@
 //! Which Gaussians are anchors: SPEC 6.1 to 6.3.
 
 use super::order::{Order, KEY_BITS};
+use crate::parallel::{each, piece};
 use crate::philox::philox;
 use crate::records::Header;
 
 const DOMAIN_SAMPLER: u32 = 1;
+const DRAWN: usize = 1 << 12; // words of a piece of work, at least
 
 /// How many anchors each level has, level 1 first (6.1).
 #[must_use]
@@ -29,12 +31,17 @@ impl<'a> Sampler<'a> {
     /// Draw for the Gaussians of an order; `ids` by index (6.2).
     pub fn new(header: &Header, phase: u32, ids: &[u32], order: &'a Order) -> Self {
         let key = [header.seed as u32, (header.seed >> 32) as u32];
-        let ids: Vec<u32> = order.indices.iter().map(|&index| ids[index as usize]).collect();
         let mut words = [0; 3].map(|_| vec![0; ids.len()]);
+        let size = piece(ids.len(), DRAWN);
         let [first, second, third] = &mut words;
-        for (((&id, first), second), third) in ids.iter().zip(first).zip(second).zip(third) {
-            [*first, *second, *third, _] = philox([id, phase, 0, DOMAIN_SAMPLER], key);
-        }
+        let rows = first.chunks_mut(size).zip(second.chunks_mut(size)).zip(third.chunks_mut(size));
+        let pieces = order.indices.chunks(size).zip(rows).collect();
+        each(pieces, &|(indices, ((first, second), third))| {
+            let ids: Vec<u32> = indices.iter().map(|&index| ids[index as usize]).collect();
+            for (((&id, first), second), third) in ids.iter().zip(first).zip(second).zip(third) {
+                [*first, *second, *third, _] = philox([id, phase, 0, DOMAIN_SAMPLER], key);
+            }
+        });
         Sampler { order, words, occupied: count_cells(&order.merges) }
     }
 

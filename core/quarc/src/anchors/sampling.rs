@@ -3,9 +3,11 @@
 use super::drawn::Drawn;
 use super::index::Index;
 use super::order::Order;
-use super::runs::{cut_runs, Points, Tier, LANES};
+use super::runs::{cut_runs, Tier};
 use super::sampler::{count_anchors, Sampler};
+use super::search::{reach, Reaches, Seekers};
 use super::AnchorLevel;
+use crate::parallel::{both, each};
 use crate::records::Header;
 
 const GAUSSIANS: usize = 48; // of the least runs, at most
@@ -18,16 +20,14 @@ pub struct Sampling {
     pub ids: Vec<u32>,
     /// The Gaussians in Morton order.
     pub order: Order,
-    /// Where they are, in that order.
-    pub points: Points,
     /// And in runs.
     pub tiers: Vec<Tier>,
     /// The anchors, level 1 first.
     pub levels: Vec<AnchorLevel>,
     /// What finds the nearest of each level.
     pub indices: Vec<Index>,
-    /// Of each level, how many of the `Index` stand before each of the least runs, and in all.
-    pub ranks: Vec<Vec<u32>>,
+    /// Of each level, where the anchors are that Gaussians may follow.
+    pub reaches: Vec<Reaches>,
     /// Of each level, for each anchor the place in Morton order of a Gaussian where it stands.
     pub own: Vec<Vec<u32>>,
 }
@@ -41,37 +41,32 @@ impl Sampling {
         positions: [&[i32]; 3],
         order: Order,
     ) -> Self {
-        let sampler = Sampler::new(header, phase, ids, &order);
-        let points = gather(positions, &order.indices);
-        let tiers = cut_runs(&points, &order.merges, GAUSSIANS, FAN);
-        let mut drawn = Vec::new();
-        for (level, count) in count_anchors(header, ids.len()).into_iter().enumerate() {
-            let chosen = sampler.choose(level, count);
-            drawn.push(Drawn::new(&chosen, &order, &points));
-        }
-        let mut sampling = Sampling { ids: ids.to_vec(), order, points, tiers, ..Self::default() };
-        for level in drawn {
+        let (sampler, tiers) = both(
+            || Sampler::new(header, phase, ids, &order),
+            || cut_runs(&order.points, &order.merges, GAUSSIANS, FAN),
+        );
+        let seekers = Seekers { points: &order.points, tiers: &tiers };
+        let counts = count_anchors(header, ids.len()).into_iter().enumerate().collect();
+        let drawn = each(counts, &|(level, count)| {
+            let level = Drawn::new(&sampler.choose(level, count), &order);
             let row = |row: &[i32]| level.indices.iter().map(|&i| row[i as usize]).collect();
-            sampling.levels.push(AnchorLevel {
+            let anchors = AnchorLevel {
                 ids: level.indices.iter().map(|&i| ids[i as usize]).collect(),
                 positions: positions.map(row),
-            });
-            sampling.ranks.push(rank(&level.places, &sampling.tiers[0].starts));
-            sampling.indices.push(level.index);
-            sampling.own.push(level.own);
+            };
+            let reach = reach(seekers, &level.index, &rank(&level.places, &tiers[0].starts));
+            (anchors, level.index, reach, level.own)
+        });
+        let mut sampling = Sampling { ids: ids.to_vec(), tiers, ..Self::default() };
+        for (anchors, index, reach, own) in drawn {
+            sampling.levels.push(anchors);
+            sampling.indices.push(index);
+            sampling.reaches.push(reach);
+            sampling.own.push(own);
         }
+        sampling.order = order;
         sampling
     }
-}
-
-/// Positions in an order.
-fn gather(positions: [&[i32]; 3], indices: &[u32]) -> Points {
-    positions.map(|row| {
-        let mut points: Vec<f32> = Vec::with_capacity(indices.len() + LANES);
-        points.extend(indices.iter().map(|&index| row[index as usize] as f32));
-        points.resize(indices.len() + LANES, 0.0);
-        points
-    })
 }
 
 /// How many of some ascending places are before each of some borders, ascending too.

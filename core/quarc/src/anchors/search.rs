@@ -5,10 +5,12 @@ use super::near::{Kind, Near, Reach, ROUNDED};
 use super::nearest::{eight, nearest, nearest_exactly};
 use super::order::stands_before;
 use super::runs::{Bounds, Points, Tier, LANES};
+use crate::parallel::{each, ranges};
 use std::ops::Range;
 
 const BESIDE: usize = 4; // anchors beside a run in Morton order that bound how far it is to one
 
+const LEAVES: usize = 64; // of a piece of work, at least
 const FEW: usize = 20; // nodes whose parts are listed
 const MANY: usize = 128; // nodes that are too many to be held against a run
 
@@ -45,7 +47,9 @@ pub fn reach(seekers: Seekers, index: &Index, ranks: &[u32]) -> Reaches {
         let square = squares.iter().copied().fold(0.0, f32::max) * ROUNDED;
         Reach { bounds: seekers.tiers[0].bounds[leaf], square, within: spheres.join() }
     };
-    let mut reach: Reaches = vec![(0..seekers.tiers[0].count()).map(leaf).collect()];
+    let leaves = ranges(seekers.tiers[0].count(), LEAVES);
+    let leaves = each(leaves, &|leaves| leaves.map(leaf).collect::<Vec<_>>());
+    let mut reach: Reaches = vec![leaves.concat()];
     for tier in &seekers.tiers[1..] {
         let below = &reach[reach.len() - 1];
         let of = |run: usize| {
@@ -121,11 +125,6 @@ impl Moving {
     }
 }
 
-/// Of each tier, that no run is done.
-pub fn unresolved(tiers: &[Tier]) -> Vec<Vec<bool>> {
-    tiers.iter().map(|tier| vec![false; tier.count()]).collect()
-}
-
 /// A search for the anchors of those points that may follow one that moves.
 pub struct Search<'a> {
     /// Who looks.
@@ -137,30 +136,34 @@ pub struct Search<'a> {
     /// Which of the anchors move.
     pub moving: &'a Moving,
     /// Of each tier of the seekers, which runs are done.
-    pub resolved: &'a mut [Vec<bool>],
+    pub resolved: &'a [Vec<bool>],
+}
+
+/// What a search has come to.
+#[derive(Default)]
+pub struct Found {
+    /// Runs of the least tier, of all whose points the anchors are known now.
+    pub runs: Vec<usize>,
+    /// The places in the index of these anchors, run by run.
+    pub places: Vec<u32>,
 }
 
 impl Search<'_> {
-    /// Tell the places in the index of the anchors of all that may follow one that moves.
-    ///
-    /// `answer` is called with the place of a point and that of its anchor.
-    pub fn run(&mut self, answer: &mut impl FnMut(usize, u32)) {
+    /// Look for the anchors of all that may follow one that moves.
+    pub fn run(&self) -> Vec<Found> {
         let top = self.seekers.tiers.len() - 1;
-        let mut lists = vec![Near::default(); top + 2];
-        lists.push(Near::all(self.index));
-        for run in 0..self.seekers.tiers[top].count() {
-            self.visit(top, run, &mut lists, answer);
-        }
+        let runs = ranges(self.seekers.tiers[top].count(), 1);
+        each(runs, &|runs| {
+            let mut lists = vec![Near::default(); top + 2];
+            lists.push(Near::all(self.index));
+            let mut found = Found::default();
+            runs.for_each(|run| self.visit(top, run, &mut lists, &mut found));
+            found
+        })
     }
 
     /// `lists` are one to spare, one to each tier up to this, and that of the next wider run.
-    fn visit(
-        &mut self,
-        tier: usize,
-        run: usize,
-        lists: &mut [Near],
-        answer: &mut impl FnMut(usize, u32),
-    ) {
+    fn visit(&self, tier: usize, run: usize, lists: &mut [Near], found: &mut Found) {
         if self.resolved[tier][run] {
             return;
         }
@@ -175,26 +178,23 @@ impl Search<'_> {
             return;
         }
         if tier == 0 {
-            self.bind(parts, lists, answer);
-            self.resolved[0][run] = true;
+            self.bind(parts, lists, &mut found.places);
+            found.runs.push(run);
         } else {
-            for part in parts.clone() {
-                self.visit(tier - 1, part, lists, answer);
-            }
-            self.resolved[tier][run] = self.resolved[tier - 1][parts].iter().all(|&done| done);
+            parts.for_each(|part| self.visit(tier - 1, part, lists, found));
         }
     }
 
     /// Bind the points of a least run by its list.
-    fn bind(&self, parts: Range<usize>, lists: &mut [Near], answer: &mut impl FnMut(usize, u32)) {
+    fn bind(&self, parts: Range<usize>, lists: &mut [Near], places: &mut Vec<u32>) {
         let (alone, lists) = lists.split_first_mut().expect("a list to spare");
         let near = &lists[0];
         if near.kind() == Kind::Points {
-            nearest(self.seekers.points, parts, near, self.index, answer);
+            nearest(self.seekers.points, parts, near, self.index, places);
         } else {
             for point in parts {
                 let at = [0, 1, 2].map(|axis: usize| self.seekers.points[axis][point]);
-                answer(point, bind_alone(at, near, alone, self.index));
+                places.push(bind_alone(at, near, alone, self.index));
             }
         }
     }

@@ -53,6 +53,8 @@ impl State {
         append(Arc::make_mut(&mut self.codes), &codes);
         let motion = Arc::make_mut(&mut self.motion);
         motion.resize(motion.len() + newborn, Channels::default());
+        let moved = Arc::make_mut(&mut self.moved);
+        moved.resize(moved.len() + newborn, true);
         if self.header.updates {
             let recency = Arc::make_mut(&mut self.recency);
             recency.resize(recency.len() + newborn, 0);

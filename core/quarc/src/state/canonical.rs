@@ -74,6 +74,7 @@ impl State {
             motion: Arc::new(vec![Channels::default(); count]),
             recency: Arc::new(recency),
             anchors: None,
+            moved: Arc::new(vec![false; count]),
             bound: 0,
             motion_counts: Arc::new(motion_counts()),
             birth_counts: Arc::new(birth_counts()),

@@ -4,6 +4,7 @@ use super::{require_births, require_gaussians, State};
 use crate::anchors::Anchors;
 use crate::coding::motion::Channels;
 use crate::error::{Error, Reject, Result};
+use crate::parallel::both;
 use crate::records::{Births, FrameChunk, Updates};
 use crate::rows::{kept_ranges, remove_entries, Rows};
 use std::sync::Arc;
@@ -87,12 +88,15 @@ impl State {
             }
             (Some(_), _) => {}
             (None, Some(before)) => {
-                let anchors = before.sample_again(header, self.phase, ids, positions);
+                let moved = &self.moved;
+                let anchors = before.sample_again(header, self.phase, ids, positions, moved);
                 self.anchors = Some(Arc::new(anchors));
+                self.moved = Arc::new(vec![false; ids.len()]);
             }
             (None, None) => {
                 let anchors = Anchors::sample(header, self.phase, ids, positions);
                 self.anchors = Some(Arc::new(anchors));
+                self.moved = Arc::new(vec![false; ids.len()]);
             }
         }
         self.bound = self.ids.len();
@@ -103,19 +107,27 @@ impl State {
         if gone.is_empty() {
             return;
         }
-        remove_from(&mut self.ids, gone);
-        remove_columns(&mut self.positions, gone);
-        remove_columns(&mut self.rotations, gone);
-        remove_columns(&mut self.codes, gone);
-        remove_from(&mut self.motion, gone);
-        if self.header.updates {
-            remove_from(&mut self.recency, gone);
-        }
         let bound = gone.partition_point(|&gaussian| (gaussian as usize) < self.bound);
-        if let Some(anchors) = &mut self.anchors {
-            Arc::make_mut(anchors).remove(&gone[..bound]);
-        }
         self.bound -= bound;
+        let State { ids, positions, rotations, codes, motion, moved, recency, anchors, .. } = self;
+        let updates = self.header.updates;
+        let places = || {
+            remove_columns(positions, gone);
+            remove_columns(rotations, gone);
+            remove_from(ids, gone);
+        };
+        let codes = || remove_columns(codes, gone);
+        let others = || {
+            remove_from(motion, gone);
+            remove_from(moved, gone);
+            if updates {
+                remove_from(recency, gone);
+            }
+            if let Some(anchors) = anchors {
+                Arc::make_mut(anchors).remove(&gone[..bound]);
+            }
+        };
+        both(|| both(places, codes), others);
     }
 }
 

@@ -44,6 +44,8 @@ pub struct State {
     recency: Arc<Vec<u8>>,
     /// From the last sampling on.
     anchors: Option<Arc<Anchors>>,
+    /// `[N]` whether each Gaussian may have moved since the last sampling.
+    moved: Arc<Vec<bool>>,
     /// How many Gaussians are bound: those behind them were born in the last frame.
     bound: usize,
     motion_counts: Arc<Counts>,

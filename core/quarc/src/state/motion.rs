@@ -6,11 +6,13 @@ use crate::coding::motion::{
     add, read_motion, write_motion, Channels, MotionContext, TRANSLATION_CHANNELS,
 };
 use crate::error::{Error, Result};
+use crate::parallel::{each, piece};
 use crate::records::{Header, Section};
 use crate::rotation::{turn, Quaternion, Residuals};
 use std::sync::Arc;
 
 const STILL: Channels = [0; 8];
+const MOVED: usize = 1 << 12; // Gaussians of a piece of work, at least
 
 impl State {
     /// The motion in the frame before of the own Gaussian of each anchor (SPEC 8.7), level 1
@@ -25,7 +27,7 @@ impl State {
                 vec![STILL; level.ids.len()]
             }
         };
-        Ok(anchors.levels().iter().map(know).collect())
+        Ok(each(anchors.levels().iter().collect(), &know))
     }
 
     /// Whether every Gaussian is bound.
@@ -97,14 +99,11 @@ impl State {
         if !counts.eq(symbols.iter().map(Vec::len)) {
             return Err(Error::Encode("the symbols are not of these anchors".into()));
         }
-        let mut levels = Vec::new();
-        for (level, symbols) in symbols.iter().enumerate() {
-            let moves: Vec<bool> = symbols.iter().map(|own| own != &STILL).collect();
-            if moves.contains(&true) {
-                anchors.followed(level, &moves);
-                levels.push(level);
-            }
-        }
+        let moves = |symbols: &Vec<Channels>| symbols.iter().map(|own| own != &STILL).collect();
+        let moves: Vec<Vec<bool>> = symbols.iter().map(moves).collect();
+        anchors.follow(&moves);
+        let moving = |&level: &usize| moves[level].contains(&true);
+        let levels: Vec<usize> = (0..moves.len()).filter(moving).collect();
         self.displace(symbols, &levels)
     }
 
@@ -120,28 +119,62 @@ impl State {
         };
         let followed: Vec<(&[u32], &[Channels])> =
             levels.iter().map(|&level| (anchors.known(level), &symbols[level][..])).collect();
-        let step = i64::from(self.header.translation_step);
-        let mut positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
-        let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+        let size = piece(motion.len(), MOVED);
+        let mut moved = Arc::make_mut(&mut self.moved).chunks_mut(size);
+        let positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
+        let mut positions = positions.map(|row| row.chunks_mut(size));
+        let rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();
+        let mut rotations = rotations.map(|row| row.chunks_mut(size));
+        let mut pieces = Vec::new();
+        for (number, motion) in motion.chunks_mut(size).enumerate() {
+            pieces.push(Moving {
+                first: number * size,
+                motion,
+                moved: moved.next().unwrap_or_default(),
+                positions: [0, 1, 2].map(|row: usize| positions[row].next().unwrap_or_default()),
+                rotations: [0, 1, 2, 3].map(|row: usize| rotations[row].next().unwrap_or_default()),
+            });
+        }
+        let header = &*self.header;
+        each(pieces, &|piece| piece.displace(header, &followed)).into_iter().collect()
+    }
+}
+
+/// Some of the Gaussians of a state, side by side.
+struct Moving<'a> {
+    /// The index of the first.
+    first: usize,
+    motion: &'a mut [Channels],
+    moved: &'a mut [bool],
+    positions: [&'a mut [i32]; 3],
+    rotations: [&'a mut [i32]; 4],
+}
+
+impl Moving<'_> {
+    /// Move and turn them; `followed` has of each level whom all Gaussians follow, and the symbols
+    /// of its anchors.
+    fn displace(mut self, header: &Header, followed: &[(&[u32], &[Channels])]) -> Result<()> {
+        let step = i64::from(header.translation_step);
         let mut residuals = Residuals::default();
-        for (place, motion) in motion.iter_mut().enumerate() {
+        for (place, motion) in self.motion.iter_mut().enumerate() {
             *motion = STILL;
-            for (followed, symbols) in &followed {
+            for (followed, symbols) in followed {
                 // NOBODY is beyond all anchors.
-                if let Some(own) = symbols.get(followed[place] as usize) {
+                if let Some(own) = symbols.get(followed[self.first + place] as usize) {
                     *motion = add(motion, own);
                 }
             }
             if *motion == STILL {
                 continue;
             }
-            for (row, &shift) in positions.iter_mut().zip(&*motion) {
+            self.moved[place] = true;
+            for (row, &shift) in self.positions.iter_mut().zip(&*motion) {
                 // [7.5-1]
                 row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
             }
             if motion[TRANSLATION_CHANNELS..] != STILL[TRANSLATION_CHANNELS..] {
-                let residual = residuals.of(sum_of(&self.header, motion))?;
-                turn_at(&mut rotations, place, residual)?;
+                let residual = residuals.of(sum_of(header, motion))?;
+                turn_at(&mut self.rotations, place, residual)?;
             }
         }
         Ok(())

@@ -76,7 +76,9 @@ impl State {
                 continue;
             }
             let positions = Arc::make_mut(&mut self.positions).row_mut(row);
+            let moved = Arc::make_mut(&mut self.moved);
             for (gaussian, residual) in residuals {
+                moved[gaussian] = true;
                 let by = i64::from(residual) * step;
                 // [7.8-2]
                 positions[gaussian] = narrow_position(i64::from(positions[gaussian]) + by)?;

@@ -8,6 +8,8 @@ use quarc::anchors::{AnchorLevel, Anchors, NOBODY};
 struct Scene {
     ids: Vec<u32>,
     points: Vec<Point>,
+    /// Whether each has moved since the sampling.
+    moved: Vec<bool>,
     anchors: Anchors,
     binding: Vec<Vec<u32>>,
 }
@@ -28,6 +30,7 @@ impl Scene {
         self.anchors.remove(&gone);
         self.ids = pick(&self.ids, keep);
         self.points = pick(&self.points, keep);
+        self.moved = pick(&self.moved, keep);
         for binding in &mut self.binding {
             *binding = pick(binding, keep);
         }
@@ -44,12 +47,14 @@ impl Scene {
         let next = self.ids.last().map_or(0, |id| id + 1);
         self.ids.extend(next..next + count as u32);
         self.points.extend(newborn);
+        self.moved.resize(self.points.len(), true);
     }
 
     fn move_some(&mut self, random: &mut Random) {
         let reach = random.within(1, 40);
-        for point in &mut self.points {
+        for (point, moved) in self.points.iter_mut().zip(&mut self.moved) {
             if random.below(3) > 0 {
+                *moved = true;
                 let by = random.point(reach);
                 *point = [0, 1, 2].map(|axis| (point[axis] + by[axis]).clamp(-LIMIT, LIMIT));
             }
@@ -94,7 +99,8 @@ fn live(seed: u32, most: u32) {
     let (ids, points) = (any_ids(&mut random, count), any_scene(&mut random, count));
     let mut phase = 1 + random.below(100);
     let anchors = Anchors::sample(&header, phase, &ids, &rows(&points));
-    let mut scene = Scene { ids, points, anchors, binding: Vec::new() };
+    let moved = vec![false; count];
+    let mut scene = Scene { ids, points, moved, anchors, binding: Vec::new() };
     for _ in 0..3 {
         scene.bind_by_the_text();
         for frame in 0..3 {
@@ -114,8 +120,9 @@ fn live(seed: u32, most: u32) {
         others.append(&mut random);
         let planes = rows(&others.points);
         let fresh = Anchors::sample(&header, phase, &others.ids, &planes);
-        let again = last.sample_again(&header, phase, &others.ids, &planes);
+        let again = last.sample_again(&header, phase, &others.ids, &planes, &others.moved);
         assert_eq!(fresh.levels(), again.levels());
+        others.moved.fill(false);
         scene = Scene { anchors: again, ..others };
     }
 }
@@ -138,6 +145,6 @@ fn anchors_of_another_scene_are_no_worse_a_start() {
     let ids = |count| (0..count).collect::<Vec<u32>>();
     let last = Anchors::sample(&header, 9, &ids(900), &rows(&one));
     let fresh = Anchors::sample(&header, 1, &ids(500), &rows(&other));
-    let again = last.sample_again(&header, 1, &ids(500), &rows(&other));
+    let again = last.sample_again(&header, 1, &ids(500), &rows(&other), &[true; 500]);
     assert_eq!(fresh.levels(), again.levels());
 }

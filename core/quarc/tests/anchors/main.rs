@@ -7,3 +7,5 @@ mod lifetimes;
 mod oracle;
 mod scenes;
 mod search;
+#[cfg(feature = "threads")]
+mod threads;
