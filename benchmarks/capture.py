@@ -61,7 +61,7 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, object]:
 
 
 def print_markdown(rows: list[dict[str, object]]) -> None:
-    """Print the rows as the table of benchmarks/README.md."""
+    """Print the rows as a table in Markdown."""
     print(
         "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "
         "KB per frame | canonical KB | canonical, motion, births / estimate | s canonical | "

@@ -3,7 +3,7 @@
 The initial points tell where the scene is. If training views hardly see them, see them
 from directions too far apart, or see other colors where they should be, training fits
 every view alone, and the scene shows nothing from anywhere else. Thresholds were set
-on traced and real captures of 3 to 30 cameras: benchmarks/README.md.
+on traced and real captures of 3 to 30 cameras: docs/experiments/capture-checks.md.
 """
 
 from collections.abc import Iterator, Sequence
