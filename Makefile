@@ -62,14 +62,14 @@ core: ## Format, lints and tests of core/.
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.decoder
+REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
 
 conformance: $(READY) $(CORE) ## Test vectors: reference decoder and encoder, and decoders/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
 	@if command -v cargo >/dev/null; then \
-	  $(BIN)/python conformance/run.py --decoder "env QUARC_REF_ENGINE=fast $(BIN)/python -m quarc_ref.decoder" && \
+	  $(BIN)/python conformance/run.py --decoder "env QUARC_REF_ENGINE=fast $(BIN)/python -m quarc_ref.conformance" && \
 	  cargo build --quiet --release --manifest-path core/Cargo.toml --package quarc-cli && \
 	  $(BIN)/python conformance/run.py --decoder "core/target/release/quarc conformance"; \
 	else echo "no cargo here: core/ is left out"; fi

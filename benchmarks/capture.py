@@ -16,7 +16,7 @@ from pathlib import Path
 
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.presets import PRESETS, choose_preset
+from quarc_ref.encoder.settings.presets import PRESETS, choose_preset
 from quarc_ref.evaluation.evaluate import evaluate_stream
 
 
