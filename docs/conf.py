@@ -12,7 +12,7 @@ extensions = ["autoapi.extension", "myst_parser", "sphinx.ext.napoleon"]
 include_patterns = [
     "*.md",
     "benchmarks/*.md",
-    "conformance/*.md",
+    "conformance/**.md",
     "core/**.md",
     "decoders/**.md",
     "docs/**",
@@ -31,6 +31,8 @@ autoapi_root = "docs/api"
 autoapi_options = ["members", "show-module-summary"]
 autoapi_own_page_level = "module"
 autoapi_add_toctree_entry = False  # docs/index.md has it
-suppress_warnings = ["ref.python"]  # a name that two modules have
+napoleon_use_ivar = True
+# Of the API: names that two modules have, imports of constants, marks of code in docstrings.
+suppress_warnings = ["ref.python", "autoapi.python_import_resolution", "docutils"]
 autoapi_keep_files = False
 autoapi_member_order = "bysource"
