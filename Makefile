@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test check lint types imports core conformance mutants clean
+.PHONY: help setup lock outdated locked demo test check lint types imports docs core conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -22,9 +22,13 @@ define resolve
 $(RESOLVE) --extra media --extra view --extra dev -o $(1)/main.txt
 $(RESOLVE) --extra train --constraints $(1)/main.txt -o $(1)/torch.txt
 endef
+# What docs/ is built with has a virtual environment of its own, and its lock beside it.
+resolve_docs = $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
+  --no-header --no-annotate docs/requirements.in -o docs/requirements.txt
 
 lock: $(READY) ## Take the newest versions that pyproject.toml allows into requirements/.
 	$(call resolve,requirements)
+	$(resolve_docs)
 
 NEWER := $(VENV)/newer
 outdated: $(READY) ## Show what `make lock` would change: to be looked at every week.
@@ -42,7 +46,7 @@ demo: $(READY) $(CORE) ## Trace a scene, encode it, decode it, measure it: demo/
 test: $(READY) $(CORE) ## Run all tests.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
 
-check: locked lint types imports core test ## Everything that CI runs: versions, lint, types, import rules, tests.
+check: locked lint types imports docs core test ## Everything that CI runs: versions, lint, types, import rules, docs, tests.
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -55,6 +59,15 @@ types: $(READY) ## Types, strictly.
 imports: $(READY) ## Who may import whom.
 	$(BIN)/lint-imports
 
+DOCS := $(VENV)/docs
+docs: $(DOCS)/.ready ## The documentation as a site, its links checked: build/site/index.html.
+	$(DOCS)/bin/sphinx-build -q -W --keep-going -j auto -c docs . build/site
+
+$(DOCS)/.ready: docs/requirements.txt
+	$(PYTHON) -m venv $(DOCS)
+	$(DOCS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r docs/requirements.txt
+	@touch $@
+
 core: ## Format, lints and tests of core/.
 	@if ! command -v cargo >/dev/null; then echo "no cargo here: core/ is not tested"; \
 	elif ! cargo fetch --quiet --locked --manifest-path core/Cargo.toml; then \
@@ -62,14 +75,14 @@ core: ## Format, lints and tests of core/.
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.decoder
+REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
 
 conformance: $(READY) $(CORE) ## Test vectors: reference decoder and encoder, and decoders/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
 	@if command -v cargo >/dev/null; then \
-	  $(BIN)/python conformance/run.py --decoder "env QUARC_REF_ENGINE=fast $(BIN)/python -m quarc_ref.decoder" && \
+	  $(BIN)/python conformance/run.py --decoder "env QUARC_REF_ENGINE=fast $(BIN)/python -m quarc_ref.conformance" && \
 	  cargo build --quiet --release --manifest-path core/Cargo.toml --package quarc-cli && \
 	  $(BIN)/python conformance/run.py --decoder "core/target/release/quarc conformance"; \
 	else echo "no cargo here: core/ is left out"; fi
@@ -84,7 +97,7 @@ mutants: $(READY) ## Break the reference decoder in one place after the other: t
 	$(BIN)/python conformance/selftest/run_mutants.py
 
 clean: ## Remove what was made.
-	rm -rf $(VENV) demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # With TORCH_INDEX, torch comes from there and not from PyPI.

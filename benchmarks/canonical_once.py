@@ -19,12 +19,12 @@ import torch
 from kept_files import keep_file
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
-from quarc_ref.encoder.canonical import train_canonical
-from quarc_ref.encoder.checkpoint import Checkpoint
-from quarc_ref.encoder.config import CanonicalSettings
-from quarc_ref.encoder.straight_through import position_step
-from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.encoder.resume.checkpoint import Checkpoint
+from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.straight_through import position_step
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
 Train = Callable[..., Attributes]  # as `train_canonical`

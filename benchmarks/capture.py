@@ -16,7 +16,7 @@ from pathlib import Path
 
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.presets import PRESETS, choose_preset
+from quarc_ref.encoder.settings.presets import PRESETS, choose_preset
 from quarc_ref.evaluation.evaluate import evaluate_stream
 
 
@@ -61,7 +61,7 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, object]:
 
 
 def print_markdown(rows: list[dict[str, object]]) -> None:
-    """Print the rows as the table of benchmarks/README.md."""
+    """Print the rows as a table in Markdown."""
     print(
         "| capture | preset | frames | Gaussians | PSNR first / mean / worst | SSIM | "
         "KB per frame | canonical KB | canonical, motion, births / estimate | s canonical | "

@@ -17,9 +17,9 @@ from pathlib import Path
 from quarc_ref.cli.encoder_options import configure
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import PRESETS
-from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import PRESETS
+from quarc_ref.inspection.inspect_stream import inspect_stream
 from steady_timer import FIRST_FRAME, STAGES, SteadyTimer
 
 

@@ -19,14 +19,14 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.decoder import decode
 from quarc_ref.decoder.engine import FAST, REFERENCE
 from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
+from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
+from quarc_ref.streams import decode
 
 _FRAMES = 4
 _REACH = 1 << 20

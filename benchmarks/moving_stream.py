@@ -18,8 +18,8 @@ from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.files import atomic_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.gaussian_planes import sort_canonical
 from quarc_ref.format.constants import LEVELS, RESIDUAL_ROWS
-from quarc_ref.format.gaussian_planes import sort_canonical
 from quarc_ref.format.records import (
     LOG_SCALES,
     OPACITY,
@@ -32,8 +32,8 @@ from quarc_ref.format.records import (
     Section,
     StreamHeader,
 )
-from quarc_ref.format.stream_writer import StreamWriter
 from quarc_ref.format.updates import UPDATE_FIELDS, Updates
+from quarc_ref.streams.stream_writer import StreamWriter
 
 _METER = 1 << 12
 _MOVERS = 8

@@ -23,12 +23,12 @@ import numpy as np
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts, move
 from quarc_ref.decoder.state import State
-from quarc_ref.format.ans import PythonBitDecoder
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.entropy import HAS_CONSTRICTION, decoding_with, open_fastest
-from quarc_ref.format.gaussian_planes import read_births, write_births
-from quarc_ref.format.motion_planes import read_motion, write_motion
+from quarc_ref.format.coding.ans import PythonBitDecoder
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, decoding_with, open_fastest
+from quarc_ref.format.coding.gaussian_planes import read_births, write_births
+from quarc_ref.format.coding.motion_planes import read_motion, write_motion
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
 Seen = dict[str, ContextCounts]  # by the fields of a state

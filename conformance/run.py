@@ -1,6 +1,6 @@
 """Test a decoder, or an encoder, against the vectors of conformance/.
 
-    python conformance/run.py --decoder "python -m quarc_ref.decoder"
+    python conformance/run.py --decoder "python -m quarc_ref.conformance"
     python conformance/run.py --decoder "./mydecoder" --only invalid/ --json report.json
 
 Needs Python 3.11 and nothing else. README.md begins where you are, RUNNER.md

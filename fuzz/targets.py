@@ -20,16 +20,16 @@ from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header
 from quarc_ref.datasets.transforms_entries import read_transforms
 from quarc_ref.datasets.video import VideoReader
-from quarc_ref.decoder import Source, decode, recover
-from quarc_ref.decoder.sources import PipeSource
-from quarc_ref.editing.cut import cut
-from quarc_ref.encoder.array_file import ArrayFileError, Layout, read_arrays
+from quarc_ref.encoder.resume.array_file import ArrayFileError, Layout, read_arrays
 from quarc_ref.files import MARKER, PlaceError, grown_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
-from quarc_ref.format.source import BytesSource
+from quarc_ref.streams import Source, decode, recover
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.cut import cut
+from quarc_ref.streams.source import BytesSource
+from quarc_ref.streams.sources import PipeSource
 
 SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds"
 _REFUSALS = (BitstreamError, LimitError, SourceError, EditError)

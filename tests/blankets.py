@@ -8,7 +8,7 @@ import numpy as np
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import Gaussians, StreamHeader
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 
 def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from quarc_ref.evaluation.twin_coders import TwinCoders
-from quarc_ref.format.entropy import decoding_with
+from quarc_ref.format.coding.entropy import decoding_with
+from quarc_ref.inspection.twin_coders import TwinCoders
 from tests.clusters import run_cluster
 
 settings.register_profile("dev", max_examples=50, deadline=None)

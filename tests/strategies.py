@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from quarc_ref.format.coding.motion_planes import LevelContext
 from quarc_ref.format.constants import RESIDUAL_ROWS
-from quarc_ref.format.motion_planes import LevelContext
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 from quarc_ref.format.updates import Updates
 

@@ -10,10 +10,11 @@ from gpu.rows import Notebook, Row
 from gpu.scene import load_capture
 from gpu.training import describe_memory, make_config, train
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.decoder import Scene, decode, dequantize
-from quarc_ref.encoder.first_frame_check import measure_views
-from quarc_ref.encoder.trainable import from_splats
+from quarc_ref.decoder import Scene, dequantize
+from quarc_ref.encoder.checks.first_frame_check import measure_views
+from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.rendering.backends import choose_rasterizer
+from quarc_ref.streams import decode
 
 
 def work(sizes: Sizes, folder: Path, notebook: Notebook) -> None:

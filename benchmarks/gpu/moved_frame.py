@@ -6,7 +6,7 @@ from gpu.plan import REAL, Sizes
 from gpu.rows import Notebook, Row
 from gpu.scene import FRAMES
 from gpu.training import describe_memory, make_config, train
-from quarc_ref.decoder import decode
+from quarc_ref.streams import decode
 from steady_timer import STAGES
 
 _GOAL, _BAR = 2.3, 5.0

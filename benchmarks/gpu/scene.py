@@ -9,11 +9,11 @@ import numpy as np
 from gpu.plan import Sizes
 from gpu.rows import Notebook, Row
 from quarc_ref.datasets.capture import Capture, Image, Points
-from quarc_ref.datasets.synth.options import SynthOptions, make_generator
-from quarc_ref.datasets.synth.rig import RigCamera, place_cameras
-from quarc_ref.datasets.synth.scene import make_scene
-from quarc_ref.datasets.synth.tracer import join_points, trace_points, trace_view
 from quarc_ref.format.cameras import Camera
+from quarc_ref.synth.options import SynthOptions, make_generator
+from quarc_ref.synth.rig import RigCamera, place_cameras
+from quarc_ref.synth.scene import make_scene
+from quarc_ref.synth.tracer import join_points, trace_points, trace_view
 
 FRAMES = 3
 _NEAR_MARGIN = 0.95

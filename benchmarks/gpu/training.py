@@ -10,7 +10,7 @@ from gpu.plan import Sizes
 from gpu.rows import Notebook, Row
 from gpu.scene import load_capture
 from quarc_ref.encoder import EncodeOptions, change_setting, choose_preset, encode
-from quarc_ref.encoder.config import EncoderConfig
+from quarc_ref.encoder.settings.config import EncoderConfig
 from steady_timer import SteadyTimer
 
 _NOTES_EVERY = 100

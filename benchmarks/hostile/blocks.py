@@ -13,8 +13,8 @@ from typing import Any, Protocol
 
 from hostile import judge
 from hostile.mutations import Mutant
-from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 
 BLOCK = 1000
 _OTHER_WAYS = tuple(way for way in judge.WAYS if way != "decode")

@@ -3,10 +3,11 @@
 import zlib
 from collections.abc import Iterator
 
-from quarc_ref.decoder import Player, compute_digest
+from quarc_ref.decoder import compute_digest
 from quarc_ref.decoder.engine import FAST, REFERENCE
 from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.format.errors import BitstreamError, LimitError, ProofError
+from quarc_ref.playback import Player
 
 _End = BitstreamError | LimitError | None
 

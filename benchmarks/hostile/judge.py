@@ -13,27 +13,21 @@ from types import FrameType
 from unittest.mock import patch
 
 from hostile.both_engines import decode_by_both_engines
-from quarc_ref.decoder import (
-    BytesSource,
-    PipeSource,
-    decode,
-    dequantize,
-    frames,
-    recover,
-)
+from quarc_ref.decoder import dequantize, frames
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import decoding_by
-from quarc_ref.editing.cut import cut
-from quarc_ref.editing.join import join
-from quarc_ref.evaluation.inspect_stream import inspect_stream
-from quarc_ref.evaluation.twin_coders import TwinCoders
-from quarc_ref.format.entropy import decoding_with
+from quarc_ref.format.coding.entropy import decoding_with
 from quarc_ref.format.errors import (
     BitstreamError,
     EditError,
     LimitError,
     SourceError,
 )
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.twin_coders import TwinCoders
+from quarc_ref.streams import BytesSource, PipeSource, decode, recover
+from quarc_ref.streams.cut import cut
+from quarc_ref.streams.join import join
 
 SECONDS = 2.0
 MEBIBYTES = 512

@@ -12,8 +12,8 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import MAGIC, SYNC
+from quarc_ref.streams.chunk_reader import split_chunks
 
 Chunks = list[tuple[bytes, bytes]]
 """Type and payload of each."""

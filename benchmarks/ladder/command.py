@@ -18,18 +18,18 @@ from quarc_ref.cli.faults import UsageError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import PRESETS, list_settings
 from quarc_ref.encoder.progress import Silence
-from quarc_ref.encoder.threads import fixed_threads
-from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import PRESETS, list_settings
+from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.format.errors import QuarcError
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.streams.decode_stream import decode_states
 from studies import ProgressLines, note
 
 

@@ -11,9 +11,9 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.losses import photometric_loss
-from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.encoder.training.losses import photometric_loss
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes
 
 _FEWER = 4  # times, from a trial to the next
 

@@ -10,14 +10,14 @@ from ladder.rungs import Rung
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
-from quarc_ref.encoder.canonical import canonical_rates
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.losses import photometric_loss
-from quarc_ref.encoder.motion import fit_motion
-from quarc_ref.encoder.straight_through import translation_step, without_rounding
-from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.surrogate import Following, deform
-from quarc_ref.encoder.trainable import Attributes, Trainer, fall_along_cosine, from_splats
+from quarc_ref.encoder.frames.motion import fit_motion
+from quarc_ref.encoder.frames.surrogate import Following, deform
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.training.canonical import canonical_rates
+from quarc_ref.encoder.training.losses import photometric_loss
+from quarc_ref.encoder.training.straight_through import translation_step, without_rounding
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes, Trainer, fall_along_cosine, from_splats
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import StreamHeader
 

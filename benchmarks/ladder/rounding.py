@@ -13,10 +13,11 @@ from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.reconstruct import motion_contexts, move
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update, update_context
-from quarc_ref.encoder.straight_through import translation_step
-from quarc_ref.encoder.trainable import Attributes, from_splats
-from quarc_ref.evaluation.estimate import estimate_bits, estimate_updates
+from quarc_ref.encoder.training.straight_through import translation_step
+from quarc_ref.encoder.training.trainable import Attributes, from_splats
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.motion_planes import write_motion
+from quarc_ref.format.coding.update_planes import write_updates
 from quarc_ref.format.constants import (
     CODE_LIMIT,
     RECENCY_LIMIT,
@@ -24,10 +25,9 @@ from quarc_ref.format.constants import (
     ROTATION_UNITY_LIMIT,
     SYMBOL_LIMIT,
 )
-from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import SH_REST, StreamHeader
-from quarc_ref.format.update_planes import write_updates
 from quarc_ref.format.updates import CODES, TURN, UPDATE_FIELDS, Updates
+from quarc_ref.inspection.estimate import estimate_bits, estimate_updates
 
 Changes = dict[str, int]  # Gaussians of which a field changes, by its name
 

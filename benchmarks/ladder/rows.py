@@ -14,10 +14,10 @@ from ladder.rungs import STILL, Rung
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.first_frame import settle_exposures
-from quarc_ref.encoder.presets import list_settings
-from quarc_ref.encoder.studio import Studio
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import list_settings
+from quarc_ref.encoder.training.first_frame import settle_exposures
+from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.format.cameras import Camera
 from studies import Row, keep_row, note, recall_row
 

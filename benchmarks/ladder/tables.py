@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from quarc_ref.evaluation.camera_meter import Measures
-from quarc_ref.evaluation.stream_summary import KILOBYTE
+from quarc_ref.inspection.stream_summary import KILOBYTE
 from rate.tables import format_table
 from studies import Row
 

@@ -5,10 +5,10 @@ import numpy as np
 from paper.trials import Trial
 from paper.unquantized import FloatFrame
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.evaluation.estimate import estimate_births, estimate_bits, estimate_gaussians
-from quarc_ref.evaluation.stream_summary import FrameSummary
-from quarc_ref.evaluation.symbols import Magnitudes
 from quarc_ref.format.records import Gaussians
+from quarc_ref.inspection.estimate import estimate_births, estimate_bits, estimate_gaussians
+from quarc_ref.inspection.stream_summary import FrameSummary
+from quarc_ref.inspection.symbols import Magnitudes
 
 _FLOAT_BYTES = 4
 _FLOATS_OF_PLACE = 7  # position and quaternion

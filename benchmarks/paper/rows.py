@@ -21,16 +21,17 @@ from paper.unquantized import encode_unquantized, open_studio
 from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.decoder import Splats, decode, dequantize
+from quarc_ref.decoder import Splats, dequantize
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
-from quarc_ref.encoder.threads import fixed_threads
-from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
 from quarc_ref.evaluation.protocol import describe_protocol
-from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, FrameSummary
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
+from quarc_ref.streams import decode
 from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
 
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import list_settings
 
 Floats = Literal["", "motion", "all"]
 

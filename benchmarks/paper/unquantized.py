@@ -24,23 +24,23 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
-from quarc_ref.encoder.births import fit_births
-from quarc_ref.encoder.canonical import train_canonical
-from quarc_ref.encoder.config import make_header
 from quarc_ref.encoder.encode_stream import count_deaths, suit_capture
-from quarc_ref.encoder.exposure import Exposures
-from quarc_ref.encoder.first_frame import measure_loss, settle_exposures
-from quarc_ref.encoder.motion import fit_motion
+from quarc_ref.encoder.frames.births import fit_births
+from quarc_ref.encoder.frames.motion import fit_motion
+from quarc_ref.encoder.frames.rate_control import price_bytes
+from quarc_ref.encoder.frames.surrogate import deform
 from quarc_ref.encoder.progress import Progress
-from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
-from quarc_ref.encoder.rate_control import price_bytes
-from quarc_ref.encoder.straight_through import without_rounding
-from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.surrogate import deform
-from quarc_ref.encoder.trainable import from_splats
-from quarc_ref.encoder.views import TrainingViews, measure_extent
+from quarc_ref.encoder.settings.config import make_header
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.first_frame import measure_loss, settle_exposures
+from quarc_ref.encoder.training.quantize import keep_representable, quantize_gaussians
+from quarc_ref.encoder.training.straight_through import without_rounding
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
-from quarc_ref.format.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 

@@ -14,8 +14,8 @@ from quality.subjects import TRACED, Subject, parse_traced, provide_traced, rota
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.jobs import Job, JobsError, Where
 from studies import Row, note, run_waiting
 

@@ -6,15 +6,16 @@ from statistics import fmean
 from paper.quality import fit_slope
 from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.decoder import decode, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import Measures
 from quarc_ref.evaluation.color_correction import GAIN
-from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.quality import finite
-from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.evaluation.views import View
 from quarc_ref.format import container
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import StreamSummary
+from quarc_ref.streams import decode
 
 Figures = dict[str, float | None]  # by name; None where there is nothing to measure
 

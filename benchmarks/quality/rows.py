@@ -11,8 +11,8 @@ from perceptual import Lpips
 from quality.figures import measure_stream
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.protocol import describe_protocol
 from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds

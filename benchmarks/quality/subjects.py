@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
-from quarc_ref.datasets.synth.variants import VARIANTS
+from quarc_ref.synth import SynthOptions, write_synthetic_capture
+from quarc_ref.synth.variants import VARIANTS
 from studies import note
 
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from quarc_ref.evaluation.stream_summary import FrameSummary, StreamSummary
+from quarc_ref.inspection.stream_summary import FrameSummary, StreamSummary
 
 AMORTIZED_FRAMES = 300
 

@@ -5,7 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from quarc_ref.encoder.presets import PRESETS
+from quarc_ref.encoder.settings.presets import PRESETS
 from rate.claims import (
     Claim,
     claim_against_paper,

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.datasets.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.encoder import EncodeOptions
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import change_setting, choose_preset, list_settings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import change_setting, choose_preset, list_settings
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
+from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from studies import note
 
 BUILT_IN = "synth"

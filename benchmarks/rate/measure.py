@@ -12,10 +12,10 @@ from kept_files import keep_file
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.same_capture import open_same_capture
-from quarc_ref.evaluation.stream_summary import StreamSummary
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.rendering.pictures import render_picture
 from rate.jobs import Job, list_differences, provide_stream
 from studies import note

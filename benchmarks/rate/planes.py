@@ -15,10 +15,10 @@ import numpy as np
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.chunk_reader import ChunkReader
-from quarc_ref.format.gaussian_planes import read_canonical
+from quarc_ref.format.coding.gaussian_planes import read_canonical
 from quarc_ref.format.records import Births, Gaussians
-from quarc_ref.format.source import as_source
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.source import as_source
 
 Kind = str
 Compressor = Callable[[bytes], bytes]

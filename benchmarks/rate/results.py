@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kept_files import keep_file
 from quarc_ref.evaluation.plots import plot_coders, plot_rate_distortion
-from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
+from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS
 from rate.claims import Claim, list_moved
 from rate.converters import tell_version
 from rate.hull import Point, upper_hull

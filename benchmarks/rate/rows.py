@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
 
-from quarc_ref.decoder import decode, dequantize
-from quarc_ref.evaluation.stream_summary import KINDS
+from quarc_ref.decoder import dequantize
+from quarc_ref.inspection.stream_summary import KINDS
+from quarc_ref.streams import decode
 from rate import keyframe_deltas
 from rate.converters import NotAtHandError, convert_scene
 from rate.measure import Measured, measure_first_frame

@@ -12,8 +12,8 @@ from statistics import fmean
 from canonical_once import CanonicalOnce
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.config import EncoderConfig
 from quarc_ref.encoder.encode_stream import suit_capture
+from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.format.constants import ROTATION_UNITY_LIMIT
 from rate.claims import Claim, amortize_file
 from rate.hull import Point, gap_below, upper_hull

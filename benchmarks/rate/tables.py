@@ -5,7 +5,7 @@ import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 
-from quarc_ref.evaluation.stream_summary import KILOBYTE
+from quarc_ref.inspection.stream_summary import KILOBYTE
 from rate.claims import Claim
 from rate.hull import Point, upper_hull
 from rate.rows import Row

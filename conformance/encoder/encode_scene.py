@@ -15,8 +15,8 @@ import torch
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.quantize import quantize_births, quantize_gaussians
-from quarc_ref.encoder.trainable import Attributes
+from quarc_ref.encoder.training.quantize import quantize_births, quantize_gaussians
+from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, StreamHeader
 

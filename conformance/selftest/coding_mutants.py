@@ -2,18 +2,23 @@
 
 from mutant import mutant
 
-_CONTEXTS = "format/contexts.py"
-_MOTION = "format/motion_planes.py"
-_GAUSSIANS = "format/gaussian_planes.py"
+_CONTEXTS = "format/coding/contexts.py"
+_MOTION = "format/coding/motion_planes.py"
+_GAUSSIANS = "format/coding/gaussian_planes.py"
 _WEIGHT = "((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)"
 _OPENED = "    reader = PlaneReader(section, counts)\n"
 _HALVED = "seen[0] + seen[1] > COUNT_LIMIT)"
 
 MUTANTS = (
-    mutant("end of the coder unchecked", "format/planes.py", "        self._words.finish()\n", ""),
+    mutant(
+        "end of the coder unchecked",
+        "format/coding/planes.py",
+        "        self._words.finish()\n",
+        "",
+    ),
     mutant(
         "last word of 0 taken",
-        "format/entropy.py",
+        "format/coding/entropy.py",
         "    return (_opener.get() or open_fastest)(words)",
         "    return (_opener.get() or open_fastest)(np.trim_zeros(words, 'b'))",
     ),
@@ -84,7 +89,7 @@ MUTANTS = (
     ),
     mutant(
         "code 240 taken for 0",
-        "format/probability.py",
+        "format/coding/probability.py",
         "    if code >= PROBABILITY_CODES:",
         "    code %= PROBABILITY_CODES\n    if code >= PROBABILITY_CODES:",
     ),

@@ -3,7 +3,7 @@
 from mutant import mutant
 
 _CONTAINER = "format/container.py"
-_READER = "format/chunk_reader.py"
+_READER = "streams/chunk_reader.py"
 _STREAM = "decoder/stream_decoder.py"
 _WIRE = "format/wire.py"
 _UNKNOWN = "if not is_known and not header.is_ancillary:"
@@ -70,61 +70,61 @@ MUTANTS = (
     ),
     mutant(
         "a TAIL with bytes behind it ends a gap",
-        "format/resync.py",
+        "streams/resync.py",
         "return not source.read(header.end, 1)",
         "return True",
         alone="damaged",
     ),
     mutant(
         "recovery goes back in time",
-        "format/resync.py",
+        "streams/resync.py",
         "return canonical_frame(payload) >= self.frame",
         "return True",
     ),
     mutant(
         "TAIL tells how many frames are missing, also where the first was lost",
-        "decoder/recover.py",
+        "streams/recover.py",
         "        if self._first is None:\n            return None\n        return self._first +",
         "        return (self._first or 0) +",
         alone="damaged",
     ),
     mutant(
         "a chunk of a number that has been is resumed at",
-        "format/resync.py",
+        "streams/resync.py",
         "if header.sequence < self.sequence or header.length > self.limit:",
         "if header.length > self.limit:",
         alone="damaged",
     ),
     mutant(
         "a TAIL of any length is resumed at",
-        "format/resync.py",
+        "streams/resync.py",
         "return header.length == TAIL_BYTES",
         "return True",
         alone="damaged",
     ),
     mutant(
         "fewer than no frames are missing",
-        "decoder/recover.py",
+        "streams/recover.py",
         "or self._due is None or self._due < before:",
         "or self._due is None:",
         alone="damaged",
     ),
     mutant(
         "a frame that was resumed at is not missing if it is rejected",
-        "decoder/recover.py",
+        "streams/recover.py",
         "        return self._due - before\n",
         "        self._due += 1\n        return self._due - 1 - before\n",
         alone="damaged",
     ),
     mutant(
         "damaged ancillary chunks cost frames",
-        "decoder/recover.py",
+        "streams/recover.py",
         "elif header is not None and header.is_ancillary and",
         "elif False and header is not None and",
     ),
     mutant(
         "INDX need not end where TAIL begins",
-        "decoder/seek.py",
+        "streams/seek.py",
         "if index is None or reader.offset != tail_offset:",
         "if index is None:",
     ),

@@ -36,7 +36,7 @@ CATEGORIES = ("traps", "invalid", "streams", "unit", "damaged", "levels", "resou
 _SERIES = "damaged/cut-at-byte"
 _LAUNCHER = """import sys
 sys.path[0] = {folder!r}
-from quarc_ref.decoder.__main__ import main
+from quarc_ref.conformance.__main__ import main
 sys.exit(main())
 """
 

@@ -2,11 +2,11 @@
 
 from mutant import Mutant, mutant
 
-_PLANES = "format/snapshot_planes.py"
+_PLANES = "format/coding/snapshot_planes.py"
 _FRAMES = "decoder/frames.py"
 _STREAM = "decoder/stream_decoder.py"
-_SEEK = "decoder/seek.py"
-_RESYNC = "format/resync.py"
+_SEEK = "streams/seek.py"
+_RESYNC = "streams/resync.py"
 _CONTAINER = "format/container.py"
 
 MUTANTS: tuple[Mutant, ...] = (

@@ -3,7 +3,7 @@
 from mutant import Mutant, mutant
 
 _UPDATES = "decoder/updates.py"
-_PLANES = "format/update_planes.py"
+_PLANES = "format/coding/update_planes.py"
 _RECONSTRUCT = "decoder/reconstruct.py"
 _FRAMES = "decoder/frames.py"
 _WIRE = "format/wire.py"

@@ -9,20 +9,20 @@ from typing import Annotated
 import typer
 
 from quarc_ref import __version__
-from quarc_ref.cli import (
-    bench_verb,
-    capture_verbs,
-    decode_verb,
-    edit_verbs,
-    encode_verb,
-    eval_verb,
-    inspect_verb,
-    render_verb,
-    stream_verbs,
-    view_verb,
-)
 from quarc_ref.cli.command import Verb
 from quarc_ref.cli.faults import heed_termination, provide_outputs
+from quarc_ref.cli.verbs import (
+    bench,
+    capture,
+    decode,
+    edit,
+    encode,
+    evaluate,
+    inspect,
+    render,
+    stream,
+    view,
+)
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 
 app = typer.Typer(
@@ -32,19 +32,19 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("encode", cls=Verb)(encode_verb.encode)
-app.command("decode", cls=Verb)(decode_verb.decode_frames)
-app.command("verify", cls=Verb)(stream_verbs.verify)
-app.command("info", cls=Verb)(stream_verbs.info)
-app.command("inspect", cls=Verb)(inspect_verb.inspect)
-app.command("cut", cls=Verb)(edit_verbs.cut)
-app.command("join", cls=Verb)(edit_verbs.join)
-app.command("view", cls=Verb)(view_verb.view)
-app.command("render", cls=Verb)(render_verb.render)
-app.command("bench", cls=Verb)(bench_verb.bench)
-app.command("eval", cls=Verb)(eval_verb.evaluate)
-app.command("synth", cls=Verb)(capture_verbs.synth)
-app.command("demo", cls=Verb)(capture_verbs.demo)
+app.command("encode", cls=Verb)(encode.encode)
+app.command("decode", cls=Verb)(decode.decode_frames)
+app.command("verify", cls=Verb)(stream.verify)
+app.command("info", cls=Verb)(stream.info)
+app.command("inspect", cls=Verb)(inspect.inspect)
+app.command("cut", cls=Verb)(edit.cut)
+app.command("join", cls=Verb)(edit.join)
+app.command("view", cls=Verb)(view.view)
+app.command("render", cls=Verb)(render.render)
+app.command("bench", cls=Verb)(bench.bench)
+app.command("eval", cls=Verb)(evaluate.evaluate)
+app.command("synth", cls=Verb)(capture.synth)
+app.command("demo", cls=Verb)(capture.demo)
 
 
 def _print_version(asked: bool) -> None:

@@ -3,14 +3,14 @@
 
 def complete_preset() -> list[str]:
     """Return the names of all presets."""
-    from quarc_ref.encoder.presets import PRESETS
+    from quarc_ref.encoder.settings.presets import PRESETS
 
     return list(PRESETS)
 
 
 def complete_setting() -> list[tuple[str, str]]:
     """Return `KEY=` of every setting, and what it is."""
-    from quarc_ref.encoder.presets import choose_preset
-    from quarc_ref.encoder.setting_list import explain_settings
+    from quarc_ref.encoder.settings.presets import choose_preset
+    from quarc_ref.encoder.settings.setting_list import explain_settings
 
     return [(f"{each.name}=", each.meaning) for each in explain_settings(choose_preset("main"))]

@@ -14,9 +14,9 @@ from quarc_ref.cli.targets import written_file, written_stream
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
     from quarc_ref.encoder import EncodeOptions
-    from quarc_ref.encoder.config import EncoderConfig
     from quarc_ref.encoder.progress import Progress
     from quarc_ref.encoder.segments import Segment
+    from quarc_ref.encoder.settings.config import EncoderConfig
     from quarc_ref.jobs import Where
 
 
@@ -127,7 +127,7 @@ def encode_to_joined_file(
     is_there = wanted.resume and target.is_file() and not wanted.force
     with kept_segments(target, force=wanted.force or is_there, resume=wanted.resume) as folder:
         from quarc_ref.encoder import segments
-        from quarc_ref.encoder.checkpoint import name_checkpoint
+        from quarc_ref.encoder.resume.checkpoint import name_checkpoint
 
         capture, options = work.open()
         if is_there:

@@ -9,7 +9,7 @@ from quarc_ref.cli.faults import UsageError, regain_signals
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
-    from quarc_ref.encoder.config import EncoderConfig
+    from quarc_ref.encoder.settings.config import EncoderConfig
 
 
 def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
@@ -18,7 +18,7 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     Raises:
         UsageError: No such preset, setting or value.
     """
-    from quarc_ref.encoder.presets import SettingError, change_setting, choose_preset
+    from quarc_ref.encoder.settings.presets import SettingError, change_setting, choose_preset
 
     try:
         config = change_setting(choose_preset(preset), "seed", str(seed))
@@ -48,8 +48,8 @@ def name_settings(asked: dict[str, float | None]) -> list[str]:
 
 def print_settings() -> None:
     """Print every setting that there is, as the preset `main` has it."""
-    from quarc_ref.encoder.presets import choose_preset
-    from quarc_ref.encoder.setting_list import explain_settings
+    from quarc_ref.encoder.settings.presets import choose_preset
+    from quarc_ref.encoder.settings.setting_list import explain_settings
 
     explained = explain_settings(choose_preset("main"))
     rows = [("KEY", "in main", "takes", "what it is")]

@@ -11,7 +11,7 @@ from quarc_ref.cli.options import STANDARD_STREAM, check_file, is_file
 from quarc_ref.cli.output import tell
 
 if TYPE_CHECKING:
-    from quarc_ref.decoder import Follow
+    from quarc_ref.streams import Follow
 
 PATIENCE = 60.0
 _POLL_SECONDS = 0.1
@@ -60,7 +60,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
         raise
     if not follow or name == STANDARD_STREAM:
         return None
-    from quarc_ref.decoder import Follow
+    from quarc_ref.streams import Follow
 
     return Follow(patience=patience)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from quarc_ref.format.errors import BitstreamError, SourceError
 
 if TYPE_CHECKING:
-    from quarc_ref.decoder import Source
+    from quarc_ref.streams import Source
 
 _PIECE_BYTES = 1 << 16
 
@@ -20,7 +20,7 @@ def held_stream(source: "Source") -> "Iterator[Source]":
     Raises:
         SourceError: There is no room for the file.
     """
-    from quarc_ref.decoder import FileSource
+    from quarc_ref.streams import FileSource
 
     if source.size() is not None:
         yield source
@@ -32,7 +32,7 @@ def held_stream(source: "Source") -> "Iterator[Source]":
 
 def _copy(source: "Source", file: BinaryIO) -> None:
     """Copy a stream as far as one chunk follows the other: what is not a stream may not end."""
-    from quarc_ref.format.chunk_reader import ChunkReader
+    from quarc_ref.streams.chunk_reader import ChunkReader
 
     copying = _Copying(source, file)
     reader = ChunkReader(copying)

@@ -112,7 +112,7 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 
 def _remove(place: Path) -> None:
     """Remove what is in a place, and beside it, if nobody writes it; who reads it keeps it."""
-    from quarc_ref.encoder.checkpoint import remove_checkpoint
+    from quarc_ref.encoder.resume.checkpoint import remove_checkpoint
     from quarc_ref.encoder.stream_file import opened_alone
 
     with opened_alone(place) as file:
@@ -140,7 +140,7 @@ def _refuse_left(place: Path) -> NoReturn:
 
 
 def _name_training(place: Path) -> Path:
-    from quarc_ref.encoder.checkpoint import name_checkpoint
+    from quarc_ref.encoder.resume.checkpoint import name_checkpoint
 
     return name_checkpoint(place)
 

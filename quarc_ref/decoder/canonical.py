@@ -6,8 +6,8 @@ from quarc_ref.decoder.ranges import narrow_codes, narrow_positions
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
+from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.constants import RECENCY_LIMIT
-from quarc_ref.format.contexts import ContextCounts
 from quarc_ref.format.records import Gaussians, StreamHeader
 
 

@@ -14,14 +14,16 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update, update_context
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.gaussian_planes import read_births, read_canonical
+from quarc_ref.format.coding.motion_planes import read_motion
+from quarc_ref.format.coding.snapshot_planes import Snapshot, read_snapshot
+from quarc_ref.format.coding.update_planes import read_updates
 from quarc_ref.format.constants import COUNTER_LIMIT
 from quarc_ref.format.errors import (
     CountError,
     FrameOrderError,
     StateCrcError,
 )
-from quarc_ref.format.gaussian_planes import read_births, read_canonical
-from quarc_ref.format.motion_planes import read_motion
 from quarc_ref.format.records import (
     CanonicalChunk,
     FrameChunk,
@@ -30,8 +32,6 @@ from quarc_ref.format.records import (
     SnapshotChunk,
     StreamHeader,
 )
-from quarc_ref.format.snapshot_planes import Snapshot, read_snapshot
-from quarc_ref.format.update_planes import read_updates
 
 
 def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> tuple[State, Gaussians]:

@@ -16,9 +16,9 @@ from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int16, Int32, Int64
+from quarc_ref.format.coding.motion_planes import LevelContext
 from quarc_ref.format.constants import COUNTER_LIMIT
 from quarc_ref.format.errors import CountError, CountLevelError, ParentRangeError
-from quarc_ref.format.motion_planes import LevelContext
 from quarc_ref.format.records import OPACITY, Births
 
 

@@ -11,10 +11,10 @@ from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update_context
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.gaussian_planes import write_births, write_canonical
-from quarc_ref.format.motion_planes import write_motion
+from quarc_ref.format.coding.gaussian_planes import write_births, write_canonical
+from quarc_ref.format.coding.motion_planes import write_motion
+from quarc_ref.format.coding.update_planes import write_updates
 from quarc_ref.format.records import Births, CanonicalChunk, Gaussians, Section, StreamHeader
-from quarc_ref.format.update_planes import write_updates
 from quarc_ref.format.updates import Updates
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.arrays import Int16, Int64
-from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.records import Births, Gaussians
 from quarc_ref.format.updates import Updates
 

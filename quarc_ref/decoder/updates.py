@@ -13,9 +13,9 @@ from quarc_ref.decoder.rotation import normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.coding.update_planes import UpdateContext
 from quarc_ref.format.constants import RECENCY_LIMIT, ROTATION_UNITY_LIMIT
 from quarc_ref.format.errors import CountError, SymbolRangeError
-from quarc_ref.format.update_planes import UpdateContext
 from quarc_ref.format.updates import CODES, TRANSLATION, TURN, Updates
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.encode_stream import EncodeOptions, encode
-    from quarc_ref.encoder.presets import change_setting, choose_preset
+    from quarc_ref.encoder.settings.presets import change_setting, choose_preset
 
 __all__ = ["EncodeOptions", "change_setting", "choose_preset", "encode"]
 
@@ -26,6 +26,7 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401
     if name not in __all__:
         message = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(message)
-    from quarc_ref.encoder import encode_stream, presets
+    from quarc_ref.encoder import encode_stream
+    from quarc_ref.encoder.settings import presets
 
     return getattr(encode_stream if hasattr(encode_stream, name) else presets, name)

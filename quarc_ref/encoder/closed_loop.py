@@ -19,6 +19,8 @@ from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.coding.gaussian_planes import sort_canonical
+from quarc_ref.format.coding.snapshot_planes import write_snapshot
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -28,7 +30,6 @@ from quarc_ref.format.errors import (
     ResumeError,
     StateError,
 )
-from quarc_ref.format.gaussian_planes import sort_canonical
 from quarc_ref.format.records import (
     Births,
     CanonicalChunk,
@@ -38,9 +39,8 @@ from quarc_ref.format.records import (
     SnapshotChunk,
     StreamHeader,
 )
-from quarc_ref.format.snapshot_planes import write_snapshot
-from quarc_ref.format.stream_writer import StreamWriter
 from quarc_ref.format.updates import Updates
+from quarc_ref.streams.stream_writer import StreamWriter
 
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
 

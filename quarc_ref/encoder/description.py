@@ -5,8 +5,8 @@ from typing import Any
 
 from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.encoder.config import EncoderConfig
-from quarc_ref.encoder.presets import list_settings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 

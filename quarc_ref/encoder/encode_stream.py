@@ -18,27 +18,27 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.births import fit_births
-from quarc_ref.encoder.canonical import train_canonical
-from quarc_ref.encoder.capture_checks import check_capture
-from quarc_ref.encoder.checkpoint import Checkpoint
+from quarc_ref.encoder.checks.capture_checks import check_capture
+from quarc_ref.encoder.checks.findings import Report, ignore
+from quarc_ref.encoder.checks.first_frame_check import check_first_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.config import BirthSettings, EncoderConfig, make_header
 from quarc_ref.encoder.description import describe_encode
-from quarc_ref.encoder.exposure import Exposures
-from quarc_ref.encoder.findings import Report, ignore
-from quarc_ref.encoder.first_frame import measure_loss, settle_exposures
-from quarc_ref.encoder.first_frame_check import check_first_frame
-from quarc_ref.encoder.motion import fit_motion
-from quarc_ref.encoder.presets import choose_preset
+from quarc_ref.encoder.frames.births import fit_births
+from quarc_ref.encoder.frames.motion import fit_motion
+from quarc_ref.encoder.frames.rate_control import price_bytes
 from quarc_ref.encoder.progress import Progress, Silence
-from quarc_ref.encoder.quantize import keep_representable, quantize_gaussians
-from quarc_ref.encoder.rate_control import price_bytes
-from quarc_ref.encoder.resume import Begun, require_frames, require_same
+from quarc_ref.encoder.resume.checkpoint import Checkpoint
+from quarc_ref.encoder.resume.partial_stream import Begun, require_frames, require_same
+from quarc_ref.encoder.settings.config import BirthSettings, EncoderConfig, make_header
+from quarc_ref.encoder.settings.presets import choose_preset
 from quarc_ref.encoder.steps import propose_steps
-from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.threads import fixed_threads
-from quarc_ref.encoder.views import TrainingViews, measure_extent
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.first_frame import measure_loss, settle_exposures
+from quarc_ref.encoder.training.quantize import keep_representable, quantize_gaussians
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.threads import fixed_threads
+from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer

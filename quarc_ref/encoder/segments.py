@@ -13,16 +13,16 @@ from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.decoder.sources import FileSource
-from quarc_ref.editing.join import join
+from quarc_ref.encoder.checks.findings import Finding, Report, ignore
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_stream import EncodeOptions
-from quarc_ref.encoder.findings import Finding, Report, ignore
 from quarc_ref.encoder.progress import Progress, Silence
-from quarc_ref.encoder.resume import read_begun, require_count, require_same
+from quarc_ref.encoder.resume.partial_stream import read_begun, require_count, require_same
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.jobs import Job, Where, run_jobs
+from quarc_ref.streams.join import join
+from quarc_ref.streams.sources import FileSource
 
 
 @dataclass(frozen=True, slots=True)

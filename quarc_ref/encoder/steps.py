@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from quarc_ref.datasets.capture import Image, Points
-from quarc_ref.encoder.config import StepSettings
-from quarc_ref.encoder.sightings import find_center, sight_points
-from quarc_ref.encoder.straight_through import position_step, translation_step
+from quarc_ref.encoder.checks.sightings import find_center, sight_points
+from quarc_ref.encoder.settings.config import StepSettings
+from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError

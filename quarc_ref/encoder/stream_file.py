@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.decoder.sources import FileSource
-from quarc_ref.encoder.checkpoint import name_checkpoint
 from quarc_ref.encoder.encode_stream import EncodeOptions, encode
-from quarc_ref.encoder.resume import read_begun
+from quarc_ref.encoder.resume.checkpoint import name_checkpoint
+from quarc_ref.encoder.resume.partial_stream import read_begun
 from quarc_ref.files.locks import is_at, lock, open_regular
 from quarc_ref.format.errors import ResumeError
+from quarc_ref.streams.sources import FileSource
 
 
 def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:

@@ -4,14 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from quarc_ref.decoder import decode, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
-from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.protocol import Protocol, describe_protocol
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.same_capture import open_same_capture
-from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.evaluation.views import View
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import StreamSummary
+from quarc_ref.streams import decode
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
 
 from quarc_ref.evaluation.metrics import Picture
-from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS, StreamSummary
+from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, StreamSummary
 
 _BLUE, _ORANGE, _GREEN, _GRAY = "#3b6ea8", "#d9822b", "#4f9d69", "#9aa3ad"
 _PURPLE, _TEAL = "#8361a8", "#2f8f8b"

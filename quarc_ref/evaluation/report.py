@@ -17,9 +17,9 @@ from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
 from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
 from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
 from quarc_ref.evaluation.quality import COLUMNS, Quality
-from quarc_ref.evaluation.stream_summary import KINDS, StreamSummary
 from quarc_ref.evaluation.views import View
 from quarc_ref.files import MadeFolder
+from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
 
 DIFFERENCE_GAIN = 4
 

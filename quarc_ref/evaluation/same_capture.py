@@ -7,8 +7,8 @@ from pathlib import Path
 from quarc_ref.datasets.calibration import DownscaleError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.evaluation.stream_summary import StreamSummary
 from quarc_ref.format.cameras import Camera
+from quarc_ref.inspection.stream_summary import StreamSummary
 
 _FEW = 12  # digits that tell fingerprints apart
 

@@ -1,7 +1,7 @@
 """What the format fixes once for all streams: SPEC 3.
 
 Literals only. What a stream chooses for itself is in `records.StreamHeader`;
-what an encoder chooses is in `quarc_ref.encoder.config`.
+what an encoder chooses is in `quarc_ref.encoder.settings.config`.
 """
 
 from typing import Final, NamedTuple

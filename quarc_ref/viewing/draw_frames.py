@@ -9,9 +9,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.decoder import Scene, Source, decode, dequantize
+from quarc_ref.decoder import Scene, dequantize
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_bands
+from quarc_ref.streams import Source, decode
 
 
 def draw_frames(

@@ -8,13 +8,13 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from quarc_ref.editing.frame_walk import FrameWalk
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.container import ChunkHeader
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.format.records import StreamHeader
-from quarc_ref.format.source import Source
+from quarc_ref.streams.frame_walk import FrameWalk
+from quarc_ref.streams.source import Source
 
 
 class CameraChoiceError(ValueError):

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from quarc_ref.decoder import Frame
-from quarc_ref.evaluation.inspect_stream import count_coded_bytes
-from quarc_ref.evaluation.stream_summary import KILOBYTE, KINDS
 from quarc_ref.format import container, wire
-from quarc_ref.format.chunk_reader import ChunkReader
 from quarc_ref.format.container import ChunkHeader
-from quarc_ref.format.source import Source
+from quarc_ref.inspection.inspect_stream import count_coded_bytes
+from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS
+from quarc_ref.playback import Frame
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.source import Source
 from quarc_ref.viewing.outline import Outline
 from quarc_ref.viewing.splat_frame import SplatFrame, make_splats
 

@@ -2,7 +2,7 @@
 
 import threading
 
-from quarc_ref.format.source import Source
+from quarc_ref.streams.source import Source
 
 
 class SharedSource:

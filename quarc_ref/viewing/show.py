@@ -7,10 +7,12 @@ from threading import Event
 
 import numpy as np
 
-from quarc_ref.decoder import Frame, Player, Source, Splats
-from quarc_ref.evaluation.stream_summary import KILOBYTE
+from quarc_ref.decoder import Splats
 from quarc_ref.format import container
 from quarc_ref.format.errors import QuarcError
+from quarc_ref.inspection.stream_summary import KILOBYTE
+from quarc_ref.playback import Frame, Player
+from quarc_ref.streams import Source
 from quarc_ref.viewing.frame_feed import FrameFeed
 from quarc_ref.viewing.outline import Outline
 from quarc_ref.viewing.page import Page, Program

@@ -2,12 +2,12 @@ import pytest
 
 import decode
 from moving_stream import Job, write_moving_stream
-from quarc_ref.decoder import decode as decode_stream
-from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.digest import compute_digest
-from quarc_ref.decoder.player import Player
-from quarc_ref.decoder.sources import open_source
-from quarc_ref.evaluation.decode_speed import measure_speed
+from quarc_ref.inspection.decode_speed import measure_speed
+from quarc_ref.playback.player import Player
+from quarc_ref.streams import decode as decode_stream
+from quarc_ref.streams.decode_stream import decode_states
+from quarc_ref.streams.sources import open_source
 from tests.engines import needs_fast
 
 

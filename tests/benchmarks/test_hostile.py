@@ -8,9 +8,9 @@ import pytest
 
 from hostile import blocks, judge
 from hostile.mutations import Mutator
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.benchmarks.test_hostile_mutations import SEEDS
-from tests.streams import rebuild_stream
+from tests.small_streams import rebuild_stream
 
 _SERIES = blocks.Series(Mutator(SEEDS, 0))
 SCRIPT = Path(judge.__file__).parents[1] / "hostile.py"

@@ -5,8 +5,8 @@ import sys
 import pytest
 
 import hostile_bombs
-from quarc_ref.decoder import decode
 from quarc_ref.format.constants import LEVELS, Level
+from quarc_ref.streams import decode
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@ from pathlib import Path
 import pytest
 
 from hostile.mutations import Mutator
-from quarc_ref.decoder import decode
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.streams import decode
+from quarc_ref.streams.chunk_reader import split_chunks
 
 SEEDS = {
     path.stem: path.read_bytes()

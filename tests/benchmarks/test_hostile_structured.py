@@ -7,11 +7,12 @@ import pytest
 
 from hostile import blocks, judge
 from hostile.structured.maker import StructuredMaker
-from quarc_ref.decoder import decode, reconstruct
+from quarc_ref.decoder import reconstruct
 from quarc_ref.format.errors import CountError
+from quarc_ref.streams import decode
 from tests.benchmarks.test_hostile import SCRIPT
 from tests.engines import needs_fast
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _COUNT = 4 * 84
 

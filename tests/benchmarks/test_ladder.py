@@ -19,11 +19,11 @@ from ladder.rungs import RUNGS
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
-from quarc_ref.encoder.canonical import canonical_rates
-from quarc_ref.encoder.quantize import quantize_gaussians
-from quarc_ref.encoder.straight_through import position_step, translation_step
-from quarc_ref.encoder.surrogate import turn
-from quarc_ref.encoder.trainable import Attributes, from_splats
+from quarc_ref.encoder.frames.surrogate import turn
+from quarc_ref.encoder.training.canonical import canonical_rates
+from quarc_ref.encoder.training.quantize import quantize_gaussians
+from quarc_ref.encoder.training.straight_through import position_step, translation_step
+from quarc_ref.encoder.training.trainable import Attributes, from_splats
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.datasets import scenes

@@ -10,9 +10,9 @@ from paper.experiments import (
     list_experiments,
     list_trials,
 )
-from quarc_ref.encoder.config import BirthSettings, StepSettings
-from quarc_ref.encoder.presets import PRESETS
-from quarc_ref.encoder.straight_through import position_step, translation_step
+from quarc_ref.encoder.settings.config import BirthSettings, StepSettings
+from quarc_ref.encoder.settings.presets import PRESETS
+from quarc_ref.encoder.training.straight_through import position_step, translation_step
 
 BASES = {name: replace(config, steps=StepSettings()) for name, config in PRESETS.items()}
 

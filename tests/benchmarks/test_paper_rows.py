@@ -9,7 +9,7 @@ from paper.rows import Task, make_row
 from paper.trials import Trial
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.datasets import scenes
 from tests.encoder.toys import SMALL
 

@@ -14,9 +14,9 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.progress import Silence
-from quarc_ref.encoder.quantize import quantize_gaussians
-from quarc_ref.encoder.straight_through import translation_step
-from quarc_ref.encoder.trainable import from_splats
+from quarc_ref.encoder.training.quantize import quantize_gaussians
+from quarc_ref.encoder.training.straight_through import translation_step
+from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.format.records import OPACITY, StreamHeader
 from quarc_ref.rendering.pictures import render_picture

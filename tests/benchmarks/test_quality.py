@@ -12,7 +12,7 @@ import studies
 from quality import command
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.cli.commands import TINY
 
 SETTINGS = [part for key, value in TINY.items() for part in ("--set", f"{key}={value}")]

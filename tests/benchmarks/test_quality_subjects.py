@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quality.subjects import TRACED, parse_traced, rotate_held_out
-from quarc_ref.datasets.synth import SynthOptions
-from quarc_ref.datasets.synth.variants import VARIANTS
+from quarc_ref.synth import SynthOptions
+from quarc_ref.synth.variants import VARIANTS
 
 
 def test_the_held_out_sets_rotate_through_the_rig():

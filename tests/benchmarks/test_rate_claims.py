@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import pytest
 
-from quarc_ref.evaluation.inspect_stream import inspect_stream
-from quarc_ref.evaluation.stream_summary import KINDS
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import KINDS
 from rate.claims import (
     Claim,
     amortize,
@@ -14,7 +14,7 @@ from rate.claims import (
     claim_fourdgs,
     claim_motion,
 )
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 
 @pytest.fixture(scope="module")

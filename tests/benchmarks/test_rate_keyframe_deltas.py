@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from quarc_ref.decoder import decode, dequantize
-from tests.streams import make_stream
+from quarc_ref.decoder import dequantize
+from quarc_ref.streams import decode
+from tests.small_streams import make_stream
 
 fourdgs = pytest.importorskip("fourdgs")
 keyframe_deltas = pytest.importorskip("rate.keyframe_deltas")

@@ -15,7 +15,7 @@ from rate.planes import (
     sum_compressed,
     sum_floats,
 )
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 ROWS = st.lists(st.lists(st.integers(-(1 << 62), 1 << 62), max_size=6), max_size=5)
 

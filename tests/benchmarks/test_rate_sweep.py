@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import pytest
 
-from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.encode_stream import suit_capture
-from quarc_ref.encoder.presets import PRESETS, change_setting
+from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
+from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point
 from rate.sweep import claim_hull, list_changes, settle_steps
 from tests.encoder.toys import make_capture

@@ -6,7 +6,7 @@ import pytest
 
 from tests.cli.commands import TINY_OPTIONS, run_json
 from tests.datasets import scenes
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 
 @pytest.fixture(scope="session", autouse=True)

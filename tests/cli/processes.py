@@ -10,7 +10,7 @@ SLOW_ENCODER = """
 import sys
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.records import StreamHeader
-from tests.streams import CAMERA, make_gaussians, make_symbols
+from tests.small_streams import CAMERA, make_gaussians, make_symbols
 
 header = StreamHeader(gaussians_per_anchor=4)
 with open(sys.argv[1], "wb") as sink:

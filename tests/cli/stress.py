@@ -11,8 +11,8 @@ import pytest
 
 from tests.cli.commands import TINY_OPTIONS
 
-_PUSH = "quarc_ref.decoder.decode_stream.StreamDecoder.push"
-_WRITE = "quarc_ref.format.stream_writer.StreamWriter.write"
+_PUSH = "quarc_ref.streams.decode_stream.StreamDecoder.push"
+_WRITE = "quarc_ref.streams.stream_writer.StreamWriter.write"
 _WRITE_FRAME = "quarc_ref.files.MadeFolder.write"
 _TINY = shlex.join(TINY_OPTIONS)
 
@@ -65,12 +65,12 @@ VERBS = {
     "synth": Verb(
         "{out} --width 16 --height 16 --frames 1",
         "folder",
-        "quarc_ref.datasets.synth.write_capture.write_video",
+        "quarc_ref.synth.write_capture.write_video",
     ),
     "demo": Verb(
         f"-o {{out}} --frames 2 {_TINY}",
         "folder",
-        "quarc_ref.datasets.synth.write_capture.write_video",
+        "quarc_ref.synth.write_capture.write_video",
     ),
 }
 MAKING = [name for name, verb in VERBS.items() if verb.makes]

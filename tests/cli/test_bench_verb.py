@@ -1,5 +1,5 @@
 from tests.cli.commands import run, run_json
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 
 def test_a_stream_is_benched(tmp_path):

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from quarc_ref.encoder.presets import PRESETS, choose_preset, list_settings
+from quarc_ref.encoder.settings.presets import PRESETS, choose_preset, list_settings
 from tests.cli.processes import COMMAND
 
 

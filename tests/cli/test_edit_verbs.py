@@ -1,9 +1,10 @@
 import pytest
 
-from quarc_ref.decoder import compute_digest, decode
+from quarc_ref.decoder import compute_digest
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams import decode
 from tests.cli.commands import list_names, run, run_json
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _DIGESTS = [compute_digest(state.scene) for state in _STATES]

@@ -7,7 +7,7 @@ import pytest
 
 from quarc_ref.cli import encode_work
 from quarc_ref.encoder import encode_stream, segments
-from quarc_ref.encoder.findings import Finding
+from quarc_ref.encoder.checks.findings import Finding
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.datasets import scenes
 

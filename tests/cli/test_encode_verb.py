@@ -4,10 +4,11 @@ import shutil
 import pytest
 
 from quarc_ref.cli import output as shown
-from quarc_ref.decoder import StreamDecoder, decode
+from quarc_ref.decoder import StreamDecoder
 from quarc_ref.encoder import encode_stream
-from quarc_ref.encoder.presets import choose_preset, list_settings
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.encoder.settings.presets import choose_preset, list_settings
+from quarc_ref.streams import decode
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, list_names, read_json, run, run_json
 from tests.datasets import scenes
 

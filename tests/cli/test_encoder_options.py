@@ -2,7 +2,7 @@ import pytest
 
 from quarc_ref.cli.encoder_options import configure, name_settings
 from quarc_ref.cli.faults import UsageError
-from quarc_ref.encoder.presets import choose_preset
+from quarc_ref.encoder.settings.presets import choose_preset
 
 
 def test_a_preset_without_settings_is_itself():

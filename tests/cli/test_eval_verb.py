@@ -6,11 +6,11 @@ from statistics import mean
 import pytest
 
 from quarc_ref.datasets.open_capture import open_capture
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 from tests.datasets import scenes
 from tests.evaluation.streams_of_captures import write_stream
-from tests.streams import rebuild_stream
+from tests.small_streams import rebuild_stream
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,10 @@
 """`tests/decoder` flips a bit of every byte before the decoder; here the command sees it."""
 
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import run
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=6, frame_count=2)
 _IDS = set()

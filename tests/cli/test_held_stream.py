@@ -8,13 +8,13 @@ import tracemalloc
 import pytest
 
 from quarc_ref.cli.held_stream import held_stream
-from quarc_ref.decoder import BytesSource, PipeSource
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import SourceError
+from quarc_ref.streams import BytesSource, PipeSource
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.processes import COMMAND
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=12, frame_count=4, canonical_every=2)
 _CHUNKS = list(split_chunks(_DATA))

@@ -5,9 +5,9 @@ import pytest
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format import container
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import run, run_json
-from tests.streams import make_stream, rebuild_stream
+from tests.small_streams import make_stream, rebuild_stream
 
 _DATA, _STATES = make_stream(gaussian_count=40, frame_count=6, canonical_every=4)
 _CHUNKS = list(split_chunks(_DATA))

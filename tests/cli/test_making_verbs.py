@@ -6,9 +6,9 @@ import pytest
 import typer
 
 from quarc_ref.cli.app import app
-from quarc_ref.cli.capture_verbs import VariantName
+from quarc_ref.cli.verbs.capture import VariantName
 from quarc_ref.datasets.open_capture import open_capture
-from quarc_ref.datasets.synth.variants import VARIANTS
+from quarc_ref.synth.variants import VARIANTS
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 
 
@@ -142,7 +142,7 @@ def test_a_demo_is_replaced_by_force_alone(shown, monkeypatch):
         pytest.fail("the demo was run")
 
     _, folder = shown
-    monkeypatch.setattr("quarc_ref.evaluation.demo.run_demo", fail)
+    monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     refused = run("demo", "-o", folder)
 
     assert refused.exit_code == 2
@@ -157,7 +157,7 @@ def test_a_demo_that_fails_leaves_the_old_one_whole(shown, monkeypatch):
 
     _, folder = shown
     before = (folder / "demo.quarc").read_bytes()
-    monkeypatch.setattr("quarc_ref.evaluation.demo.run_demo", fail)
+    monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]
 
     assert [result.exit_code for result in results] == [130, 130]

@@ -5,10 +5,11 @@ import time
 
 import pytest
 
-from quarc_ref.decoder import compute_digest, decode
+from quarc_ref.decoder import compute_digest
+from quarc_ref.streams import decode
 from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 from tests.cli.processes import SLOW_ENCODER, run_piped, start
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _LAST = compute_digest(_STATES[-1].scene)

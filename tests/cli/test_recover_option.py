@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pytest
 
-from quarc_ref.decoder import Gap, recover
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.streams import Gap, recover
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import list_names, read_json, run, run_json
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _DATA, _ = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _INVALID = Path(__file__).parents[2] / "conformance" / "invalid"

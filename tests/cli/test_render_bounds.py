@@ -9,13 +9,13 @@ from quarc_ref.format.records import StreamHeader
 from tests.blankets import make_blankets
 from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import start
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _MOST_MEBIBYTES = 1024
 _MEASURED = """
 import sys
 from quarc_ref.cli.app import main
-from quarc_ref.evaluation.peak_memory import measure_peak_mebibytes
+from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 try:
     main()
 finally:

@@ -7,9 +7,10 @@ import sys
 
 import pytest
 
-from quarc_ref.encoder import checkpoint, encode_stream
+from quarc_ref.encoder import encode_stream
+from quarc_ref.encoder.resume.partial_stream import checkpoint
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
-from tests.encoder.saved import read_saved
+from tests.encoder.resume.saved import read_saved
 
 _TALKATIVE = """
 import sys

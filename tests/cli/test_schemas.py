@@ -84,7 +84,7 @@ def test_every_verb_has_a_schema():
 
 
 def test_every_object_that_is_printed_has_a_schema_of_its_version():
-    modules = Path(quarc_ref.cli.__file__).parent.glob("*.py")
+    modules = Path(quarc_ref.cli.__file__).parent.rglob("*.py")
     named = {
         f"quarc-ref/{each}"
         for path in modules

@@ -6,12 +6,12 @@ import pytest
 from quarc_ref.cli import encode_work
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode, segments
-from quarc_ref.encoder.presets import change_setting, choose_preset
 from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.settings.presets import change_setting, choose_preset
 from quarc_ref.jobs import JobsError, Where
 from quarc_ref.jobs.job import Outcome
 from tests.cli.commands import TINY, TINY_OPTIONS, list_names, make_folder, run, run_json
-from tests.editing.edits import join_bytes, list_digests
+from tests.streams.edits import join_bytes, list_digests
 
 
 def _command(capture, file, *options):

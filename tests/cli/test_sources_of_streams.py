@@ -2,10 +2,10 @@
 
 import pytest
 
-from quarc_ref.decoder import FileSource
 from quarc_ref.format.errors import SourceError
+from quarc_ref.streams import FileSource
 from tests.cli.commands import run, run_json
-from tests.streams import CountedSource, make_stream
+from tests.small_streams import CountedSource, make_stream
 
 
 def test_a_range_of_frames_is_sought_and_less_than_half_of_the_file_read(tmp_path, monkeypatch):
@@ -33,7 +33,7 @@ def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
         message = "the server does not answer ranges"
         raise SourceError(message)
 
-    monkeypatch.setattr("quarc_ref.decoder.http_source.HttpSource._fetch", fetch)
+    monkeypatch.setattr("quarc_ref.streams.http_source.HttpSource._fetch", fetch)
     target = ["-o", tmp_path / "out"]
     more = {"decode": target, "cut": ["--frames", ":", *target], "join": target}
     result = run(verb, "http://127.0.0.1:9/a.quarc", *more.get(verb, []))
@@ -48,7 +48,7 @@ def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
 def test_a_stream_on_a_server_has_the_name_of_its_file(tmp_path, monkeypatch):
     data, _ = make_stream(gaussian_count=5, frame_count=1)
     monkeypatch.setattr(
-        "quarc_ref.decoder.http_source.HttpSource._fetch",
+        "quarc_ref.streams.http_source.HttpSource._fetch",
         lambda _, offset, length: (data[offset : offset + length], len(data)),
     )
     url = "https://example.org/streams/a.quarc"

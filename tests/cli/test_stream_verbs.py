@@ -8,7 +8,7 @@ from quarc_ref.decoder import compute_digest
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.records import StreamHeader
 from tests.cli.commands import list_names, run, run_json
-from tests.streams import CAMERA, make_gaussians, make_stream
+from tests.small_streams import CAMERA, make_gaussians, make_stream
 
 
 def _write_stream(path, metadata, frames=1):

@@ -1,10 +1,10 @@
 import pytest
 
 from quarc_ref.decoder import compute_digest
-from quarc_ref.evaluation import prove_stream, twin_coders
-from quarc_ref.format.ans import PythonBitDecoder
+from quarc_ref.format.coding.ans import PythonBitDecoder
+from quarc_ref.inspection import prove_stream, twin_coders
 from tests.cli.commands import run, run_json
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=20, frame_count=7, canonical_every=3)
 

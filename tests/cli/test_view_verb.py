@@ -6,7 +6,7 @@ import pytest
 
 from tests.cli.commands import read_json, run
 from tests.cli.processes import start
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 pytest.importorskip("viser")
 

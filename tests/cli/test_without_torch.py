@@ -10,7 +10,7 @@ import pytest
 from quarc_ref.decoder import compute_digest
 from tests.cli.commands import read_json
 from tests.engines import needs_fast
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 _BLOCKED = ("torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat")
 _PROGRAM = """

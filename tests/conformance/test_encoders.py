@@ -12,7 +12,7 @@ from runner.encoders import judge_encoder
 
 SUITE = Path(__file__).resolve().parents[2] / "conformance"
 SCENES = sorted((SUITE / "encoder").glob("*.json"))
-REFERENCE = f"{sys.executable} -m quarc_ref.decoder"
+REFERENCE = f"{sys.executable} -m quarc_ref.conformance"
 
 
 @pytest.fixture(scope="module")

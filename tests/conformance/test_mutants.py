@@ -27,7 +27,7 @@ def test_there_are_many_mutants_and_every_category_has_one_of_its_own():
 
 
 def test_a_mutant_that_does_not_apply_is_a_fault(tmp_path):
-    stray = Mutant("stray", (("format/ans.py", "no such text", ""),))
+    stray = Mutant("stray", (("format/coding/ans.py", "no such text", ""),))
 
     with pytest.raises(ValueError, match="0 times"):
         break_package(stray, ROOT / "quarc_ref", tmp_path)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from quarc_ref.decoder.conformance_jobs import CAPABILITIES, answer_job
+from quarc_ref.conformance.jobs import CAPABILITIES, answer_job
 from runner.cases import list_cases
 from runner.judge import PASS, judge
 from runner.manifest import Suite

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 RUN = ROOT / "conformance" / "run.py"
-REFERENCE = f"{sys.executable} -m quarc_ref.decoder"
+REFERENCE = f"{sys.executable} -m quarc_ref.conformance"
 STILL = "streams/still"
 
 
@@ -73,7 +73,8 @@ def test_a_decoder_that_gives_frames_and_goes_on_past_a_fault_is_not_refusing(tm
     recovering = tmp_path / "decoder.py"
     recovering.write_text(
         "import json, sys\n"
-        "from quarc_ref.decoder import recover, compute_digest, Gap\n"
+        "from quarc_ref.decoder import compute_digest\n"
+        "from quarc_ref.streams import Gap, recover\n"
         "for x in recover(sys.stdin.buffer.read()):\n"
         "    if not isinstance(x, Gap):\n"
         "        said = {'frame': x.frame, 'gaussians': x.count, 'sha256': compute_digest(x)}\n"

@@ -65,7 +65,7 @@ def test_known_answers_keep_to_their_schema(name):
 
 def test_a_report_keeps_to_its_schema(tmp_path):
     report = tmp_path / "report.json"
-    reference = f"{sys.executable} -m quarc_ref.decoder"
+    reference = f"{sys.executable} -m quarc_ref.conformance"
     command = [sys.executable, str(SUITE / "run.py"), "--decoder", reference]
 
     subprocess.run([*command, "--only", "levels/3", "--json", str(report)], check=True)

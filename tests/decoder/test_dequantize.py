@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from quarc_ref.decoder import dequantize
 from quarc_ref.decoder.canonical import begin_canonical
 from tests import strategies
-from tests.streams import make_gaussians
+from tests.small_streams import make_gaussians
 
 
 @given(data=st.data(), count=st.sampled_from([1, 9, 63, 64, 65, 130]))

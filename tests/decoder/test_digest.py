@@ -6,7 +6,7 @@ import numpy as np
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.digest import compute_digest, state_crc
 from quarc_ref.format.records import StreamHeader
-from tests.streams import make_gaussians
+from tests.small_streams import make_gaussians
 
 _HEADER = StreamHeader(full_crc_interval=3)
 _SCENE = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 9)).scene

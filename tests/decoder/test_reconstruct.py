@@ -19,7 +19,7 @@ from quarc_ref.format.errors import (
     PositionRangeError,
 )
 from quarc_ref.format.records import Gaussians, StreamHeader
-from tests.streams import make_births, make_gaussians, make_symbols
+from tests.small_streams import make_births, make_gaussians, make_symbols
 
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=2)
 

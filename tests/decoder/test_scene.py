@@ -6,7 +6,7 @@ import pytest
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.format.records import StreamHeader
-from tests.streams import make_gaussians
+from tests.small_streams import make_gaussians
 
 _HEADER = StreamHeader()
 _STATE = begin_canonical(_HEADER, 0, make_gaussians(_HEADER, 9))

@@ -22,7 +22,7 @@ from quarc_ref.format.errors import (
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import Updates
 from tests import strategies
-from tests.streams import make_births, make_gaussians, make_symbols, make_updates
+from tests.small_streams import make_births, make_gaussians, make_symbols, make_updates
 
 _HEADER = StreamHeader(gaussians_per_anchor=3, resample_interval=3, updates=True)
 

@@ -6,19 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from quarc_ref.decoder import StreamDecoder, compute_digest
-from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.regrid import put_on_grid
 from quarc_ref.format import wire
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.container import CANO, FRAM, Chunk
 from quarc_ref.format.errors import ClosedLoopError, EncodeError, ResumeError
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.decode_stream import decode_states
 from tests import strategies
-from tests.streams import CAMERA, make_births, make_gaussians, make_stream, make_symbols
+from tests.small_streams import CAMERA, make_births, make_gaussians, make_stream, make_symbols
 
 _HEADER = StreamHeader(gaussians_per_anchor=4)
 

@@ -1,8 +1,8 @@
 from dataclasses import replace
 
 from quarc_ref import __version__
-from quarc_ref.encoder.config import EncoderConfig, MotionSettings
 from quarc_ref.encoder.description import describe_encode
+from quarc_ref.encoder.settings.config import EncoderConfig, MotionSettings
 from tests.encoder.toys import make_capture
 
 

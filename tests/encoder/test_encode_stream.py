@@ -10,21 +10,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.errors import TooFewFramesError
-from quarc_ref.decoder import decode, dequantize
-from quarc_ref.decoder.decode_stream import decode_states
+from quarc_ref.decoder import dequantize
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.config import BirthSettings
-from quarc_ref.encoder.rate_control import price_bytes
-from quarc_ref.evaluation.inspect_stream import inspect_stream
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.encoder.frames.rate_control import price_bytes
+from quarc_ref.encoder.settings.config import BirthSettings
 from quarc_ref.format.container import FRAM
 from quarc_ref.format.errors import TruncatedError
+from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.streams import decode
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.decode_stream import decode_states
 from tests.encoder import toys
 from tests.encoder.toys import SMALL, make_capture
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 
 def _encode(config=SMALL, frames=None) -> bytes:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.segments import require_joined, split_frames, take_frames
 from quarc_ref.format.errors import ResumeError
-from tests.editing.edits import join_bytes
 from tests.encoder.toys import SMALL, make_capture
+from tests.streams.edits import join_bytes
 
 _CONFIG = replace(
     SMALL,

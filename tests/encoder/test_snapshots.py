@@ -6,19 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quarc_ref.decoder import Gap, decode, recover
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.encoder import EncodeOptions
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.config import CanonicalSettings, make_header
+from quarc_ref.encoder.settings.config import CanonicalSettings, make_header
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import CountLevelError
 from quarc_ref.format.records import StreamHeader
-from tests.editing.edits import cut_bytes, join_bytes
+from quarc_ref.streams import Gap, decode, recover
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.encoder.toys import SMALL, make_capture
-from tests.streams import (
+from tests.small_streams import (
     CAMERA,
     CountedSource,
     make_births,
@@ -27,6 +26,7 @@ from tests.streams import (
     make_updates,
     rebuild_stream,
 )
+from tests.streams.edits import cut_bytes, join_bytes
 
 _HEADER = StreamHeader(seed=3, gaussians_per_anchor=4, updates=True, snapshots=True)
 _SNAPSHOTS, _CANONICAL, _FRAMES = (3, 6, 11), 8, 13

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.encode_stream import suit_capture
 from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.steps import measure_pixel, measure_sharpness, propose_steps
-from quarc_ref.encoder.straight_through import position_step, translation_step
+from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader

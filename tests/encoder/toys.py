@@ -7,11 +7,16 @@ import torch
 
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.encoder.config import BirthSettings, CanonicalSettings, EncoderConfig, MotionSettings
-from quarc_ref.encoder.exposure import Exposures
 from quarc_ref.encoder.progress import Silence
-from quarc_ref.encoder.studio import Studio
-from quarc_ref.encoder.views import TrainingViews, measure_extent
+from quarc_ref.encoder.settings.config import (
+    BirthSettings,
+    CanonicalSettings,
+    EncoderConfig,
+    MotionSettings,
+)
+from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import render_picture

@@ -6,7 +6,7 @@ import numpy as np
 
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.records import Gaussians, StreamHeader
-from tests.streams import make_births, make_symbols
+from tests.small_streams import make_births, make_symbols
 
 _HEADER = StreamHeader(seed=5, resample_interval=2, gaussians_per_anchor=4)
 

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
-from quarc_ref.decoder import decode, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import CameraMeter
 from quarc_ref.evaluation.color_correction import GAIN
 from quarc_ref.evaluation.regions import find_background
+from quarc_ref.streams import decode
 
 
 @pytest.fixture(scope="module")

@@ -6,12 +6,13 @@ from skimage.metrics import peak_signal_noise_ratio
 
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.decoder import decode, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.streams import decode
 from tests.datasets import scenes
 from tests.evaluation.conftest import ignore
 from tests.evaluation.streams_of_captures import write_stream

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from quarc_ref.evaluation.inspect_stream import inspect_stream
 from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds, plot_spreads
-from tests.streams import make_stream
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from tests.small_streams import make_stream
 
 
 def _read(png):

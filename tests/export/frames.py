@@ -2,7 +2,7 @@
 
 from quarc_ref.decoder import Scene, Splats, dequantize
 from quarc_ref.format.records import StreamHeader
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 
 def make_frame(degree: int) -> tuple[Scene, Splats]:

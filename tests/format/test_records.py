@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.format.records import StreamHeader
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 
 @pytest.mark.parametrize(("timescale", "ticks", "pace"), [(30, 1, 30), (30_000, 1001, 29.97)])

@@ -25,7 +25,7 @@ from quarc_ref.format.records import (
 from quarc_ref.format.seek_points import SeekPoints
 from tests import strategies
 from tests.checks import check_reader
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 _U32 = st.integers(0, (1 << 32) - 1)
 _TEXTS = st.dictionaries(st.text(max_size=20), st.text(max_size=50), max_size=4)

@@ -14,20 +14,20 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.decoder.decode_stream import decode_states
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
-from quarc_ref.encoder.array_file import write_arrays
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.resume.array_file import write_arrays
 from quarc_ref.files.marker import append_line, begin_marker
 from quarc_ref.format import container, wire
-from quarc_ref.format.chunk_reader import split_chunks
-from quarc_ref.format.gaussian_planes import write_births
+from quarc_ref.format.coding.gaussian_planes import write_births
 from quarc_ref.format.records import SH_DC, Births, StreamHeader
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.decode_stream import decode_states
 from tests.datasets import forgeries, scenes
-from tests.streams import (
+from tests.small_streams import (
     CAMERA,
     make_births,
     make_gaussians,

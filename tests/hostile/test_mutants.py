@@ -8,14 +8,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hostile.mutations import Mutator
-from quarc_ref.decoder import Gap, PipeSource, compute_digest, decode, recover
+from quarc_ref.decoder import compute_digest
 from quarc_ref.decoder.engine import FAST, REFERENCE
 from quarc_ref.decoder.engines import decoding_by
-from quarc_ref.decoder.http_source import HttpSource
 from quarc_ref.format.errors import BitstreamError, LimitError
+from quarc_ref.streams import Gap, PipeSource, decode, recover
+from quarc_ref.streams.http_source import HttpSource
 from tests.cli.commands import run
-from tests.decoder.test_http_source import _serve
 from tests.engines import needs_fast
+from tests.streams.test_http_source import _serve
 
 _SEEDS = {
     path.stem: path.read_bytes()

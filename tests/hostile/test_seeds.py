@@ -1,5 +1,5 @@
-from quarc_ref.decoder import decode
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.streams import decode
 from tests.hostile import make_seeds
 
 

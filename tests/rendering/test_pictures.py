@@ -3,12 +3,12 @@ import torch
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.decoder.canonical import begin_canonical
-from quarc_ref.encoder.trainable import from_splats
+from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from tests.rendering.scenes import make_camera
-from tests.streams import make_gaussians
+from tests.small_streams import make_gaussians
 
 
 def test_a_picture_without_torch_is_the_one_with_it():

@@ -3,8 +3,8 @@ import pytest
 import torch
 from skimage.metrics import structural_similarity
 
-from quarc_ref.encoder import losses
-from quarc_ref.encoder.losses import _convolved_ssim, mean_ssim, photometric_loss
+from quarc_ref.encoder.training import losses
+from quarc_ref.encoder.training.losses import _convolved_ssim, mean_ssim, photometric_loss
 from quarc_ref.rendering import ssim_kernels
 
 

@@ -11,11 +11,11 @@ from quarc_ref.decoder.anchors import count_anchors, sample_anchors
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import normalize_sums, turn
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.planes import PlaneWriter
+from quarc_ref.format.coding.values import code_fixed, code_signed, code_unsigned
 from quarc_ref.format.constants import LATTICE_OFFSET
-from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.planes import PlaneWriter
 from quarc_ref.format.records import StreamHeader
-from quarc_ref.format.values import code_fixed, code_signed, code_unsigned
 from tests.spec import annex_pages
 from tests.spec.annex_vectors import render_table
 

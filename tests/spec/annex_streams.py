@@ -11,10 +11,10 @@ from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
 from quarc_ref.format import wire
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births, write_canonical
+from quarc_ref.format.coding.motion_planes import write_motion
 from quarc_ref.format.constants import MAGIC
 from quarc_ref.format.container import build_chunk
-from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
-from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import (
     Births,
     CanonicalChunk,
@@ -25,7 +25,7 @@ from quarc_ref.format.records import (
     StreamHeader,
     Tail,
 )
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
 

@@ -13,8 +13,8 @@ from plain.coder import PlainCoder, add_to_counts
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, turn
 from quarc_ref.format import arithmetic
-from quarc_ref.format.ans import encode_bits
-from quarc_ref.format.contexts import ContextCounts
+from quarc_ref.format.coding.ans import encode_bits
+from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.morton import interleave
 
 Answer = Callable[..., str]

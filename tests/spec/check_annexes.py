@@ -4,9 +4,9 @@ import re
 
 from plain import spec_text
 from plain.decoder import decode_plain
-from quarc_ref.decoder import decode
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.streams import decode
 from tests.spec import annex_widths
 from tests.spec.annex_pages import fields
 from tests.spec.annex_vectors import numbers

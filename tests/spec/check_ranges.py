@@ -15,7 +15,7 @@ from plain import spec_text
 from quarc_ref.format import constants, wire
 from quarc_ref.format.errors import FieldError
 from quarc_ref.format.records import StreamHeader
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 _PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "f32": "f"}
 _GREATEST = {"u8": (1 << 8) - 1, "u16": (1 << 16) - 1, "u32": (1 << 32) - 1, "u64": (1 << 64) - 1}

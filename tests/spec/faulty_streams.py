@@ -12,8 +12,9 @@ import numpy as np
 
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.format import wire
-from quarc_ref.format.ans import encode_bits
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.format.coding.ans import encode_bits
+from quarc_ref.format.coding.gaussian_planes import write_births
+from quarc_ref.format.coding.motion_planes import write_motion
 from quarc_ref.format.constants import (
     CODE_LIMIT,
     LEVELS,
@@ -23,10 +24,9 @@ from quarc_ref.format.constants import (
     WEIGHT_TOTAL,
 )
 from quarc_ref.format.container import build_chunk
-from quarc_ref.format.gaussian_planes import write_births
-from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import SH_DC, FrameChunk, Section, SeekPoint, StreamHeader, Tail
-from tests.streams import make_births, make_stream
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import make_births, make_stream
 
 HEADER = StreamHeader(
     rotation_components=4, rotation_unity=1, gaussians_per_anchor=4, seed=7, resample_interval=2

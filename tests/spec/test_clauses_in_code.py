@@ -8,12 +8,12 @@ from plain.clauses import clauses
 # Kept to by the decoder as a whole: by no line of it more than by another.
 _WHOLE = {"1-1", "1-2", "1-3"}
 _OF_ENCODERS = {"1-4"}
-_CODE = ("quarc_ref/format", "quarc_ref/decoder")
+_CODE = ("quarc_ref/format", "quarc_ref/decoder", "quarc_ref/streams")
 
 
 def _named():
     """The ids that comments of the reference engine name."""
-    files = [path for folder in _CODE for path in (spec_text.ROOT / folder).glob("*.py")]
+    files = [path for folder in _CODE for path in (spec_text.ROOT / folder).rglob("*.py")]
     comments = [
         comment for path in files for comment in re.findall(r"#.*", path.read_text("utf-8"))
     ]

@@ -8,13 +8,13 @@ from plain import motion, spec_text
 from plain.decoder import decode_plain
 from plain.planes import PlainSection
 from plain.state import PlainLevel
-from quarc_ref.decoder import decode
 from quarc_ref.decoder.digest import compute_digest
-from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.motion_planes import LevelContext, read_motion, write_motion
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.motion_planes import LevelContext, read_motion, write_motion
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams import decode
+from tests.small_streams import make_stream
 from tests.strategies import headers
-from tests.streams import make_stream
 
 
 @settings(max_examples=12)

@@ -3,8 +3,9 @@
 import pytest
 
 from plain import spec_text
-from quarc_ref.decoder import Gap, compute_digest, decode, recover
+from quarc_ref.decoder import compute_digest
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.streams import Gap, decode, recover
 from tests.spec.faulty_streams import FRAME_COUNT, STATES, WHOLE, Case, cases
 
 CASES = cases()

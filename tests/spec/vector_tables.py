@@ -8,7 +8,7 @@ import numpy as np
 from plain import oracle
 from plain.coder import weight_by_counts, weight_of
 from quarc_ref.format import arithmetic
-from quarc_ref.format.probability import weight_of_code
+from quarc_ref.format.coding.probability import weight_of_code
 from tests.spec import annex_vectors as vectors
 
 _Q = "2097152, 2097152, 2097152, 2097152"

@@ -4,7 +4,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 pytest.importorskip("viser")
 

@@ -1,9 +1,10 @@
 import numpy as np
 
-from quarc_ref.decoder import BytesSource, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.streams import BytesSource
 from quarc_ref.viewing.draw_frames import draw_frames
-from tests.streams import CAMERA, make_stream
+from tests.small_streams import CAMERA, make_stream
 
 
 def test_pictures_are_those_of_evaluation_but_for_their_rounding():

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.video import read_still
-from quarc_ref.decoder import BytesSource, decode, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.streams import BytesSource, decode
 from tests.datasets import scenes
 from tests.evaluation.streams_of_captures import write_stream
 

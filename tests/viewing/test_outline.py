@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quarc_ref.decoder import BytesSource, PipeSource
 from quarc_ref.format import container, wire
-from quarc_ref.format.chunk_reader import split_chunks
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.streams import BytesSource, PipeSource
+from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.viewing.outline import (
     CameraChoiceError,
     find_camera,
@@ -14,7 +14,7 @@ from quarc_ref.viewing.outline import (
     outline_stream,
     resize_camera,
 )
-from tests.streams import CAMERA, CountedSource, make_stream, rebuild_stream
+from tests.small_streams import CAMERA, CountedSource, make_stream, rebuild_stream
 
 OTHER = replace(CAMERA, name="cam01", held_out=False)
 

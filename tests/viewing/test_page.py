@@ -8,7 +8,7 @@ import pytest
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.viewing.vantage import find_up, stand_at
-from tests.streams import CAMERA, make_stream
+from tests.small_streams import CAMERA, make_stream
 
 pytest.importorskip("viser")
 

@@ -1,10 +1,12 @@
 import pytest
 
-from quarc_ref.decoder import BytesSource, Frame, dequantize
-from quarc_ref.evaluation.inspect_stream import inspect_stream
+from quarc_ref.decoder import dequantize
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.playback import Frame
+from quarc_ref.streams import BytesSource
 from quarc_ref.viewing.outline import outline_stream
 from quarc_ref.viewing.ready_frame import Preparer, describe_frame
-from tests.streams import make_stream
+from tests.small_streams import make_stream
 
 
 @pytest.fixture(scope="module")

@@ -2,12 +2,13 @@ import threading
 
 import pytest
 
-from quarc_ref.decoder import BytesSource, decode, dequantize
+from quarc_ref.decoder import dequantize
 from quarc_ref.format import container
-from quarc_ref.format.chunk_reader import split_chunks
+from quarc_ref.streams import BytesSource, decode
+from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.viewing.outline import outline_stream
 from quarc_ref.viewing.show import Show
-from tests.streams import make_stream, rebuild_stream
+from tests.small_streams import make_stream, rebuild_stream
 
 MOST_BYTES = 1 << 20
 

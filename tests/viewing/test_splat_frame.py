@@ -12,7 +12,7 @@ from quarc_ref.rendering.pictures import SH_COEFFICIENTS
 from quarc_ref.rendering.pipeline import project
 from quarc_ref.rendering.pipeline_data import Drawn
 from quarc_ref.viewing.splat_frame import choose_unit, make_splats
-from tests.streams import CAMERA, make_stream
+from tests.small_streams import CAMERA, make_stream
 
 
 @cache

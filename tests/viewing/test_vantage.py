@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.format.constants import NEAR_FRACTION
 from quarc_ref.viewing.vantage import find_up, stand_at
-from tests.streams import CAMERA
+from tests.small_streams import CAMERA
 
 NOWHERE = np.zeros((0, 3), dtype=np.float32)
 angles = st.floats(-math.pi, math.pi)

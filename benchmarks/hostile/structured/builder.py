@@ -29,18 +29,14 @@ from quarc_ref.decoder.frames import (
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import Reference, State
 from quarc_ref.decoder.updates import update_context
-from quarc_ref.format import (
-    container,
-    gaussian_planes,
-    motion_planes,
-    snapshot_planes,
-    update_planes,
-    wire,
-)
+from quarc_ref.format import container, wire
+from quarc_ref.format.coding import gaussian_planes, motion_planes, snapshot_planes, update_planes
+from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births, write_canonical
+from quarc_ref.format.coding.motion_planes import write_motion
+from quarc_ref.format.coding.snapshot_planes import write_snapshot
+from quarc_ref.format.coding.update_planes import write_updates
 from quarc_ref.format.constants import CODE_LIMIT, COUNTER_LIMIT
 from quarc_ref.format.errors import BitstreamError, LimitError
-from quarc_ref.format.gaussian_planes import sort_canonical, write_births, write_canonical
-from quarc_ref.format.motion_planes import write_motion
 from quarc_ref.format.records import (
     CanonicalChunk,
     FrameChunk,
@@ -48,8 +44,6 @@ from quarc_ref.format.records import (
     SnapshotChunk,
     StreamHeader,
 )
-from quarc_ref.format.snapshot_planes import write_snapshot
-from quarc_ref.format.update_planes import write_updates
 
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _TRIALS = 4

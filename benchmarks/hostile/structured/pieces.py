@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import MAGIC, SYNC
 from quarc_ref.format.records import SeekPoint, Tail
-from quarc_ref.format.resync import canonical_frame
+from quarc_ref.streams.resync import canonical_frame
 
 
 @dataclass(frozen=True, slots=True)

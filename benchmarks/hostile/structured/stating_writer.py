@@ -5,10 +5,10 @@ import random
 import numpy as np
 
 from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.entropy import encode_bits
+from quarc_ref.format.coding.probability import weight_of_code
 from quarc_ref.format.constants import CODE_BITS, PROBABILITY_CODES, STATED_WEIGHT, WEIGHT_TOTAL
-from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.entropy import encode_bits
-from quarc_ref.format.probability import weight_of_code
 from quarc_ref.format.records import Section
 
 _EVEN = WEIGHT_TOTAL // 2

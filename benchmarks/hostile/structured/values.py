@@ -10,6 +10,9 @@ from hostile.structured.hostility import Hostility, Stage
 from hostile.structured.stating_writer import StatingWriter
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.planes import PlaneWriter
+from quarc_ref.format.coding.values import code_unsigned
 from quarc_ref.format.constants import (
     CODE_LIMIT,
     KEY_CLASS_BITS,
@@ -18,8 +21,6 @@ from quarc_ref.format.constants import (
     ROTATION_UNITY_LIMIT,
     SYMBOL_LIMIT,
 )
-from quarc_ref.format.contexts import ContextCounts
-from quarc_ref.format.planes import PlaneWriter
 from quarc_ref.format.records import (
     LOG_SCALES,
     SH_DC,
@@ -29,7 +30,6 @@ from quarc_ref.format.records import (
     StreamHeader,
 )
 from quarc_ref.format.updates import CODES, TRANSLATION, TURN, Updates
-from quarc_ref.format.values import code_unsigned
 
 # Steps of numbers that ascend: beyond what may be, or so that their sum is beyond or wraps.
 _STEPS = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (1 << 63) - 1)

@@ -1,0 +1,38 @@
+"""The documentation as a site: `make docs`. Its pages are the repository's own files."""
+
+from pathlib import Path
+
+project = "quarc-ref"
+html_title = "quarc-ref"
+html_theme = "furo"
+html_copy_source = False
+html_show_sphinx = False
+root_doc = "docs/index"
+extensions = ["autoapi.extension", "myst_parser", "sphinx.ext.napoleon"]
+include_patterns = [
+    "*.md",
+    "benchmarks/*.md",
+    "conformance/**.md",
+    "core/**.md",
+    "decoders/**.md",
+    "docs/**",
+    "player/**.md",
+    "requirements/*.md",
+]
+exclude_patterns = ["**/node_modules", "**/target"]
+
+# Anchors of headings are those of the repository's host.
+myst_heading_anchors = 4
+myst_links_external_new_tab = False
+
+# The API is read from the docstrings, without an import: no torch is needed here.
+autoapi_dirs = [str(Path(__file__).parent.parent / "quarc_ref")]
+autoapi_root = "docs/api"
+autoapi_options = ["members", "show-module-summary"]
+autoapi_own_page_level = "module"
+autoapi_add_toctree_entry = False  # docs/index.md has it
+napoleon_use_ivar = True
+# Of the API: names that two modules have, imports of constants, marks of code in docstrings.
+suppress_warnings = ["ref.python", "autoapi.python_import_resolution", "docutils"]
+autoapi_keep_files = False
+autoapi_member_order = "bysource"

@@ -1,0 +1,50 @@
+"""The main job once, on the built-in capture: trace, encode, decode, measure, report."""
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.progress import Progress
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.evaluation.evaluate import Evaluation, evaluate_stream
+from quarc_ref.evaluation.report import write_report
+from quarc_ref.files import MadeFolder
+from quarc_ref.synth import SynthOptions, fill_synthetic_capture
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demo:
+    """What a demo has made.
+
+    Attributes:
+        stream: The stream's file.
+        report: The report's page.
+        evaluation: What the report shows.
+    """
+
+    stream: Path
+    report: Path
+    evaluation: Evaluation
+
+
+def run_demo(
+    folder: MadeFolder, options: SynthOptions, config: EncoderConfig, progress: Progress
+) -> Demo:
+    """Make a capture, a stream and a report in a folder.
+
+    Args:
+        folder: To be filled.
+        options: Of the capture.
+        config: Of the encoder.
+        progress: Is told of every step.
+    """
+    with folder.folder("capture") as made:
+        fill_synthetic_capture(made, options, partial(progress.advance, "synth"))
+    capture, stream = folder.path / "capture", folder.path / "demo.quarc"
+    with folder.open(stream.name) as sink:
+        encode(open_capture(capture), sink, EncodeOptions(config, progress=progress))
+    evaluation = evaluate_stream(stream.read_bytes(), capture, progress.advance)
+    with folder.folder("report") as made:
+        return Demo(stream, write_report(evaluation, made), evaluation)

@@ -1,0 +1,52 @@
+"""The verb `bench`: how fast a stream decodes here."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+
+if TYPE_CHECKING:
+    from quarc_ref.inspection.decode_speed import Speed
+
+
+def bench(
+    file: StreamName,
+    threads: Annotated[
+        int, typer.Option("--threads", "-t", min=1, max=64, help="1 decodes nothing ahead.")
+    ] = 2,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Play a stream as fast as it goes: frames per second, time by stage, memory."""
+    with reported_faults():
+        from quarc_ref.inspection.decode_speed import measure_speed
+
+        with TerminalProgress(quiet=quiet) as progress:
+            speed = measure_speed(file, threads, progress.advance)
+        if speed is None:
+            message = "the stream has no frame to decode"
+            raise UsageError(message)
+        if as_json:
+            print_json("bench/2", speed.as_json())
+        else:
+            print_table(name_stream(file), _describe(speed))
+
+
+def _describe(speed: "Speed") -> dict[str, str]:
+    """Return the lines of `bench` as names and values."""
+    warm = speed.warm_first_frame_s
+    again = "" if warm is None else f", {warm:.2f} s with all loaded"
+    share = speed.stolen_share
+    stolen = f"; the host kept back {share:.0%}" if share else ""
+    memory = "unknown" if speed.peak_rss_mib is None else f"{speed.peak_rss_mib:.0f} MiB"
+    return {
+        "frames": f"{speed.frames:,}, {speed.gaussians:,} Gaussians in the last",
+        "frames per second": f"{speed.fps:.1f}, {speed.threads} threads, {speed.engine} engine",
+        "processor": f"{speed.cpu_ms:.1f} ms per frame, of all threads{stolen}",
+        "first frame": f"{speed.first_frame_s:.2f} s after opening{again}",
+        "peak memory": memory,
+        **{f"ms: {stage}": f"{spent:.2f}" for stage, spent in speed.ms_by_stage.items()},
+    }

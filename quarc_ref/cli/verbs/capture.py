@@ -1,0 +1,90 @@
+"""The verbs that trace a capture: synth and demo."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.faults import UsageError, regain_signals, reported_faults
+from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.targets import written_folder
+from quarc_ref.cli.verbs.evaluate import show_evaluation
+
+VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
+_VARIANT_HELP = (
+    "playroom: a bright, detailed room; bright-stage: one small subject in an empty hall; "
+    "dark-stage: the same subject, light and hall, but black; "
+    "mixed-cameras: cameras of different exposures and colors; "
+    "fast: everything three times as fast; visitor: something that appears and leaves."
+)
+
+
+def synth(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make.")],
+    width: Annotated[int, typer.Option("--width", min=16, help="Pixels.")] = 160,
+    height: Annotated[int, typer.Option("--height", min=16, help="Pixels.")] = 120,
+    frames: Annotated[int, typer.Option("--frames", min=1, help="Frames, 30 a second.")] = 24,
+    cameras: Annotated[
+        int, typer.Option("--cameras", min=3, max=100, help="Cameras, cam00 among them.")
+    ] = 13,
+    variant: Annotated[
+        VariantName, typer.Option("--variant", metavar="NAME", help=_VARIANT_HELP)
+    ] = "playroom",
+    seed: Seed = 0,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Ray-trace a synthetic capture in N3DV's layout, of which cam00 is to be held out."""
+    with reported_faults():
+        from quarc_ref.datasets.calibration import require_video_size
+        from quarc_ref.synth import SynthOptions, fill_synthetic_capture
+
+        try:
+            require_video_size(width, height)
+            options = SynthOptions(
+                width, height, frames, seed=seed, cameras=cameras - 1, variant=variant
+            )
+        except ValueError as error:
+            raise UsageError(str(error)) from error
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_folder(folder, force=force) as made,
+        ):
+            fill_synthetic_capture(made, options, partial(progress.advance, "synth"))
+        if as_json:
+            sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
+            print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
+        else:
+            each = f"{frames} frame{'' if frames == 1 else 's'} each, {width} x {height}"
+            videos = f"{cameras}, of {each}; cam00 is to be held out"
+            print_table(str(folder), {"scene": variant, "videos": videos})
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
+    frames: Annotated[int, typer.Option("--frames", min=2, help="Frames, 30 a second.")] = 24,
+    seed: Seed = 0,
+    settings: Settings = None,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Do it all once: trace a capture, encode it, decode and measure it, write a report."""
+    with reported_faults():
+        config = configure("demo", settings or [], seed)
+        from quarc_ref.cli.demo_work import run_demo
+        from quarc_ref.synth import SynthOptions
+
+        regain_signals()
+        options = SynthOptions(frames=frames, seed=seed)
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_folder(output, force=force) as folder,
+        ):
+            made = run_demo(folder, options, config, progress)
+        page = output / made.report.relative_to(folder.path)
+        show_evaluation("demo/2", output / made.stream.name, made.evaluation, page, as_json=as_json)

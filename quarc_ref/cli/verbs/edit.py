@@ -1,0 +1,103 @@
+"""The verbs that make streams of streams: cut, join."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import (
+    STANDARD_STREAM,
+    AsJson,
+    Force,
+    StreamName,
+    check_file,
+    parse_frames,
+)
+from quarc_ref.cli.output import print_json, print_table
+from quarc_ref.cli.targets import written_stream
+
+_Target = Annotated[
+    Path,
+    typer.Option("--output", "-o", metavar="FILE", help="Stream to write; - for standard output."),
+]
+
+
+def _check_files(names: list[str]) -> list[str]:
+    return [check_file(name) for name in names]
+
+
+def cut(
+    file: StreamName,
+    frames: Annotated[
+        str,
+        typer.Option(
+            "--frames",
+            metavar="A:B",
+            help="Frames from A, a canonical one, up to, and without, B; either may be left out. "
+            "A alone, without a colon, is one frame.",
+        ),
+    ],
+    output: _Target,
+    as_json: AsJson = False,
+    force: Force = False,
+) -> None:
+    """Write some frames of a stream as a stream of their own, exactly; ordinals stay."""
+    with reported_faults():
+        from quarc_ref.streams import open_source
+        from quarc_ref.streams.cut import cut as cut_stream
+
+        start, stop = parse_frames(frames)
+        _refuse_mixture(output, as_json=as_json)
+        with open_source(file) as source, written_stream(output, force=force) as sink:
+            first = None if frames.startswith(":") else start
+            count = cut_stream(source, first, stop, sink)
+        _show("cut/1", output, count, as_json=as_json)
+
+
+def join(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE",
+            help="Streams, in order: files or http(s) URLs.",
+            show_default=False,
+            callback=_check_files,
+        ),
+    ],
+    output: _Target,
+    as_json: AsJson = False,
+    force: Force = False,
+) -> None:
+    """Write streams of one kind, one after the other, as one stream; states stay."""
+    with reported_faults(), ExitStack() as stack:
+        from quarc_ref.streams import open_source
+        from quarc_ref.streams.join import join as join_streams
+
+        if STANDARD_STREAM in files:
+            message = "join reads every stream twice: save that of standard input in a file"
+            raise UsageError(message)
+        _refuse_mixture(output, as_json=as_json)
+        sources = [stack.enter_context(open_source(name)) for name in files]
+        with written_stream(output, force=force) as sink:
+            count = join_streams(sources, sink)
+        _show("join/1", output, count, as_json=as_json)
+
+
+def _refuse_mixture(output: Path, *, as_json: bool) -> None:
+    """Raise UsageError if both a stream and JSON are to go to standard output."""
+    if as_json and str(output) == STANDARD_STREAM:
+        message = "-o - and --json both write to standard output"
+        raise UsageError(message)
+
+
+def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
+    """Print what was written, unless that is where it went."""
+    if str(output) == STANDARD_STREAM:
+        return
+    size = output.stat().st_size
+    if as_json:
+        print_json(schema, {"file": str(output), "frames": count, "bytes": size})
+    else:
+        print_table(output.name, {"frames": f"{count}", "whole stream": f"{size:,} bytes"})

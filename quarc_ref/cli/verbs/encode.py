@@ -1,0 +1,254 @@
+"""The verb `encode`: a capture to a stream, in a file, in a file that grows, or in a pipe."""
+
+import time
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.completion import complete_preset
+from quarc_ref.cli.encode_warnings import Warnings
+from quarc_ref.cli.encode_work import (
+    EncodeWork,
+    FileWanted,
+    choose_where,
+    encode_to_file,
+    encode_to_joined_file,
+    encode_to_pipe,
+)
+from quarc_ref.cli.encoder_options import configure, name_settings, print_settings, require_positive
+from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.options import (
+    STANDARD_STREAM,
+    AsJson,
+    CaptureFolder,
+    Force,
+    Quiet,
+    Seed,
+    Settings,
+)
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.verbs.stream import describe
+
+_PRESET_HELP = (
+    "main: best quality for its bytes; demo: quicker, for the built-in capture; "
+    "paper: the paper's schedule and steps."
+)
+
+
+def _list_settings(asked: bool) -> None:
+    if asked:
+        with reported_faults():
+            print_settings()
+        raise typer.Exit
+
+
+def encode(
+    capture: CaptureFolder,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Stream to write; - for standard output."
+        ),
+    ],
+    frames: Annotated[
+        int | None, typer.Option("--frames", min=1, help="Frames to encode.", show_default="all")
+    ] = None,
+    downscale: Annotated[
+        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
+    ] = 1,
+    preset: Annotated[
+        str, typer.Option("--preset", help=_PRESET_HELP, autocompletion=complete_preset)
+    ] = "main",
+    settings: Settings = None,
+    list_settings: Annotated[
+        bool,
+        typer.Option(
+            "--list-settings",
+            help="Print what --set can change, and what it is.",
+            is_eager=True,
+            callback=_list_settings,
+        ),
+    ] = False,
+    version: Annotated[
+        Literal["1.0", "1.1"],
+        typer.Option(
+            "--format",
+            help="Version of the format: 1.1 lets single Gaussians change; 1.0 is for decoders "
+            "that know no other.",
+        ),
+    ] = "1.1",
+    canonical_every: Annotated[
+        int | None,
+        typer.Option(
+            "--canonical-every",
+            min=1,
+            metavar="N",
+            help="Make every N-th frame canonical: decoding, cut and join can begin there.",
+            show_default="frame 0 alone",
+        ),
+    ] = None,
+    seek_every: Annotated[
+        int | None,
+        typer.Option(
+            "--seek-every",
+            min=1,
+            metavar="N",
+            help="Make every N-th frame a snapshot: as --canonical-every, for a third of the "
+            "bytes; not in format 1.0.",
+            show_default="none",
+        ),
+    ] = None,
+    quality: Annotated[
+        float | None,
+        typer.Option(
+            "--quality",
+            metavar="Q",
+            min=0,
+            max=100,
+            help="Quality against bytes, 0 to 100: 20 more halve every price on bytes.",
+            show_default="50",
+        ),
+    ] = None,
+    rate_weight: Annotated[
+        float | None,
+        typer.Option(
+            "--lambda",
+            metavar="X",
+            help="Bytes are X times as dear as in the preset: fewer bytes, lower quality.",
+            show_default="1",
+        ),
+    ] = None,
+    target: Annotated[
+        float | None,
+        typer.Option(
+            "--target-kb-per-frame",
+            metavar="K",
+            help="Make bytes so dear that a frame after the canonical one has K KB in the mean.",
+            show_default="no target",
+        ),
+    ] = None,
+    seed: Seed = 0,
+    held_out: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--held-out",
+            metavar="NAME",
+            help="Camera to keep for eval; may be given again.",
+            show_default="the first",
+        ),
+    ] = None,
+    device: Annotated[
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where to train.")
+    ] = "auto",
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Write FILE in its place, so that others can follow it."),
+    ] = False,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on where an encode of the same settings broke off: the same bytes come out.",
+        ),
+    ] = False,
+    segments: Annotated[
+        int | None,
+        typer.Option(
+            "--segments",
+            min=1,
+            metavar="K",
+            help="Encode K parts of the frames apart, several at a time, and join them.",
+            show_default="one stream",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", min=1, help="Segments at a time, here.", show_default="one a processor"
+        ),
+    ] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            "--ray", metavar="ADDRESS", help="Encode segments on a Ray cluster: host:port, or auto."
+        ),
+    ] = None,
+    no_checks: Annotated[
+        bool,
+        typer.Option(
+            "--no-checks",
+            help="Encode without checking whether cameras, poses and points allow a good picture.",
+        ),
+    ] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Encode multi-view video into a stream."""
+    del list_settings
+    with reported_faults():
+        to_pipe = str(output) == STANDARD_STREAM
+        if to_pipe:
+            _refuse_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
+            _refuse_with("-o -", {"--segments": segments is not None})
+        if segments is None:
+            _require_segments({"--workers": workers is not None, "--ray": ray is not None})
+        else:
+            _refuse_with("--segments", {"--live": live})
+        if version == "1.0":
+            _refuse_with("--format 1.0", {"--seek-every": seek_every is not None})
+        require_positive({"--lambda": rate_weight, "--target-kb-per-frame": target})
+        asked = {
+            "canonical.every": canonical_every,
+            "canonical.snapshot_every": seek_every,
+            "quality": quality,
+            "rate_weight": rate_weight,
+            "target_kb_per_frame": target,
+        }
+        old = ["stream.updates=false", "canonical.snapshot_every=0"] if version == "1.0" else []
+        config = configure(preset, [*(settings or []), *name_settings(asked), *old], seed)
+        begun, found = time.monotonic(), Warnings()
+        with TerminalProgress(quiet=quiet) as progress:
+            cameras = tuple(held_out or ())
+            work = EncodeWork(
+                capture, downscale, cameras, config, frames, device, progress, found, not no_checks
+            )
+            wanted = FileWanted(force, live, resume)
+            if to_pipe:
+                encode_to_pipe(work, output)
+            elif segments is None:
+                encode_to_file(work, output, wanted)
+            else:
+                where = choose_where(segments, workers, ray, device)
+                encode_to_joined_file(work, output, wanted, segments, where)
+        if not to_pipe:
+            _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)
+
+
+def _refuse_with(what: str, asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that does not go with something else."""
+    for option, is_given in asked.items():
+        if is_given:
+            message = f"{what} does not go with {option}"
+            raise UsageError(message)
+
+
+def _require_segments(asked: dict[str, bool]) -> None:
+    """Raise UsageError if an option is given that is about segments, of which there are none."""
+    for option, is_given in asked.items():
+        if is_given:
+            message = f"{option} needs --segments"
+            raise UsageError(message)
+
+
+def _show(output: Path, found: Warnings, seconds: float, *, as_json: bool) -> None:
+    """Print what the file is made of."""
+    from quarc_ref.inspection.inspect_stream import inspect_stream
+
+    summary = inspect_stream(output.read_bytes())
+    if as_json:
+        added = {"findings": found.as_json(), "seconds": seconds}
+        print_json("encode/2", {"file": str(output), **summary.as_json(), **added})
+    else:
+        print_table(output.name, describe(summary) | {"seconds": f"{seconds}"})

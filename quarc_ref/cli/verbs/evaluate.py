@@ -1,0 +1,117 @@
+"""The verb `eval`: a stream measured on the held-out cameras."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from statistics import mean
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.faults import UsageError, regain_signals, reported_faults
+from quarc_ref.cli.options import AsJson, CaptureFolder, Force, Quiet, StreamFile
+from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_table, tell
+from quarc_ref.cli.targets import written_folder
+from quarc_ref.cli.verbs.stream import describe
+
+if TYPE_CHECKING:
+    from quarc_ref.evaluation.evaluate import Evaluation
+    from quarc_ref.evaluation.protocol import Protocol
+
+
+def evaluate(
+    file: StreamFile,
+    capture: CaptureFolder,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="DIR", help="Write a page with pictures.")
+    ] = None,
+    other_capture: Annotated[
+        bool,
+        typer.Option(
+            "--other-capture", help="Measure also a stream that was made from another capture."
+        ),
+    ] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure a stream on the held-out cameras, decoded from the file."""
+    with reported_faults():
+        from quarc_ref.evaluation.evaluate import evaluate_stream
+
+        regain_signals()
+        target = written_folder(report, force=force) if report else nullcontext()
+        with TerminalProgress(quiet=quiet) as progress, target as folder:
+            with _refused(file, as_json=as_json):
+                data = Path(file).read_bytes()
+                evaluation = evaluate_stream(
+                    data, capture, progress.advance, other_capture=other_capture
+                )
+            if folder:
+                from quarc_ref.evaluation.report import write_report
+
+                write_report(evaluation, folder)
+        _warn_of_other_capture(evaluation.protocol)
+        page = report / "index.html" if report else None
+        show_evaluation("eval/2", Path(file), evaluation, page, as_json=as_json)
+
+
+@contextmanager
+def _refused(file: str, *, as_json: bool) -> Iterator[None]:
+    """Turn a capture that does not belong to a stream into a fault of the command line."""
+    from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
+
+    try:
+        yield
+    except OtherCaptureError as error:
+        if as_json:
+            captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
+            print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
+        message = f"{error}: --other-capture measures it all the same"
+        raise UsageError(message) from error
+    except MismatchError as error:
+        raise UsageError(str(error)) from error
+
+
+def _warn_of_other_capture(protocol: "Protocol") -> None:
+    if protocol.same_capture is None:
+        tell("the stream has no fingerprint: whether it was made from this capture is unknown")
+    elif not protocol.same_capture:
+        tell(f"the stream was made from another capture, of fingerprint {protocol.encoded_from}")
+
+
+def show_evaluation(
+    schema: str, file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
+) -> None:
+    """Print what was measured, as JSON of a schema or for people.
+
+    Args:
+        schema: As for `print_json`.
+        file: The stream.
+        evaluation: What was measured of it.
+        page: Of the report; None if none was written.
+        as_json: Whether to print JSON.
+    """
+    from quarc_ref.evaluation.quality import COLUMNS
+
+    summary, quality = evaluation.summary, evaluation.quality
+    if as_json:
+        report = {} if page is None else {"report": str(page)}
+        protocol = evaluation.protocol
+        measured = {
+            **quality.as_json(),
+            "same_capture": protocol.same_capture,
+            "protocol": protocol.as_json(),
+        }
+        print_json(schema, {"file": str(file), **summary.as_json(), **measured, **report})
+        return
+    lines = {
+        "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "
+        f"worst {min(quality.psnr):.2f}",
+        "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",
+    }
+    if page is not None:
+        lines["report"] = str(page)
+    print_table(file.name, describe(summary) | lines)
+    headings = ["<camera", *(heading for heading, *_ in COLUMNS)]
+    print_columns("Held-out cameras (cc: color-corrected)", headings, quality.as_rows())

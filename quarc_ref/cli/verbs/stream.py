@@ -1,0 +1,183 @@
+"""The verbs that need a stream alone: info, verify."""
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.faults import reported_faults
+from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
+from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.format.errors import BitstreamError
+
+if TYPE_CHECKING:
+    from quarc_ref.inspection.prove_stream import Proof
+    from quarc_ref.inspection.stream_summary import StreamSummary
+    from quarc_ref.streams import Follow, Source
+
+
+def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
+    """Show what a stream is made of: counts, real bytes by kind, the paper's estimate beside."""
+    with reported_faults():
+        from quarc_ref.inspection.inspect_stream import inspect_stream
+        from quarc_ref.streams import open_source
+
+        with TerminalProgress(quiet=quiet) as progress, open_source(file) as source:
+            summary = inspect_stream(source, progress.advance)
+        if as_json:
+            print_json("info/2", summary.as_json())
+        else:
+            print_table(name_stream(file), describe(summary))
+
+
+def verify(
+    file: FollowedName,
+    deep: Annotated[
+        bool,
+        typer.Option(
+            "--deep",
+            help="Prove also that both entropy decoders agree, that every seek point leads to "
+            "the same states, and how far the stream is within its level.",
+        ),
+    ] = False,
+    follow: FollowIt = False,
+    patience: Patience = PATIENCE,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Decode a stream from end to end and check every CRC and every state."""
+    waiting = follow_stream(file, patience, follow=follow)
+    with reported_faults(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
+        from quarc_ref.streams import open_source
+
+        source = stack.enter_context(open_source(file))
+        run, proof = _Run(progress), None
+        try:
+            if deep:
+                proof = run.prove(source, waiting)
+            else:
+                run.decode(source, waiting)
+        except BitstreamError as error:
+            if as_json:
+                refused = {"valid": False, "frames": run.frames, "refused": error.reject_id}
+                print_json("verify/1", refused)
+            raise
+        if as_json:
+            proved = {"proved": proof.as_json()} if proof else {}
+            found = {"valid": True, "frames": run.frames, "state_sha256": run.digest}
+            print_json("verify/1", {**found, **proved})
+        else:
+            lines = {"valid": "yes", "frames": f"{run.frames}"}
+            lines |= {"last state": run.digest} if run.digest else {}
+            print_table(name_stream(file), lines | (describe_proof(proof) if proof else {}))
+
+
+class _Run:
+    """A stream decoded from its beginning, as far as it goes.
+
+    Attributes:
+        frames: How many there were.
+        digest: Of the last state.
+    """
+
+    def __init__(self, progress: TerminalProgress) -> None:
+        self.frames = 0
+        self.digest: str | None = None
+        self._progress = progress
+
+    def decode(self, source: "Source", follow: "Follow | None") -> None:
+        """Decode every frame."""
+        from quarc_ref.decoder import compute_digest
+        from quarc_ref.inspection.inspect_stream import count_frames
+        from quarc_ref.streams import decode
+
+        total = 0 if follow else count_frames(source)
+        for scene in decode(source, follow=follow):
+            self.digest = compute_digest(scene)
+            self._note("decode", self.frames + 1, total)
+
+    def prove(self, source: "Source", follow: "Follow | None") -> "Proof":
+        """Decode every frame, and prove the rest."""
+        from quarc_ref.inspection.prove_stream import prove_stream
+
+        with held_stream(source) as whole:
+            proof = prove_stream(whole, self._note, follow)
+        self.digest = proof.sha256
+        return proof
+
+    def _note(self, stage: str, done: int, total: int) -> None:
+        if stage == "decode":
+            self.frames = done
+        self._progress.advance(stage, done, total)
+
+
+def describe_proof(proof: "Proof") -> dict[str, str]:
+    """Return the lines of `verify --deep` as names and values."""
+    bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
+    coders = f"both decoders give the same {bits}"
+    if proof.coders == 1:
+        coders = f"one decoder gives {bits}; constriction, the other, is not installed"
+    level = "; ".join(
+        f"{proof.most[key]:,} of {proof.allowed[key]:,} {name}" for key, name in _BOUNDS.items()
+    )
+    return {
+        "chunks": f"{proof.chunks:,}, every CRC holds",
+        "states": f"{proof.frames:,}, every CRC holds",
+        "entropy": coders,
+        "seek points": f"{proof.seek_points:,}, from which {proof.frames_sought:,} frames "
+        "have the same digests as from the beginning",
+        f"level {proof.level / 10:.1f}": f"kept, with at most {level}",
+    }
+
+
+def describe(summary: "StreamSummary") -> dict[str, str]:
+    """Return the lines of `info` as names and values."""
+    from quarc_ref.inspection.stream_summary import KINDS
+
+    coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
+    rates, header = summary.kilobytes_per_frame(), summary.header
+    lines = {
+        "frames": f"{_name_frames(summary)} at {header.frames_per_second:g} per second",
+        "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
+        "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
+        f"drawn every {_count_frames(header.resample_interval)}",
+        "whole stream": f"{coded['total']:,} bytes",
+    }
+    for kind in KINDS:
+        lines[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
+    lines["overhead"] = f"{coded['overhead']:,} bytes"
+    lines["KB per frame"] = (
+        f"{rates['without_canonical']:.2f} without canonical, "
+        f"{rates['with_canonical']:.2f} with; a KB is 1024 bytes"
+    )
+    lines["world"] = (
+        f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
+        f"{header.meters_per_unit or 'unknown'} meters per unit"
+    )
+    lines["cameras"] = ", ".join(
+        camera.name + (" (held out)" if camera.held_out else "") for camera in summary.cameras
+    )
+    unsaid = summary.metadata.keys() - lines.keys() - {"settings"}
+    return lines | {key: text for key, text in summary.metadata.items() if key in unsaid}
+
+
+def _name_frames(summary: "StreamSummary") -> str:
+    """Return how many frames there are, and which, where the stream has been cut."""
+    frames = summary.frames
+    if not frames or frames[0].frame == 0:
+        return f"{len(frames)}"
+    return f"{len(frames)}, {frames[0].frame} to {frames[-1].frame},"
+
+
+def _count_frames(count: int) -> str:
+    return "frame" if count == 1 else f"{count} frames"
+
+
+_AXES = ("unknown", "+x", "-x", "+y", "-y", "+z", "-z")
+_BOUNDS = {
+    "gaussians": "Gaussians",
+    "births": "births in a frame",
+    "chunk_bytes": "bytes in a payload",
+}

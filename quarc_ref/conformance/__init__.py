@@ -1,0 +1,1 @@
+"""The decoder as conformance/run.py calls it."""

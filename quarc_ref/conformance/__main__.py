@@ -1,0 +1,59 @@
+"""The contract of conformance tests: `python -m quarc_ref.conformance < stream`.
+
+Bytes come in on standard input; a JSON line goes out for every frame, as soon
+as it is decoded, with the SHA-256 of its state, and one that names the refusal
+if there is one. conformance/RUNNER.md says the rest.
+"""
+
+import argparse
+import json
+import sys
+from contextlib import ExitStack
+
+from quarc_ref.conformance.jobs import CAPABILITIES, answer_jobs, describe_stream
+from quarc_ref.decoder.engine import REFERENCE
+from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.format.coding.ans import PythonBitDecoder
+from quarc_ref.format.coding.entropy import decoding_with
+from quarc_ref.streams.sources import PipeSource
+
+_REFUSED = 1
+_DECLINED = 3
+
+
+def main() -> int:
+    """Do as the arguments say; return 0, 1 if a stream is refused, 3 if it is declined."""
+    options = _parse_arguments()
+    with ExitStack() as stack:
+        if options.coder == "python":
+            stack.enter_context(decoding_by(REFERENCE))
+            stack.enter_context(decoding_with(PythonBitDecoder))
+        if options.capabilities:
+            sys.stdout.write(json.dumps(CAPABILITIES) + "\n")
+            return 0
+        if options.jobs:
+            answer_jobs(sys.stdin.buffer, sys.stdout)
+            return 0
+        return _decode()
+
+
+def _parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m quarc_ref.conformance", description=__doc__)
+    parser.add_argument("--capabilities", action="store_true", help="say what can be tested")
+    parser.add_argument("--jobs", action="store_true", help="do jobs in place of one stream")
+    coders = ("fastest", "python")
+    parser.add_argument("--coder", choices=coders, default="fastest", help="entropy decoder")
+    return parser.parse_args()
+
+
+def _decode() -> int:
+    status = 0
+    for line in describe_stream(PipeSource(sys.stdin.buffer)):
+        status = _REFUSED if "refused" in line else _DECLINED if "declined" in line else 0
+        sys.stdout.write(json.dumps(line) + "\n")
+        sys.stdout.flush()
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

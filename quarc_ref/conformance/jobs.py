@@ -1,0 +1,114 @@
+"""Many streams in one process: the jobs of conformance/RUNNER.md.
+
+A job is a line of JSON on standard input, and bytes behind it if it says so;
+its answer is lines of JSON, the last of which says `done`.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, BinaryIO, TextIO
+
+from quarc_ref.conformance.units import UNITS, answer_unit
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.errors import BitstreamError, LimitError
+from quarc_ref.streams.decode_stream import decode
+from quarc_ref.streams.recover import Gap, recover
+from quarc_ref.streams.source import Source, as_source
+
+Line = dict[str, Any]
+
+CAPABILITIES: Line = {
+    "capabilities": [
+        "jobs",
+        "seek",
+        "recover",
+        "grow",
+        "numbers",
+        "metadata",
+        "updates",
+        "snapshots",
+    ],
+    "levels": sorted(LEVELS),
+    "units": sorted(UNITS),
+}
+
+
+def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
+    """Do jobs until there are no more."""
+    while request := requests.readline():
+        job = json.loads(request)
+        stream = requests.read(job.get("bytes", 0))
+        for line in answer_job(job, stream):
+            answers.write(json.dumps(line) + "\n")
+        answers.write('{"done": true}\n')
+        answers.flush()
+
+
+def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
+    """Yield the answer to one job."""
+    kind = job["job"]
+    if kind == "decode":
+        more = [key for key in _NUMBERS if job.get(key)]
+        yield from describe_stream(stream, job.get("start", 0), more)
+    elif kind == "recover":
+        yield from _refusing(_describe_recovery(stream))
+    elif kind == "unit":
+        yield from _refusing(answer_unit(job["function"], job["input"]))
+    else:
+        yield {"unsupported": kind}
+
+
+def describe_stream(
+    stream: bytes | Source, start: int = 0, more: Iterable[str] = ()
+) -> Iterator[Line]:
+    """Yield a line for every frame from `start` on, and one more for a refusal.
+
+    Args:
+        stream: A stream.
+        start: Ordinal of the first frame wanted.
+        more: What else to say: `numbers`, a hash of what the frames dequantize
+            to, and `values`, all of it.
+    """
+    scenes = decode(as_source(stream), start)
+    yield from _refusing(_describe(scene, more) for scene in scenes)
+
+
+def _refusing(lines: Iterator[Line]) -> Iterator[Line]:
+    try:
+        yield from lines
+    except BitstreamError as error:
+        yield {"refused": error.reject_id, "message": str(error)}
+    except LimitError as error:
+        yield {"declined": str(error)}
+
+
+def _describe(scene: Scene, more: Iterable[str] = ()) -> Line:
+    line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
+    return line | dict(_NUMBERS[key](_serialize_numbers(scene)) for key in more)
+
+
+def _describe_recovery(stream: bytes) -> Iterator[Line]:
+    for item in recover(stream):
+        if isinstance(item, Gap):
+            place = {"offset": item.offset, "bytes": item.byte_count}
+            yield {"gap": {**place, "refused": item.reject_id, "frames_lost": item.frames_lost}}
+        else:
+            yield _describe(item)
+
+
+def _serialize_numbers(scene: Scene) -> bytes:
+    """Return what a scene dequantizes to, row by row as it is serialized."""
+    splats = dequantize(scene)
+    rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
+    rows.append(splats.sh.reshape(scene.count, -1))
+    return b"".join(row.T.tobytes() for row in rows)
+
+
+_NUMBERS: dict[str, Callable[[bytes], tuple[str, str]]] = {
+    "numbers": lambda numbers: ("numbers_sha256", hashlib.sha256(numbers).hexdigest()),
+    "values": lambda numbers: ("values", numbers.hex()),
+}

@@ -1,0 +1,201 @@
+"""Building blocks one by one: the functions of conformance/unit.
+
+Each takes the fields of a case's input by name and gives what the code that
+decodes streams makes of them. Integers may come as decimal strings.
+"""
+
+import zlib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from quarc_ref.decoder.anchors import count_anchors, sample_anchors
+from quarc_ref.decoder.binding import bind, bind_exhaustively
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.digest import compute_digest, compute_state_crc
+from quarc_ref.decoder.philox import philox
+from quarc_ref.decoder.reconstruct import choose_deaths
+from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format import arithmetic
+from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.coding import values
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.entropy import open_words
+from quarc_ref.format.coding.gaussian_planes import code_ascending
+from quarc_ref.format.coding.planes import PlaneReader
+from quarc_ref.format.coding.probability import weight_of_code
+from quarc_ref.format.constants import ROTATION_ONE
+from quarc_ref.format.morton import interleave
+from quarc_ref.format.records import OPACITY, Section, StreamHeader
+
+_Answer = Any  # what JSON holds
+_MODEL = "n"
+
+
+def answer_unit(function: str, given: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the answer to one case.
+
+    Raises:
+        BitstreamError: The case is one of a refusal.
+    """
+    yield {"output": UNITS[function](**given)}
+
+
+def _column(numbers: list[Any]) -> Int64:
+    return np.array([int(number) for number in numbers], dtype=np.int64)[:, None]
+
+
+def _list(numbers: Int64 | Int32) -> list[int]:
+    listed: list[int] = numbers.reshape(-1).tolist()
+    return listed
+
+
+def _crc(**given: str) -> int:
+    return zlib.crc32(bytes.fromhex(given["bytes"]))
+
+
+def _divide_round(n: int | str, d: int) -> int:
+    return int(arithmetic.divide_round(np.array([int(n)]), int(d))[0])
+
+
+def _philox(counter: list[int], key: list[int]) -> list[int]:
+    return _list(philox(_column(counter).astype(np.uint64), key[0] | key[1] << 32))
+
+
+def _anchor_counts(gaussians: int, **header: int) -> list[int]:
+    return list(count_anchors(gaussians, StreamHeader(**header)))  # type: ignore[arg-type]
+
+
+def _sample(
+    ids: list[int], positions: list[list[int]], seed: int | str, phase: int, **header: int
+) -> list[list[int]]:
+    stream = StreamHeader(seed=int(seed), sh_degree=0, **header)  # type: ignore[arg-type]
+    anchors = sample_anchors(_scene(stream, ids, positions, phase))
+    return [_list(level.owners) for level in anchors.levels]
+
+
+def _bind(positions: list[list[int]], anchors: list[list[int]]) -> list[int]:
+    places = np.array(positions, dtype=np.int32).T
+    held = np.array(anchors, dtype=np.int32).T
+    answers = bind(places, held, 0)
+    if not np.array_equal(answers, bind_exhaustively(places, held)):
+        message = "two searches for the nearest anchor do not agree"
+        raise AssertionError(message)
+    return _list(answers)
+
+
+def _deaths(opacities: list[int], count: int) -> list[int]:
+    scene = _scene(StreamHeader(sh_degree=0), range(len(opacities)), [[0, 0, 0]] * len(opacities))
+    scene.codes[OPACITY.start] = opacities
+    return sorted(_list(choose_deaths(scene, count)))
+
+
+def _scene(header: StreamHeader, ids: Any, positions: list[list[int]], phase: int = 1) -> Scene:  # noqa: ANN401
+    rotations = np.zeros((4, len(positions)), dtype=np.int32)
+    rotations[0] = ROTATION_ONE
+    codes = np.zeros((header.code_planes, len(positions)), dtype=np.int16)
+    places = np.array(positions, dtype=np.int32).T
+    return Scene(header, phase, phase, np.array(ids, dtype=np.int64), places, rotations, codes)
+
+
+def _expand(rotation_bits: int, j: int, abc: list[int]) -> list[int]:
+    return _list(expand_rotations(_column([j, *abc]), rotation_bits))
+
+
+def _turn(rotation: list[int], sums: list[int]) -> list[int]:
+    return _list(turn(_column(rotation).astype(np.int32), normalize_sums(_column(sums))))
+
+
+def _weight_by_counts(zeros: int, ones: int) -> int:
+    return int(_counts((zeros, ones)).weights(_MODEL, np.array([0]))[0])
+
+
+def _add_counts(before: list[int], plane: list[int]) -> list[int]:
+    counts = _counts(tuple(before))
+    counts.learn(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
+    return _list(counts.of(_MODEL, np.array([0])))
+
+
+def _counts(seen: tuple[int, ...]) -> ContextCounts:
+    counts = ContextCounts()
+    counts.learn(_MODEL, np.array([0]), np.array([seen[0]]), np.array([seen[1]]))
+    return counts
+
+
+def _decode_bits(words: list[int], weights: list[int]) -> list[int]:
+    coder = open_words(np.array(words, dtype=np.uint32))
+    bits = [int(coder.take(1, weight)[0]) for weight in weights]
+    coder.finish()
+    return bits
+
+
+def _read(words: list[int]) -> PlaneReader:
+    return PlaneReader(Section(np.array(words, dtype=np.uint32)), ContextCounts())
+
+
+def _form(code: Callable[..., Int64]) -> Callable[..., list[int]]:
+    def answer(words: list[int], contexts: list[int], width: int) -> list[int]:
+        reader, outer = _read(words), np.array(contexts, dtype=np.int64)
+        numbers = code(reader, _MODEL, outer, width, np.zeros_like(outer))
+        reader.finish()
+        return _list(numbers)
+
+    return answer
+
+
+def _ascending(words: list[int], count: int) -> list[int]:
+    reader = _read(words)
+    numbers = code_ascending(reader, _MODEL, np.zeros(count, dtype=np.int64))
+    reader.finish()
+    return _list(numbers)
+
+
+def _dequantize(code: int, step: str) -> str:
+    stored = np.array([int(step, 16)], dtype="<u4").view("<f4")[0]
+    scene = _scene(StreamHeader(sh_degree=0, opacity_step=float(stored)), [0], [[0, 0, 0]])
+    scene.codes[OPACITY.start] = code
+    return f"{dequantize(scene).opacities.view('<u4')[0]:08x}"
+
+
+def _digest(
+    phase: int, ids: list[int], *, positions: list[Any], rotations: list[Any], codes: list[Any]
+) -> dict[str, Any]:
+    places, turns = (np.array(field, dtype=np.int32).T for field in (positions, rotations))
+    coded = np.array(codes, dtype=np.int16).T
+    degree = int(len(codes[0]) > StreamHeader(sh_degree=0).code_planes)
+    header = StreamHeader(sh_degree=degree)
+    scene = Scene(header, phase, phase, np.array(ids, dtype=np.int64), places, turns, coded)
+    return {
+        "crc_all": compute_state_crc(scene, all_fields=True),
+        "crc_without_codes": compute_state_crc(scene, all_fields=False),
+        "sha256": compute_digest(scene),
+    }
+
+
+UNITS: dict[str, Callable[..., _Answer]] = {
+    "crc": _crc,
+    "divide_round": _divide_round,
+    "isqrt": lambda v: int(arithmetic.isqrt(np.array([int(v)]))[0]),
+    "bit_length": lambda v: int(arithmetic.bit_length(np.array([int(v)]))[0]),
+    "morton": lambda position: int(interleave(_column(position))[0]),
+    "dequantize": _dequantize,
+    "normalize": lambda vector: _list(normalize_sums(_column(vector))),
+    "expand": _expand,
+    "turn": _turn,
+    "philox": _philox,
+    "anchor_counts": _anchor_counts,
+    "sample": _sample,
+    "bind": _bind,
+    "deaths": _deaths,
+    "weight_of_code": weight_of_code,
+    "weight_by_counts": _weight_by_counts,
+    "counts": _add_counts,
+    "decode_bits": _decode_bits,
+    "fixed": _form(values.code_fixed),
+    "unsigned": _form(values.code_unsigned),
+    "signed": _form(values.code_signed),
+    "ascending": _ascending,
+    "digest": _digest,
+}

@@ -1,1 +1,0 @@
-"""Streams to streams: cut and joined at canonical frames, without decoding a Gaussian."""

@@ -1,0 +1,1 @@
+"""Checks of a capture before it is trained on."""

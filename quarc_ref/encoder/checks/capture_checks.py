@@ -1,0 +1,192 @@
+"""What can be known of a picture before it is trained: that it will be bad, or none at all.
+
+The initial points tell where the scene is. If training views hardly see them, see them
+from directions too far apart, or see other colors where they should be, training fits
+every view alone, and the scene shows nothing from anywhere else. Thresholds were set
+on traced and real captures of 3 to 30 cameras: docs/experiments/capture-checks.md.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.encoder.checks.color_agreement import compare_colors
+from quarc_ref.encoder.checks.findings import Finding, list_names
+from quarc_ref.encoder.checks.sightings import Sighting, find_center, sight_points
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import NoPictureError
+
+_MOST_POINTS = 20000
+_LEAST_VIEWS = 2
+_ENOUGH_VIEWS = 3  # that see a point: with two, depth along the line between them is anyone's
+_MOST_SEEN_BY_FEW = 0.5
+_MOST_DEGREES = 25.0
+_MOST_OUTSIDE = 0.2
+_LEAST_OF_MEDIAN = 0.02
+_LEAST_RADIUS = 0.01  # of the cameras' distance to the points they see: half a degree
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sightings:
+    """Some initial points as all training views see them.
+
+    Attributes:
+        cameras: The training views.
+        positions: `[P, 3]` world units.
+        colors: `[P, 3]` sRGB.
+        views: Of the points, one to a camera.
+        within: `[V, P]` whether a camera sees a point.
+    """
+
+    cameras: tuple[Camera, ...]
+    positions: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+    views: tuple[Sighting, ...]
+    within: NDArray[np.bool_]
+
+
+def check_capture(capture: Capture) -> list[Finding]:
+    """Return what speaks against a good picture; nothing is trained, and frame 0 alone is read.
+
+    Args:
+        capture: Its held-out cameras are not looked at.
+
+    Raises:
+        NoPictureError: No picture can come of the capture.
+        CaptureError: A picture cannot be read.
+    """
+    cameras = tuple(capture.cameras[index] for index in capture.training)
+    if len(cameras) < _LEAST_VIEWS:
+        message = (
+            f"capture {capture.name} has {len(cameras)} training camera, and depth needs at least "
+            f"{_LEAST_VIEWS}: hold out fewer cameras, or add some"
+        )
+        raise NoPictureError(message)
+    seen = _sight(capture, cameras)
+    if not seen.within.any():
+        message = (
+            f"none of the {len(capture.points.positions)} initial points of capture "
+            f"{capture.name} is inside a training view: check that poses and points have the "
+            "same axes, origin and scale"
+        )
+        raise NoPictureError(message)
+    return [
+        *_find_lost_points(seen),
+        *_find_blind_cameras(seen),
+        *_find_one_place(seen),
+        *_find_too_few_cameras(seen),
+        *_find_wrong_poses(capture, seen),
+    ]
+
+
+def _sight(capture: Capture, cameras: tuple[Camera, ...]) -> _Sightings:
+    points = capture.points
+    drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MOST_POINTS]
+    positions = points.positions[drawn]
+    views = tuple(sight_points(camera, positions) for camera in cameras)
+    within = np.stack([view.within for view in views])
+    return _Sightings(cameras, positions, points.colors[drawn], views, within)
+
+
+def _find_lost_points(seen: _Sightings) -> Iterator[Finding]:
+    outside = float(np.mean(~seen.within.any(axis=0)))
+    if outside > _MOST_OUTSIDE:
+        behind = float(np.mean(np.all([view.depths <= 0 for view in seen.views], axis=0)))
+        message = (
+            f"{outside:.0%} of the initial points are inside no training view ({behind:.0%} are "
+            "behind all cameras): check that poses and points belong together"
+        )
+        yield Finding("points-outside-views", message)
+
+
+def _find_blind_cameras(seen: _Sightings) -> Iterator[Finding]:
+    counts = seen.within.sum(axis=1)
+    blind = _name(seen.cameras, np.flatnonzero(counts < _LEAST_OF_MEDIAN * np.median(counts)))
+    if blind:
+        message = (
+            f"hardly any initial points are inside the pictures of {list_names(blind)}: check the "
+            "poses of these cameras"
+        )
+        yield Finding("camera-sees-no-points", message, blind)
+
+
+def _find_one_place(seen: _Sightings) -> Iterator[Finding]:
+    centers = np.stack([find_center(camera) for camera in seen.cameras])
+    radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
+    distances = np.concatenate([view.depths[view.within] for view in seen.views])
+    if radius < _LEAST_RADIUS * np.median(distances):
+        message = (
+            "the training cameras are all in one place, so that nothing tells how far away "
+            "anything is: move them apart, or check their poses"
+        )
+        yield Finding("cameras-in-one-place", message)
+
+
+def _find_too_few_cameras(seen: _Sightings) -> Iterator[Finding]:
+    by_few = float(np.mean(seen.within.sum(axis=0) < _ENOUGH_VIEWS))
+    degrees = _measure_parallax(seen)
+    if by_few > _MOST_SEEN_BY_FEW or degrees > _MOST_DEGREES:
+        message = (
+            f"{len(seen.cameras)} training cameras are too few for this scene: {by_few:.0%} of "
+            f"the initial points are seen by fewer than {_ENOUGH_VIEWS} of them, and a point's "
+            f"nearest two see it from directions {degrees:.0f} degrees apart (at most "
+            f"{_MOST_DEGREES:.0f} is good); expect a bad picture between cameras, and add some"
+        )
+        yield Finding("too-few-cameras", message)
+
+
+def _measure_parallax(seen: _Sightings) -> float:
+    """Return how far apart two neighboring cameras look at the same point, degrees.
+
+    It is the median, over all cameras and the points they see, of the angle to the
+    nearest other camera that sees the point. Without any such pair it is 0.
+    """
+    centers = np.stack([find_center(camera) for camera in seen.cameras])
+    directions = seen.positions - centers[:, None]
+    directions /= np.maximum(np.linalg.norm(directions, axis=2, keepdims=True), 1e-12)
+    nearest = [_nearest_cosines(directions, seen.within, view) for view in range(len(centers))]
+    found = np.concatenate([cosines[cosines >= -1] for cosines in nearest])
+    return float(np.degrees(np.arccos(np.clip(np.median(found), -1, 1)))) if found.size else 0.0
+
+
+def _nearest_cosines(
+    directions: NDArray[np.float64], within: NDArray[np.bool_], view: int
+) -> NDArray[np.float64]:
+    """Return `[P]` cosines of the angle to the nearest other view of a point; -2 without one."""
+    cosines = np.einsum("vpk,pk->vp", directions, directions[view])
+    shared = within & within[view]
+    shared[view] = False
+    nearest: NDArray[np.float64] = np.where(shared, np.maximum(cosines, -1), -2).max(axis=0)
+    return nearest
+
+
+def _find_wrong_poses(capture: Capture, seen: _Sightings) -> Iterator[Finding]:
+    whole = capture.whole  # whose points are those of its first frame
+    pictures = (whole.image(index, 0) for index in whole.training)
+    found = compare_colors(seen.cameras, seen.views, seen.colors, pictures)
+    if found.mixed_up:
+        pairs = [
+            f"{seen.cameras[picture].name} that of {seen.cameras[pose].name}"
+            for picture, pose in found.mixed_up
+        ]
+        message = (
+            "pictures and poses are mixed up: other poses than their own fit the pictures of "
+            f"some cameras ({list_names(pairs)}): check the order of the poses"
+        )
+        yield Finding(
+            "poses-mixed-up", message, _name(seen.cameras, [i for i, _ in found.mixed_up])
+        )
+    if found.wrong:
+        names = _name(seen.cameras, found.wrong)
+        message = (
+            f"the pictures of {list_names(names)} do not show the initial points where their "
+            "poses put them: check these poses, and the colors of the points"
+        )
+        yield Finding("pose-disagrees", message, names)
+
+
+def _name(cameras: Sequence[Camera], indices: Sequence[int] | NDArray[np.intp]) -> tuple[str, ...]:
+    return tuple(cameras[index].name for index in indices)

@@ -1,0 +1,152 @@
+"""Whether pictures show initial points in the points' colors, as poses that are right have it.
+
+The agreement of a picture and a pose is the correlation of the colors of the points
+that the pose sees with the pixels on which they fall. Exposure does not change it.
+Three faults show: pictures whose agreement is better with each other's poses are mixed
+up; a picture that agrees better once it is shifted, or far less than the others do, has
+a wrong pose.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+from scipy.optimize import linear_sum_assignment
+
+from quarc_ref.datasets.capture import Image
+from quarc_ref.encoder.checks.sightings import Sighting, drop_hidden
+from quarc_ref.format.cameras import Camera
+
+_MOST_POINTS = 1500
+_LEAST_POINTS = 50
+_BLUR = 1 / 80  # of the width of a picture, so that a pixel's error of a pose does not matter
+_LEAST_BLUR = 5
+_LEAST_SPREAD = 2.0  # of colors, of 255: less is one color, which tells nothing
+_SHIFT, _SHIFTS = 0.02, 6  # of the width of a picture, and how many of these both ways
+_LEAST_LEFT = 0.5  # of the points, that are still in the shifted picture
+_BETTER_SHIFTED = 0.05
+_BETTER_ELSEWHERE = 0.02
+_FAR_BELOW_OTHERS = 0.6
+_LEAST_AGREEMENT = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class Disagreement:
+    """Cameras whose pictures do not fit their poses, as indices.
+
+    Attributes:
+        mixed_up: Pairs of a picture and the pose of another camera that fits it.
+        wrong: Cameras whose picture fits no pose.
+    """
+
+    mixed_up: tuple[tuple[int, int], ...]
+    wrong: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """What a pose predicts: `[n]` columns and rows as shares of the picture, `[n, 3]` colors."""
+
+    columns: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    colors: NDArray[np.float64]
+
+
+def compare_colors(
+    cameras: Sequence[Camera],
+    sightings: Sequence[Sighting],
+    colors: NDArray[np.uint8],
+    pictures: Iterator[Image],
+) -> Disagreement:
+    """Find pictures that do not fit their poses.
+
+    Args:
+        cameras: At least two.
+        sightings: Of the points, one to a camera.
+        colors: `[P, 3]` sRGB of the points.
+        pictures: `[H, W, 3]` sRGB, one to a camera.
+
+    Returns:
+        The cameras at fault. Cameras that see too few points are never among them,
+        nor is any if the points have all one color.
+    """
+    samples = [_sample(*of_view, colors) for of_view in zip(cameras, sightings, strict=True)]
+    blurred = [_blur(picture) for picture in pictures]
+    judged = [view for view, sample in enumerate(samples) if _tells(sample)]
+    fits = np.array(
+        [[_agree(blurred[view], samples[pose]) for pose in judged] for view in judged]
+    ).reshape(len(judged), len(judged))
+    poses = _assign_poses(fits)
+    best = fits[np.arange(len(judged)), poses]
+    least = max(_LEAST_AGREEMENT, _FAR_BELOW_OTHERS * float(np.median(best))) if judged else 0.0
+    mixed_up, wrong = [], []
+    for view, place, fit in zip(judged, poses, best, strict=True):
+        if judged[place] != view:
+            mixed_up.append((view, judged[place]))
+        elif fit < least or _fits_shifted(blurred[view], samples[view], fit):
+            wrong.append(view)
+    return Disagreement(tuple(mixed_up), tuple(wrong))
+
+
+def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return which pose belongs to each picture: its own, unless all gain by an exchange.
+
+    Args:
+        fits: `[n, n]` agreement of every picture with every pose.
+    """
+    own = np.arange(len(fits))
+    poses = linear_sum_assignment(fits, maximize=True)[1]
+    best = fits[own, poses]
+    gains = (best > fits[own, own] + _BETTER_ELSEWHERE) & (best >= _LEAST_AGREEMENT)
+    for _ in own:  # whoever takes part in an exchange with one that does not gain
+        gains &= gains[poses]
+    return np.where(gains, poses, own)
+
+
+def _sample(camera: Camera, sighting: Sighting, colors: NDArray[np.uint8]) -> _Sample:
+    shown = drop_hidden(camera, sighting)[:_MOST_POINTS]
+    return _Sample(
+        sighting.columns[shown] / camera.width,
+        sighting.rows[shown] / camera.height,
+        colors[shown].astype(np.float64),
+    )
+
+
+def _tells(sample: _Sample) -> bool:
+    return len(sample.colors) >= _LEAST_POINTS and sample.colors.std(axis=0).max() > _LEAST_SPREAD
+
+
+def _blur(picture: Image) -> Image:
+    side = max(_LEAST_BLUR, round(_BLUR * picture.shape[1]))
+    blurred: Image = uniform_filter(picture, size=(side, side, 1))
+    return blurred
+
+
+def _agree(picture: Image, sample: _Sample, across: float = 0.0, down: float = 0.0) -> float:
+    """Return the correlation of points with pixels, from -1 to 1, of a picture shifted by shares.
+
+    It is 0 if half of the points fall outside, or a picture has one color.
+    """
+    height, width = picture.shape[:2]
+    columns = np.floor((sample.columns + across) * width).astype(np.int64)
+    rows = np.floor((sample.rows + down) * height).astype(np.int64)
+    left = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    if left.mean() < _LEAST_LEFT:
+        return 0.0
+    pixels = picture[rows[left], columns[left]].astype(np.float64)
+    pixels -= pixels.mean(axis=0)
+    colors = sample.colors[left] - sample.colors[left].mean(axis=0)
+    size = float(np.square(pixels).sum() * np.square(colors).sum()) ** 0.5
+    return float((pixels * colors).sum()) / size if size else 0.0
+
+
+def _fits_shifted(picture: Image, sample: _Sample, fit: float) -> bool:
+    aspect = picture.shape[1] / picture.shape[0]
+    steps = [_SHIFT * step for step in range(-_SHIFTS, _SHIFTS + 1)]
+    return any(
+        _agree(picture, sample, across, aspect * down) > fit + _BETTER_SHIFTED
+        for across in steps
+        for down in steps
+    )

@@ -1,0 +1,107 @@
+"""Whether a decoded first frame shows its training views as well as can be expected.
+
+Training sees these views all along, so what it does not show even there, it shows
+nowhere. The measure is each picture's own: its PSNR if it is averaged over squares of a
+twentieth of its width. A scene that is no nearer to a picture than that has no detail.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.checks.findings import Finding, list_names
+from quarc_ref.encoder.training.exposure import find_gain
+from quarc_ref.encoder.training.first_frame import draw_views
+from quarc_ref.encoder.training.studio import Studio
+
+_SQUARES_ACROSS = 20
+_LEAST_SIDE = 4
+_LEAST_ERROR = 1e-10
+_FAR_BELOW = 8.0  # dB
+
+
+@dataclass(frozen=True, slots=True)
+class ViewQuality:
+    """How a training view is shown.
+
+    Attributes:
+        name: Of the camera.
+        psnr: Of what the scene shows, its exposure corrected, dB.
+        coarse: Of the picture itself, averaged over squares, dB.
+    """
+
+    name: str
+    psnr: float
+    coarse: float
+
+    @property
+    def detail(self) -> float:
+        """By how much the scene shows more than the squares, dB."""
+        return self.psnr - self.coarse
+
+
+def check_first_frame(studio: Studio, state: FrameState) -> Iterator[Finding]:
+    """Yield what is wrong with a decoded first frame, if its training views show it."""
+    names = [camera.name for camera in studio.views.cameras]
+    return judge_views(measure_views(names, draw_views(studio, state)))
+
+
+def measure_views(
+    names: Iterable[str], pairs: Iterable[tuple[Tensor, Tensor]]
+) -> list[ViewQuality]:
+    """Return how views are shown.
+
+    Args:
+        names: Of their cameras.
+        pairs: What is shown and the picture, `[H, W, 3]` from 0 to 1.
+    """
+    return [
+        ViewQuality(
+            name,
+            _measure_psnr((image * find_gain(image, picture)).clamp(0, 1), picture),
+            _measure_psnr(_average_squares(picture), picture),
+        )
+        for name, (image, picture) in zip(names, pairs, strict=True)
+    ]
+
+
+def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
+    """Yield what is wrong with a first frame, if its views show it."""
+    usual = median(view.detail for view in views)
+    if usual < 0:
+        message = (
+            f"the first frame shows its training views at {median(v.psnr for v in views):.1f} dB, "
+            f"less than their pictures in squares of a {_SQUARES_ACROSS}th of their width would "
+            f"({median(v.coarse for v in views):.1f} dB): check poses and initial points, or train "
+            "longer (--preset, --set canonical.iterations=N)"
+        )
+        yield Finding("first-frame-coarse", message)
+    low = [view for view in views if view.detail < usual - _FAR_BELOW]
+    if low:
+        names = tuple(view.name for view in low)
+        shown = [f"{view.name} ({view.psnr:.1f} dB)" for view in low]
+        message = (
+            f"the first frame shows {list_names(shown)} far worse than the other training views "
+            f"(median {median(v.psnr for v in views):.1f} dB): check the poses and pictures of "
+            "these cameras"
+        )
+        yield Finding("first-frame-misses-cameras", message, names)
+
+
+def _average_squares(picture: Tensor) -> Tensor:
+    """Return a picture `[H, W, 3]` whose squares have one color each."""
+    side = max(_LEAST_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
+    planes = picture.permute(2, 0, 1)[None]
+    means = functional.avg_pool2d(planes, side, ceil_mode=True, count_include_pad=False)
+    squares = means.repeat_interleave(side, 2).repeat_interleave(side, 3)
+    return squares[0].permute(1, 2, 0)[: picture.shape[0], : picture.shape[1]]
+
+
+def _measure_psnr(image: Tensor, picture: Tensor) -> float:
+    error = (image - picture).square().mean().clamp(min=_LEAST_ERROR)
+    return float(-10 * torch.log10(error))

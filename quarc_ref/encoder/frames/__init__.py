@@ -1,0 +1,1 @@
+"""Training of the frames after a canonical one: motion, updates, births, rate control."""

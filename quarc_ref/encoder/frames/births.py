@@ -1,0 +1,107 @@
+"""Stage 2 of a frame: new Gaussians where something really changed (paper section 5).
+
+The newborn are trained alone, from clones of the Gaussians that the gated
+statistic points at; the moved scene behind them is the decoder's and stays as
+it is.
+"""
+
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.frames.placement import place_clones, place_on_errors
+from quarc_ref.encoder.frames.worth import Stage, keep_worthy
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.training.canonical import canonical_rates
+from quarc_ref.encoder.training.density import ScreenStatistics, split
+from quarc_ref.encoder.training.fixed_scene import FixedScene
+from quarc_ref.encoder.training.quantize import quantize_births
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes, Trainer, fall_along_cosine, from_splats
+from quarc_ref.format.records import Births
+
+
+def fit_births(
+    studio: Studio,
+    moved: FrameState,
+    statistics: ScreenStatistics,
+    config: EncoderConfig,
+    count_bytes: Callable[[Births], int],
+) -> Births | None:
+    """Return the newborn of a frame, or None.
+
+    Args:
+        studio: Views, renderer and draws.
+        moved: State after the motion of the frame, decoded.
+        statistics: Of stage 1.
+        config: Stage 2's settings, and the canonical rates that it multiplies.
+        count_bytes: Tells how many bytes births of the frame take.
+    """
+    settings, frame = config.births, moved.scene.frame
+    if settings.iterations == 0:
+        return None
+    scene = FixedScene(studio, from_splats(dequantize(moved.scene), studio.device))
+    if settings.placement == "gate":
+        newborn, parents = place_clones(studio, scene.attributes, frame, statistics, settings)
+    else:
+        newborn, parents = place_on_errors(studio, scene, frame, settings)
+    if parents.numel() == 0:
+        return None
+    stage = Stage(studio, config, moved, scene, count_bytes)
+    newborn, parents = _train(stage, newborn, parents)
+    kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
+    newborn, parents = newborn.rows(kept), parents[kept]
+    if parents.numel() == 0:
+        return None
+    if settings.must_pay:
+        return keep_worthy(stage, newborn, parents)
+    return quantize_births(newborn, parents.cpu().numpy(), moved.scene)
+
+
+def _train(stage: Stage, newborn: Attributes, parents: Tensor) -> tuple[Attributes, Tensor]:
+    """Return the newborn trained, and the parent of each."""
+    studio, settings = stage.studio, stage.config.births
+    rates = canonical_rates(stage.config.canonical, studio.extent)
+    trainer = Trainer(newborn, rates)
+    generator = studio.generator(stage.frame, "births training")
+    views = studio.views.shuffled(generator)
+    statistics = ScreenStatistics(trainer.count, studio.device)
+    for step in range(settings.iterations):
+        if step in settings.split_at:
+            parents = _split_and_prune(stage, trainer, statistics, parents, generator)
+            statistics = ScreenStatistics(trainer.count, studio.device)
+        if trainer.count == 0:
+            break
+        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
+        trainer.set_rates(settings.rate_factor * left * rate for rate in rates)
+        view = next(views)
+        rendering, loss = stage.compare(stage.activate(trainer.attributes), view)
+        gradient = trainer.step(loss, rendering.means2d)
+        statistics.add_last(gradient, rendering, studio.camera(view))
+        studio.progress.advance("births", step + 1, settings.iterations)
+    return trainer.attributes.detached(), parents
+
+
+def _split_and_prune(
+    stage: Stage,
+    trainer: Trainer,
+    statistics: ScreenStatistics,
+    parents: Tensor,
+    generator: torch.Generator,
+) -> Tensor:
+    """Split the large newborn that the loss would move, drop the useless; return the parents."""
+    settings, extent = stage.config.births, stage.studio.extent
+    newborn = trainer.attributes.detached()
+    scales = torch.exp(newborn.log_scales.amax(dim=1))
+    moved = statistics.mean_gradients() >= settings.gradient
+    room = settings.max_births - trainer.count
+    large = moved & (scales > settings.parent_scale * extent)
+    large &= large.cumsum(0) <= room
+    kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
+    kept &= statistics.largest_radii() <= settings.prune_radius
+    kept &= scales <= settings.prune_scale * extent
+    trainer.replace_rows(kept & ~large, split(newborn.rows(large), generator))
+    return torch.cat([parents[kept & ~large], parents[large].repeat(2)])

@@ -1,0 +1,47 @@
+"""Where the picture really changed: the gate of new Gaussians (paper section 5).
+
+Of two pictures a frame apart, the one rendered scene is compared with both; the
+difference of the two losses moves a Gaussian in the picture only where the
+pictures differ (Eq. 4).
+"""
+
+import torch
+from torch import Tensor
+
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes
+from quarc_ref.rendering.rasterizer import to_ndc
+
+_LEAST_MEDIAN = 1e-12
+
+
+def measure_change(studio: Studio, attributes: Attributes, frame: int, view_count: int) -> Tensor:
+    """Return `[N]` the weight of each Gaussian, 0 to 1 (Eq. 5).
+
+    Args:
+        studio: Views and renderer.
+        attributes: Of the scene after its motion.
+        frame: Compared with the frame before it.
+        view_count: Training views taken, evenly spread over all, the same in
+            every frame; of none the gate is open for all.
+
+    The median is taken over the Gaussians that some view sees: were those
+    unseen counted, a median of 0 would open the gate for all.
+    """
+    if view_count == 0:
+        return torch.ones_like(attributes.opacities)
+    total = torch.zeros_like(attributes.opacities)
+    seen = torch.zeros_like(attributes.opacities, dtype=torch.bool)
+    view_total = len(studio.views.cameras)
+    for place in range(min(view_count, view_total)):
+        view = place * view_total // min(view_count, view_total)
+        gaussians = attributes.detached()
+        gaussians.means.requires_grad_()
+        rendering = studio.render(gaussians.activated(), view)
+        now, before = studio.truth(view, frame), studio.truth(view, frame - 1)
+        change = (rendering.image - now).abs().mean() - (rendering.image - before).abs().mean()
+        (gradient,) = torch.autograd.grad(change, rendering.means2d)
+        total += to_ndc(gradient, studio.camera(view)).norm(dim=1)
+        seen |= rendering.radii > 0
+    median = total[seen].median() if bool(seen.any()) else total.new_tensor(0.0)
+    return total / (total + median.clamp(min=_LEAST_MEDIAN))

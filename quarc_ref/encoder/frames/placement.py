@@ -1,0 +1,169 @@
+"""Where newborn start: as clones that the change gate lets through, or on errors.
+
+`gate` is the paper's rule (section 5). `errors` (ours) puts a Gaussian, with the
+color of the truth, on the surface under the pixels that are farthest from it:
+what has changed its color moves no Gaussian, and the gate hardly sees it.
+"""
+
+import math
+
+import numpy as np
+import torch
+from scipy.spatial import cKDTree
+from torch import Tensor
+
+from quarc_ref.encoder.frames.change_gate import measure_change
+from quarc_ref.encoder.settings.config import BirthSettings
+from quarc_ref.encoder.training.density import ScreenStatistics, draw_within
+from quarc_ref.encoder.training.fixed_scene import FixedScene
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes, to_sh_dc
+from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.rasterizer import Gaussians
+
+_LEAST_ALPHA = 0.5
+
+
+def place_clones(
+    studio: Studio,
+    scene: Attributes,
+    frame: int,
+    statistics: ScreenStatistics,
+    settings: BirthSettings,
+) -> tuple[Attributes, Tensor]:
+    """Return clones of the Gaussians of the largest gated statistic, and their parents.
+
+    Args:
+        studio: Views, renderer and draws.
+        scene: After the motion of the frame.
+        frame: Its ordinal.
+        statistics: Screen gradients of stage 1.
+        settings: Thresholds and bound.
+
+    Returns:
+        The newborn, and `[n]` the index of each one's parent.
+    """
+    weights = measure_change(studio, scene, frame, settings.gate_views)
+    gated = statistics.mean_gradients() * weights
+    small = torch.exp(scene.log_scales.amax(dim=1)) <= settings.parent_scale * studio.extent
+    chosen = torch.nonzero(small & (gated >= settings.gradient))[:, 0]
+    best = torch.argsort(gated[chosen], descending=True, stable=True)[: settings.max_births]
+    parents = chosen[best]
+    clones = scene.rows(parents)
+    generator = studio.generator(frame, "births")
+    newborn = Attributes(
+        clones.means + draw_within(clones, settings.spread, generator),
+        _identities(parents.numel(), clones.means),
+        clones.log_scales,
+        torch.full_like(clones.opacities, settings.opacity_logit),
+        clones.sh_dc,
+        clones.sh_rest,
+    )
+    return newborn, parents
+
+
+def place_on_errors(
+    studio: Studio, scene: FixedScene, frame: int, settings: BirthSettings
+) -> tuple[Attributes, Tensor]:
+    """Return Gaussians on the pixels that are farthest from the truth, and the nearest to each.
+
+    Args:
+        studio: Views and renderer.
+        scene: After the motion of the frame.
+        frame: Its ordinal.
+        settings: Threshold and bound.
+
+    Returns:
+        The newborn, and `[n]` the index of the Gaussian nearest to each.
+    """
+    found = [
+        _find_errors(studio, scene, view, frame, settings)
+        for view in range(len(studio.views.cameras))
+    ]
+    errors, places, colors, sizes = (torch.cat(parts) for parts in zip(*found, strict=True))
+    best = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
+    places, colors, sizes = places[best], colors[best], sizes[best]
+    newborn = Attributes(
+        places,
+        _identities(best.numel(), places),
+        torch.log(sizes)[:, None].repeat(1, 3),
+        torch.full_like(sizes, settings.opacity_logit),
+        to_sh_dc(colors)[:, None],
+        places.new_zeros(best.numel(), 3, 3),
+    )
+    return newborn, find_nearest(scene.attributes.means, places)
+
+
+def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
+    """Return `[n]` the index of the row of `scene` `[N, 3]` nearest to each place `[n, 3]`."""
+    if not places.shape[0]:
+        return torch.zeros(0, dtype=torch.int64, device=places.device)
+    _, nearest = cKDTree(scene.cpu().numpy()).query(places.cpu().numpy())
+    return torch.from_numpy(np.asarray(nearest, dtype=np.int64)).to(places.device)
+
+
+def find_largest_around(numbers: Tensor, reach: int) -> Tensor:
+    """Return `[H, W]` the largest number up to `reach` rows and columns off.
+
+    It is `max_pool2d`, in a tenth of the time on a CPU.
+
+    Args:
+        numbers: `[H, W]`, none negative.
+        reach: How far to look.
+    """
+    for axis in (0, 1):
+        margins = (0, 0, reach, reach) if axis == 0 else (reach, reach, 0, 0)
+        padded = torch.nn.functional.pad(numbers, margins)
+        for place in range(2 * reach + 1):
+            numbers = torch.maximum(numbers, padded.narrow(axis, place, numbers.shape[axis]))
+    return numbers
+
+
+def _find_errors(
+    studio: Studio, scene: FixedScene, view: int, frame: int, settings: BirthSettings
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Return of a view's worst pixels the error, the place, the true color and the size there.
+
+    A pixel counts if it is the worst of those around it, above the threshold,
+    and covered by the scene, so that its depth is known.
+    """
+    camera, truth = studio.camera(view), studio.truth(view, frame)
+    seen = scene.seen_by(view)
+    error = (seen.image.clamp(0, 1) - truth).abs().mean(dim=2)
+    peaks = find_largest_around(error, settings.error_reach)
+    worst = (error == peaks) & (error > settings.error) & (seen.alpha > _LEAST_ALPHA)
+    rows, columns = torch.nonzero(worst, as_tuple=True)
+    depths = _measure_depths(studio, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
+    places = _unproject(camera, columns + 0.5, rows + 0.5, depths)
+    sizes = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_reach + 0.5)
+    return error[rows, columns], places, truth[rows, columns], sizes
+
+
+def _measure_depths(studio: Studio, scene: FixedScene, view: int) -> Tensor:
+    """Return `[H, W]` the mean depth of what a view sees."""
+    with torch.no_grad():
+        painted = studio.render(_paint_depths(scene.attributes, studio.camera(view)), view)
+    return painted.image[..., 0] / painted.alpha
+
+
+def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:
+    """Return the Gaussians in colors that are their depths."""
+    drawn = scene.activated()
+    forward = scene.means.new_tensor(camera.rotation[6:])
+    depths = scene.means @ forward + camera.translation[2]
+    painted = torch.zeros_like(drawn.sh)
+    painted[:, 0] = to_sh_dc(depths)[:, None]
+    return Gaussians(drawn.means, drawn.quaternions, drawn.scales, drawn.opacities, painted)
+
+
+def _unproject(camera: Camera, columns: Tensor, rows: Tensor, depths: Tensor) -> Tensor:
+    """Return `[n, 3]` the points of the world at places of the picture and their depths."""
+    x = (columns - camera.cx) / camera.fx * depths
+    y = (rows - camera.cy) / camera.fy * depths
+    rotation = depths.new_tensor(camera.rotation).reshape(3, 3)
+    translation = depths.new_tensor(camera.translation)
+    return (torch.stack([x, y, depths], dim=1) - translation) @ rotation
+
+
+def _identities(count: int, like: Tensor) -> Tensor:
+    return like.new_tensor([1.0, 0.0, 0.0, 0.0]).repeat(count, 1)

@@ -1,0 +1,107 @@
+"""The decoder's motion in floats, for gradients alone: SPEC 7.5 and 7.8, paper Eq. 2.
+
+Never state: what a residual really does is decided by the decoder when it is
+committed. The two differ by rounding on the lattice and in Q22, no more.
+"""
+
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.autograd import Function
+
+from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.encoder.training.trainable import Attributes
+from quarc_ref.format.records import StreamHeader
+
+
+class Following:
+    """Which anchors each Gaussian follows, and which Gaussians follow each anchor.
+
+    Args:
+        anchors: Of a frame.
+        device: Where sums are made.
+    """
+
+    def __init__(self, anchors: Anchors, device: torch.device) -> None:
+        sizes = [level.owners.size for level in anchors.levels]
+        self.borders = torch.tensor([0, *sizes]).cumsum(0)
+        binding = torch.from_numpy(anchors.binding) + self.borders[:-1, None]
+        self._anchors = binding.to(device)
+        flat = binding.reshape(-1)
+        self._followers = (torch.argsort(flat, stable=True) % binding.shape[1]).to(device)
+        self._counts = torch.bincount(flat, minlength=sum(sizes)).to(device)
+
+    def sum_levels(self, residuals: Tensor) -> Tensor:
+        """Return `[N, c]` the sum over the levels of residuals `[A, c]`, levels in a row."""
+        total: Tensor = _SumLevels.apply(residuals, self._anchors, self._followers, self._counts)
+        return total
+
+
+class _SumLevels(Function):
+    """Gathered forwards, and backwards summed in a fixed order: the same on every run."""
+
+    @staticmethod
+    def forward(
+        ctx: Any,  # noqa: ANN401
+        residuals: Tensor,
+        anchors: Tensor,
+        followers: Tensor,
+        counts: Tensor,
+    ) -> Tensor:
+        ctx.saved = (followers, counts)
+        total = residuals.index_select(0, anchors[0])
+        for level in anchors[1:]:
+            total += residuals.index_select(0, level)
+        return total
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None, None, None]:  # noqa: ANN401
+        followers, counts = ctx.saved
+        rows = gradient.index_select(0, followers)
+        sums = torch.segment_reduce(rows, "sum", lengths=counts, axis=0, unsafe=True)
+        return sums, None, None, None
+
+
+def deform(
+    attributes: Attributes, translations: Tensor, rotations: Tensor, header: StreamHeader
+) -> Attributes:
+    """Return attributes moved by sums of residuals.
+
+    Args:
+        attributes: Of the scene before the motion.
+        translations: `[N, 3]` world units.
+        rotations: `[N, 3 or 4]` residuals from the identity, its steps being
+            1 / rotation_unity.
+        header: Levels and components.
+    """
+    identity = float(header.level_count)
+    w = rotations[:, :-3].sum(dim=1, keepdim=True) + identity
+    return Attributes(
+        attributes.means + translations,
+        _product(attributes.rotations, torch.cat([w, rotations[:, -3:]], dim=1)),
+        attributes.log_scales,
+        attributes.opacities,
+        attributes.sh_dc,
+        attributes.sh_rest,
+    )
+
+
+def turn(rotations: Tensor, residuals: Tensor) -> Tensor:
+    """Return rotations `[N, 4]` turned by residuals `[N, 3]` from the identity (SPEC 7.8)."""
+    return _product(rotations, torch.nn.functional.pad(residuals, (1, 0), value=1.0))
+
+
+def _product(left: Tensor, right: Tensor) -> Tensor:
+    """Return the Hamilton product, `[N, 4]` wxyz."""
+    aw, ax, ay, az = left.unbind(dim=1)
+    bw, bx, by, bz = right.unbind(dim=1)
+    return torch.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        dim=1,
+    )

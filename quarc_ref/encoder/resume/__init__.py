@@ -1,0 +1,1 @@
+"""Resuming an interrupted encode: checkpoints and partial streams."""

@@ -1,0 +1,160 @@
+"""Going on with a stream that was begun: what its whole frames say is all that is needed.
+
+What a frame hands to the next is the decoder's state of it; draws come from
+(seed, frame, purpose), exposures from decoded frame 0 and prices from the sizes
+of frames. So the bytes that follow are those of an encode that was never
+interrupted, if the capture, the settings and the software are the same, which
+the stream's metadata tells.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import BitstreamError, ResumeError, TruncatedError
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.resync import canonical_frame
+from quarc_ref.streams.source import Source
+
+_PROLOGUE = (container.HEAD, container.CAME, container.META)
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """The part of a stream that is whole.
+
+    Attributes:
+        header: From HEAD.
+        cameras: From `came`.
+        metadata: From `meta`.
+        frames: Chunks of the frames, the first canonical.
+        end: Where the chunk after the last of them begins, bytes.
+        is_finished: Whether TAIL follows.
+    """
+
+    header: StreamHeader
+    cameras: tuple[Camera, ...]
+    metadata: dict[str, str]
+    frames: tuple[Chunk, ...]
+    end: int
+    is_finished: bool
+
+
+def read_begun(source: Source) -> Begun | None:
+    """Return what there is of a stream up to its last whole frame.
+
+    What follows is taken for the rest of a write that was interrupted.
+
+    Returns:
+        The part; None if there is no whole frame.
+
+    Raises:
+        BitstreamError: This is no stream.
+        ResumeError: It has chunks that no encoder of ours has written there.
+    """
+    chunks: list[Chunk] = []
+    reader = ChunkReader(source)
+    try:
+        while (header := reader.read_header()) is not None:
+            chunks.append(reader.take(header))
+    except TruncatedError:
+        pass
+    except BitstreamError:
+        if not any(chunk.kind in container.FRAMES for chunk in chunks):
+            raise
+    return _gather(chunks)
+
+
+def _gather(chunks: Sequence[Chunk]) -> Begun | None:
+    count = len(_PROLOGUE)
+    prologue, rest = chunks[:count], chunks[count:]
+    frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAMES)
+    foreign = {chunk.kind for chunk in rest} - {*container.FRAMES, container.INDX, container.TAIL}
+    if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or foreign:
+        message = "the stream has chunks that this encoder does not write where they are"
+        raise ResumeError(message)
+    if not frames:
+        return None
+    return Begun(
+        wire.parse_stream_header(prologue[0].payload),
+        wire.parse_cameras(prologue[1].payload),
+        wire.parse_metadata(prologue[2].payload),
+        frames,
+        frames[-1].offset + frames[-1].byte_count(),
+        rest[-1].kind == container.TAIL,
+    )
+
+
+def require_same(
+    begun: Begun, header: StreamHeader, cameras: Sequence[Camera], metadata: dict[str, str]
+) -> None:
+    """Raise ResumeError unless an encode that begins now would have begun so.
+
+    Args:
+        begun: What there is.
+        header: As it would be, but for the level.
+        cameras: As they would be.
+        metadata: As they would be.
+    """
+    differ = _compare_metadata(begun.metadata, metadata) or [
+        *(["set of cameras"] if begun.cameras != _as_written(cameras) else []),
+        *_compare_headers(begun.header, header),
+    ]
+    if differ:
+        message = f"the stream was begun otherwise, with another {', '.join(differ)}"
+        raise ResumeError(message)
+
+
+def require_frames(begun: Begun, frame_count: int, canonical: CanonicalSettings) -> None:
+    """Raise ResumeError unless the frames are the first of those that are to be there.
+
+    Args:
+        begun: What there is.
+        frame_count: Frames asked for.
+        canonical: Which of them are to be canonical.
+    """
+    for frame, chunk in enumerate(begun.frames):
+        due = canonical.kind_due(frame)
+        named = None if due == container.FRAM else frame
+        if chunk.kind != due or _name_canonical(chunk) != named:
+            message = f"frame {frame} of the stream is not as this encode has it: cut, or joined"
+            raise ResumeError(message)
+    require_count(begun, frame_count)
+
+
+def require_count(begun: Begun, frame_count: int) -> None:
+    """Raise ResumeError unless a stream has no more frames than asked for, and all if finished."""
+    found = len(begun.frames)
+    if found > frame_count or (begun.is_finished and found < frame_count):
+        end = "is finished with" if begun.is_finished else "has"
+        message = f"the stream {end} {found} frames, not {frame_count}"
+        raise ResumeError(message)
+
+
+def _name_canonical(chunk: Chunk) -> int | None:
+    """Return the ordinal of a canonical frame; None for any other."""
+    return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL else None
+
+
+def _as_written(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
+    return wire.parse_cameras(wire.build_cameras(tuple(cameras)))
+
+
+def _compare_headers(before: StreamHeader, now: StreamHeader) -> list[str]:
+    """Return the names of the fields that differ; the level follows from frame 0."""
+    names = [field.name for field in fields(StreamHeader) if field.name != "level"]
+    return [name for name in names if getattr(before, name) != getattr(now, name)]
+
+
+def _compare_metadata(before: dict[str, str], now: dict[str, str]) -> list[str]:
+    """Return the names of what differs; of the settings, of each."""
+    names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+    if "settings" in names:
+        names.remove("settings")
+        said = {*before.get("settings", "").split()} ^ {*now["settings"].split()}
+        names += sorted({item.partition("=")[0] for item in said if "=" in item}) or ["settings"]
+    return names

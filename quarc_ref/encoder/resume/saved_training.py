@@ -1,0 +1,65 @@
+"""What a saved training of the canonical frame can be, so that nothing else is gone on with.
+
+Its file lies where others may be able to write. Kernels do not check what they are
+given, so types, shapes and values are checked here.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from quarc_ref.encoder.resume.array_file import Arrays, Kind, Layout
+
+_GAUSSIANS, _VIEWS = "Gaussians", "views"
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """How large the numbers of a training can be.
+
+    Attributes:
+        gaussians: How many there are at most.
+        views: How many there are.
+        iterations: How many steps it takes.
+    """
+
+    gaussians: int
+    views: int
+    iterations: int
+
+    def describe_layout(self, fresh: Arrays, of_gaussians: Collection[str]) -> Layout:
+        """Return of what types and shapes the arrays of the training are at any step.
+
+        Args:
+            fresh: Those of its beginning.
+            of_gaussians: Names of those with a row to each Gaussian, or with no rows.
+        """
+        kinds: dict[str, Kind] = {}
+        for name, array in fresh.items():
+            rows = (_GAUSSIANS,) if name in of_gaussians and array.ndim else ()
+            kinds[name] = (array.dtype.str, (*rows, *array.shape[len(rows) :]))
+        kinds["left"] = (kinds["left"][0], (_VIEWS,))
+        lengths = {_GAUSSIANS: range(1, self.gaussians + 1), _VIEWS: range(self.views + 1)}
+        return Layout(kinds, lengths)
+
+    def allow(self, saved: Arrays) -> bool:
+        """Return whether arrays of that layout have values that the training can have."""
+        squares = [array for name, array in saved.items() if name.endswith(".exp_avg_sq")]
+        return (
+            0 < int(saved["step"]) <= self.iterations
+            and all(0 <= view < self.views for view in saved["left"].tolist())
+            and all(bool(np.isfinite(array).all()) for array in saved.values())
+            and all(bool((array >= 0).all()) for array in squares)
+            and _is_generator_state(saved["generator"])
+        )
+
+
+def _is_generator_state(state: NDArray[np.uint8]) -> bool:
+    try:
+        torch.Generator().set_state(torch.from_numpy(state))
+    except RuntimeError:
+        return False
+    return True

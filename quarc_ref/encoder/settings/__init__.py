@@ -1,0 +1,1 @@
+"""Settings of an encode: fields, presets and their ranges."""

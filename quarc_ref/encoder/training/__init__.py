@@ -1,0 +1,1 @@
+"""Training of Gaussians: losses, views, density and the canonical frame."""

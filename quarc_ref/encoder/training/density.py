@@ -1,0 +1,137 @@
+"""Where Gaussians are missing and where they are not: 3DGS's density control.
+
+A Gaussian whose place in the picture the loss would move is cloned if small
+and split if large; one that is nearly transparent goes.
+"""
+
+import math
+
+import torch
+from torch import Tensor
+
+from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.training.trainable import Attributes, Trainer
+from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.rasterizer import Rendering, to_ndc
+
+_SPLIT_INTO = 2
+_SPLIT_SHRINK = 0.8 * _SPLIT_INTO
+
+
+class ScreenStatistics:
+    """The mean screen gradient of every Gaussian over the views that see it.
+
+    Args:
+        count: Number of Gaussians.
+        device: Of the gradients.
+    """
+
+    def __init__(self, count: int, device: torch.device) -> None:
+        self._sums = torch.zeros(count, device=device)
+        self._views = torch.zeros(count, device=device)
+        self._radii = torch.zeros(count, device=device)
+
+    def add(self, gradient: Tensor, rendering: Rendering, camera: Camera) -> None:
+        """Add a view.
+
+        Args:
+            gradient: By `rendering.means2d`.
+            rendering: The view.
+            camera: Its camera.
+        """
+        seen = rendering.radii > 0
+        self._sums += torch.where(seen, to_ndc(gradient, camera).norm(dim=1), 0)
+        self._views += seen
+        self._radii = torch.maximum(self._radii, rendering.radii)
+
+    def add_last(self, gradient: Tensor, rendering: Rendering, camera: Camera) -> None:
+        """Add a view in which these Gaussians are the last rows."""
+        count = self._sums.numel()
+        part = Rendering(
+            rendering.image, rendering.alpha, rendering.means2d, rendering.radii[-count:]
+        )
+        self.add(gradient.reshape(-1, 2)[-count:], part, camera)
+
+    def mean_gradients(self) -> Tensor:
+        """Return `[N]` in NDC; 0 where no view has seen the Gaussian."""
+        return self._sums / self._views.clamp(min=1)
+
+    def state(self) -> dict[str, Tensor]:
+        """Return all that was added up, each `[N]`."""
+        return {"sums": self._sums, "views": self._views, "radii": self._radii}
+
+    def restore(self, state: dict[str, Tensor]) -> None:
+        """Go on from what `state` has returned."""
+        self._sums, self._views, self._radii = (
+            state[name].to(self._sums.device) for name in ("sums", "views", "radii")
+        )
+
+    def largest_radii(self) -> Tensor:
+        """Return `[N]` pixels."""
+        return self._radii
+
+    def without(self, gone: Tensor) -> "ScreenStatistics":
+        """Return those of the Gaussians that a mask `[N]` leaves."""
+        left = ScreenStatistics(0, self._sums.device)
+        left.restore({name: values[~gone] for name, values in self.state().items()})
+        return left
+
+
+def densify(
+    trainer: Trainer,
+    statistics: ScreenStatistics,
+    settings: CanonicalSettings,
+    extent: float,
+    generator: torch.Generator,
+) -> None:
+    """Clone, split and prune the Gaussians of a trainer (method of 3DGS).
+
+    Args:
+        trainer: Changed in place.
+        statistics: Since the last call.
+        settings: Thresholds and bound.
+        extent: Of the capture, world units.
+        generator: Of the places of split Gaussians.
+    """
+    attributes = trainer.attributes.detached()
+    gradients = statistics.mean_gradients()
+    room = max(settings.max_gaussians - trainer.count, 0)
+    chosen = _largest(gradients, room) & (gradients >= settings.densify_gradient)
+    large = attributes.log_scales.amax(dim=1) > math.log(settings.densify_scale * extent)
+    cloned = attributes.rows(chosen & ~large)
+    parts = split(attributes.rows(chosen & large), generator)
+    kept = ~(chosen & large)
+    kept &= torch.sigmoid(attributes.opacities) >= settings.prune_opacity
+    trainer.replace_rows(kept, cloned.joined(parts))
+
+
+def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
+    """Return two smaller Gaussians in place of each, drawn from it."""
+    twice = Attributes(*(torch.cat([rows] * _SPLIT_INTO) for rows in attributes.tensors()))
+    offsets = draw_within(twice, 1.0, generator)
+    return Attributes(
+        twice.means + offsets,
+        twice.rotations,
+        twice.log_scales - math.log(_SPLIT_SHRINK),
+        twice.opacities,
+        twice.sh_dc,
+        twice.sh_rest,
+    )
+
+
+def draw_within(attributes: Attributes, spread: float, generator: torch.Generator) -> Tensor:
+    """Return `[N, 3]` offsets drawn from each Gaussian, its scales times `spread`."""
+    noise = torch.randn(attributes.means.shape, generator=generator).to(attributes.means.device)
+    local = noise * torch.exp(attributes.log_scales) * spread
+    unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
+    w, v = unit[:, :1], unit[:, 1:]
+    twice = 2 * torch.linalg.cross(v, local)
+    offsets: Tensor = local + w * twice + torch.linalg.cross(v, twice)
+    return offsets
+
+
+def _largest(values: Tensor, count: int) -> Tensor:
+    """Return the mask of the `count` largest values."""
+    mask = torch.zeros_like(values, dtype=torch.bool)
+    mask[torch.topk(values, min(count, values.numel())).indices] = True
+    return mask

@@ -1,0 +1,57 @@
+"""What Gaussians cost in the loss of a canonical frame, beside the pictures.
+
+Haze covers much and shows little: it is wrong from other views. Codes take bits,
+about as many as the logarithm of their magnitude or of their spread.
+"""
+
+import torch
+from torch import Tensor
+
+from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.training.trainable import Attributes
+from quarc_ref.format.records import StreamHeader
+
+_LEAST_SQUARE = 1e-24
+
+
+def price_haze(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
+    """Return the price of opacity and of size."""
+    if not (settings.opacity_price or settings.scale_price):
+        return 0.0
+    opacities, scales = torch.sigmoid(attributes.opacities), torch.exp(attributes.log_scales)
+    return settings.opacity_price * opacities.mean() + settings.scale_price * scales.mean()
+
+
+def price_codes(
+    attributes: Attributes, settings: CanonicalSettings, header: StreamHeader
+) -> Tensor | float:
+    """Return the price of codes, by about how many nats a Gaussian takes.
+
+    Of rotation and SH rest, for which 0 is usual, every code has its own price.
+    Scales and colors cost by how far they spread, row by row: a coder pays the
+    logarithm of the spread.
+    """
+    if not settings.code_price:
+        return 0.0
+    count = attributes.means.shape[0]
+    turns = _price_turns(attributes.rotations, 1 << header.rotation_bits).mean()
+    rest = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
+    spread = _price_spread(attributes.log_scales, header.log_scale_step)
+    spread = spread + _price_spread(attributes.sh_dc.flatten(1), header.sh_dc_step)
+    return settings.code_price * (turns + rest + spread)
+
+
+def _price_turns(rotations: Tensor, unity: int) -> Tensor:
+    """Return `[N]` the sum of ln(1 + code) over the components but the largest, which has none.
+
+    Written out: `normalize`, and the largest of the logarithms, take twice as long.
+    """
+    norms = rotations.square().sum(dim=1, keepdim=True).clamp(min=_LEAST_SQUARE)
+    codes = rotations.abs() * torch.rsqrt(norms) * unity
+    return torch.log1p(codes).sum(dim=1) - torch.log1p(codes.amax(dim=1))
+
+
+def _price_spread(values: Tensor, step: float) -> Tensor:
+    """Return the sum of ln(1 + spread in steps) over the columns of `[N, c]`."""
+    spread = (values - values.mean(dim=0)).abs().mean(dim=0)
+    return torch.log1p(spread / step).sum()

@@ -1,0 +1,92 @@
+"""Which Gaussians of a canonical frame the pictures would miss.
+
+A picture is linear in the opacity of one Gaussian, the others as they are: its
+derivative by that opacity, times the opacity, is all that would change if the
+Gaussian were gone. The sum of the squares of that over a picture is found
+without a pass per Gaussian: the derivative of a sum of pixels with random
+signs, squared, is that sum on average (Hutchinson's estimate of a diagonal).
+
+The square alone decides and not the rise of the error: what the others do not
+take over in fine-tuning is the size of the hole. Its measure is the squared error
+of the pixels that a Gaussian shows in, the median over all of them: neither lamps
+that no scene models nor a black hall around a small subject move it.
+"""
+
+from dataclasses import replace
+
+import torch
+from torch import Tensor
+
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_sh_dc
+from quarc_ref.rendering.rasterizer import Gaussians
+
+_PROBES = 2
+_COLORS = 3
+
+
+def prune_unmissed(
+    trainer: Trainer, studio: Studio, price: float, generator: torch.Generator
+) -> None:
+    """Drop the Gaussians that frame 0 would not miss, at most half of those that show.
+
+    Args:
+        trainer: Changed in place.
+        studio: Its training views are the pictures.
+        price: Presence below which a Gaussian goes, in medians of the error around one.
+        generator: Of the probes.
+    """
+    presence, error = measure_presence(studio, trainer.attributes.detached(), generator)
+    shown = presence > 0
+    if not bool(shown.any()):
+        return
+    least = price * error[shown].median()
+    kept = shown & (presence >= torch.minimum(least, presence[shown].median()))
+    nothing = kept.new_zeros(0, dtype=torch.long)
+    trainer.replace_rows(kept, trainer.attributes.detached().rows(nothing))
+
+
+def measure_presence(
+    studio: Studio, attributes: Attributes, generator: torch.Generator
+) -> tuple[Tensor, Tensor]:
+    """Return what each Gaussian of frame 0 does to its pictures, and what these miss around it.
+
+    Args:
+        studio: Its training views are the pictures.
+        attributes: Of the Gaussians.
+        generator: Of the probes.
+
+    Returns:
+        `[N]` squared change of a picture if the Gaussian alone were gone (an
+        estimate without bias), and `[N]` the squared error of a picture, of each
+        pixel by what share of it the Gaussian shows; both are summed over the
+        pixels, and the mean over the colors and over the views that see it.
+    """
+    drawn = attributes.activated()
+    presence, error, seen = (torch.zeros_like(drawn.opacities) for _ in range(3))
+    for view in range(len(studio.views.cameras)):
+        gates = torch.ones_like(presence).requires_grad_()
+        tints = torch.zeros_like(presence).requires_grad_()
+        rendering = studio.render(_tinted(_gated(drawn, gates), tints), view)
+        image = rendering.image
+        seen += rendering.radii > 0
+        for _ in range(_PROBES):
+            signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
+            total = (image * signs.to(image)).sum()
+            (change,) = torch.autograd.grad(total, gates, retain_graph=True)
+            presence += change.square() / (_PROBES * _COLORS)
+        missed = (image.detach() - studio.truth(view, 0)).square().mean(dim=2)
+        (shown,) = torch.autograd.grad((image.mean(dim=2) * missed).sum(), tints)
+        error += shown
+    return presence / seen.clamp(min=1), error / seen.clamp(min=1)
+
+
+def _gated(drawn: Gaussians, gates: Tensor) -> Gaussians:
+    """Return Gaussians whose opacities are multiplied by `[N]` gates."""
+    return replace(drawn, opacities=drawn.opacities * gates)
+
+
+def _tinted(drawn: Gaussians, tints: Tensor) -> Gaussians:
+    """Return Gaussians to whose colors `[N]` tints are added, alike to red, green and blue."""
+    sh = torch.cat([drawn.sh[:, :1] + to_sh_dc(tints + 0.5)[:, None, None], drawn.sh[:, 1:]], dim=1)
+    return replace(drawn, sh=sh)

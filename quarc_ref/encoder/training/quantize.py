@@ -1,0 +1,116 @@
+"""Trained floats to the integers of the format.
+
+The rounding is the one that training went through (`straight_through`), done
+by the same operations; what a stream cannot carry is an EncodeError, never
+clamped.
+"""
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.encoder.training.straight_through import position_step, split_rotations
+from quarc_ref.encoder.training.trainable import Attributes
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import AXIS_BITS_LIMIT, CODE_LIMIT, POSITION_LIMIT
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import Births, Gaussians, StreamHeader
+
+_FARTHEST = 2.0**62  # beyond all limits, and within int64
+
+
+def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussians:
+    """Return attributes in the steps of a stream.
+
+    Raises:
+        EncodeError: A number is not finite, or beyond what the format carries.
+    """
+    for tensor in attributes.tensors():
+        if not bool(torch.isfinite(tensor).all()):
+            message = "training has left numbers that are not finite"
+            raise EncodeError(message)
+    unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
+    index, components = split_rotations(unit, header.rotation_bits)
+    codes = [
+        _steps(attributes.log_scales, header.log_scale_step),
+        _steps(attributes.opacities[:, None], header.opacity_step),
+        _steps(attributes.sh_dc.flatten(1), header.sh_dc_step),
+    ]
+    if header.sh_degree:
+        codes.append(_steps(attributes.sh_rest.flatten(1), header.sh_rest_step))
+    return Gaussians(
+        _steps(attributes.means, position_step(header)),
+        np.concatenate([_rows(index[:, None]), _rows(components)]),
+        _within(np.concatenate(codes), CODE_LIMIT, "an attribute"),
+    )
+
+
+def keep_representable(attributes: Attributes, header: StreamHeader) -> Attributes:
+    """Return the Gaussians whose positions a canonical frame can carry (SPEC 5.4).
+
+    Those farther off the middle than the lattice or the axis bits reach, a few
+    stragglers of training at most, are left out.
+
+    Raises:
+        EncodeError: None is left.
+    """
+    half = min(1 << (AXIS_BITS_LIMIT - 1), POSITION_LIMIT // header.position_step) - 1
+    steps = attributes.means / position_step(header)
+    kept = (steps.abs() <= half).all(dim=1)
+    if not bool(kept.any()):
+        message = "training has left no Gaussian that a stream can carry"
+        raise EncodeError(message)
+    return attributes.rows(kept)
+
+
+def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
+    """Return newborn, placed by their parents and in the order of these.
+
+    Args:
+        attributes: Of the newborn.
+        parents: `[n]` indices in the scene.
+        scene: After the motion of the frame.
+
+    Raises:
+        EncodeError: A number is not finite, or beyond what the format carries.
+    """
+    order = np.argsort(parents, kind="stable")
+    rows = torch.from_numpy(order).to(attributes.means.device)
+    parents = parents[order]
+    newborn = quantize_gaussians(attributes.rows(rows), scene.header)
+    near = torch.tensor(_world(scene, parents)).to(attributes.means)
+    offsets = attributes.means[rows] - near
+    positions = _steps(offsets, position_step(scene.header))
+    places = _within(positions, CODE_LIMIT, "a newborn's place")
+    return Births(parents, Gaussians(places, newborn.rotations, newborn.codes))
+
+
+def quantize_residuals(residuals: Tensor, step: float) -> Int64:
+    """Return `[c, a]` the symbols of residuals `[a, c]`."""
+    return _steps(residuals, step)
+
+
+def _world(scene: Scene, indices: Int64) -> NDArray[np.float64]:
+    """Return `[n, 3]` positions in world units."""
+    unit = 2.0**-scene.header.lattice_exponent
+    world: NDArray[np.float64] = scene.positions[:, indices].T * np.float64(unit)
+    return world
+
+
+def _steps(values: Tensor, step: float) -> Int64:
+    return _rows(torch.round(values / step).clamp(-_FARTHEST, _FARTHEST))
+
+
+def _rows(values: Tensor) -> Int64:
+    """Return `[c, n]` integers of `[n, c]` whole numbers."""
+    rows: Int64 = np.ascontiguousarray(values.detach().cpu().numpy().T.astype(np.int64))
+    return rows
+
+
+def _within(values: Int64, limit: int, what: str) -> Int64:
+    if np.any((values < -limit) | (values > limit)):
+        message = f"{what} is beyond {limit} steps: take a larger step"
+        raise EncodeError(message)
+    return values

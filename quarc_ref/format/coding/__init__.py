@@ -1,0 +1,1 @@
+"""The coding of planes of symbols: SPEC 8."""

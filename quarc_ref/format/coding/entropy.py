@@ -1,0 +1,118 @@
+"""Bits to words and back, through constriction where it is installed: SPEC 8.3.
+
+The only importer of constriction. Its models get integer weights less 1, the
+one form in which its arithmetic is exact and equal to `ans` word for word.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+
+from quarc_ref.format.arrays import Bits, UInt32
+from quarc_ref.format.coding import ans
+from quarc_ref.format.constants import WEIGHT_TOTAL
+from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError
+
+try:
+    import constriction
+except ImportError:
+    HAS_CONSTRICTION = False
+else:
+    HAS_CONSTRICTION = True
+    AnsCoder = constriction.stream.stack.AnsCoder
+    Categorical = constriction.stream.model.Categorical
+
+
+class BitDecoder(Protocol):
+    """Takes runs of bits from the words of a section."""
+
+    def take(self, count: int, weight: int) -> Bits:
+        """Return the next `count` bits, whose 1 has the given weight of 2^24."""
+        ...
+
+    def finish(self) -> None:
+        """Raise UnconsumedWordsError unless the words are used up."""
+        ...
+
+
+def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
+    """Code runs of bits into words.
+
+    Args:
+        runs: In decoding order: the bits of a run, and the weight of a 1,
+            1 to 2^24 - 1.
+
+    Returns:
+        Words in the order in which a section stores them.
+    """
+    if not HAS_CONSTRICTION:
+        return np.array(ans.encode_bits(runs), dtype=np.uint32)
+    coder = AnsCoder()
+    for bits, weight in reversed(list(runs)):
+        coder.encode_reverse(bits.astype(np.int32), _model(weight))
+    words: UInt32 = coder.get_compressed()
+    return words
+
+
+def open_words(words: UInt32) -> BitDecoder:
+    """Return a decoder of the words: that of `decoding_with`, else the fastest there is.
+
+    Raises:
+        InvalidWordsError: No encoder writes such words.
+    """
+    return (_opener.get() or open_fastest)(words)
+
+
+@contextmanager
+def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
+    """Let `open_words` open another decoder, as long as this context lasts.
+
+    Args:
+        opener: Takes words as `open_words` does. It must give the same bits. None for the
+            fastest there is.
+    """
+    token = _opener.set(opener)
+    try:
+        yield
+    finally:
+        _opener.reset(token)
+
+
+def open_fastest(words: UInt32) -> BitDecoder:
+    """Return constriction's decoder where there is one, else the one in plain Python.
+
+    Raises:
+        InvalidWordsError: No encoder writes such words.
+    """
+    return _ConstrictionBitDecoder(words) if HAS_CONSTRICTION else ans.PythonBitDecoder(words)
+
+
+class _ConstrictionBitDecoder:
+    def __init__(self, words: UInt32) -> None:
+        try:
+            self._coder = AnsCoder(np.ascontiguousarray(words, dtype=np.uint32))
+        except ValueError as error:  # [8.3-1]
+            message = "the last word is 0"
+            raise InvalidWordsError(message) from error
+
+    def take(self, count: int, weight: int) -> Bits:
+        bits: Bits = self._coder.decode(_model(weight), count).astype(np.bool_)
+        return bits
+
+    def finish(self) -> None:
+        if not self._coder.is_empty():  # [8.3-2] [8.3-3]
+            message = "words are left after the last bit"
+            raise UnconsumedWordsError(message)
+
+
+@lru_cache(maxsize=1 << 12)
+def _model(weight: int) -> Any:  # noqa: ANN401, constriction has no types
+    shares = np.array([WEIGHT_TOTAL - weight - 1, weight - 1], dtype=np.float64)
+    return Categorical(shares, lazy=True)
+
+
+_opener: ContextVar[Callable[[UInt32], BitDecoder] | None] = ContextVar("opener", default=None)

@@ -1,0 +1,251 @@
+"""Gaussians as planes: the canonical frame (SPEC 8.5) and the newborn (SPEC 8.6).
+
+Each of the two is one walk for both directions (see `planes`). A canonical
+frame is coded in Morton order, a section to each subject, and each begins with
+contexts that have seen nothing; the newborn of a frame are few, so that they
+share one section, whose contexts remember the newborn of the frames before.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from quarc_ref.format.arithmetic import bit_length
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.planes import PlaneReader, Planes, PlaneWriter
+from quarc_ref.format.coding.values import code_fixed, code_signed, code_unsigned
+from quarc_ref.format.constants import (
+    CANONICAL_SECTIONS,
+    CLASS_BITS,
+    CODE_LIMIT,
+    KEY_CLASS_BITS,
+    REST_CLASSES,
+    ROTATION_INDEX_BITS,
+)
+from quarc_ref.format.errors import EncodeError, SymbolRangeError
+from quarc_ref.format.morton import deinterleave, interleave
+from quarc_ref.format.records import (
+    LOG_SCALES,
+    OPACITY,
+    SH_DC,
+    SH_REST,
+    Births,
+    CanonicalChunk,
+    Gaussians,
+    Section,
+    SnapshotChunk,
+)
+
+
+def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
+    """Return origin, axis bits and the Gaussians in Morton order, as CANO wants them.
+
+    Args:
+        gaussians: In any order, each axis of positions within 2^20 steps.
+    """
+    least = gaussians.positions.min(axis=1)
+    offsets = gaussians.positions - least[:, None]
+    order = np.argsort(interleave(offsets), kind="stable")
+    ordered = Gaussians(
+        gaussians.positions[:, order], gaussians.rotations[:, order], gaussians.codes[:, order]
+    )
+    x, y, z = least.tolist()
+    return (x, y, z), int(offsets.max()).bit_length(), ordered
+
+
+def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple[Section, ...]:
+    """Code a canonical frame.
+
+    Args:
+        gaussians: In Morton order of position less origin, each axis below 2^20.
+        origin: Least xyz, in position steps.
+
+    Returns:
+        The sections of a CANO chunk.
+
+    Raises:
+        EncodeError: Two colors of a Gaussian are too far apart.
+    """
+    keys = interleave(gaussians.positions - np.array(origin)[:, None])
+    writers = [PlaneWriter(ContextCounts()) for _ in range(CANONICAL_SECTIONS)]
+    _walk_canonical(writers, keys, gaussians)
+    return tuple(writer.section() for writer in writers)
+
+
+def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
+    """Decode a canonical frame.
+
+    Args:
+        chunk: Its count is within the stream's level.
+        code_planes: Codes of a Gaussian.
+
+    Returns:
+        The Gaussians, in Morton order.
+
+    Raises:
+        EntropyError: A section is malformed.
+    """
+    return _read_sections(chunk, chunk.gaussian_count, code_planes)
+
+
+def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
+    """Decode the Gaussians of a snapshot that its CANO has not; see `read_canonical`."""
+    return _read_sections(chunk, chunk.newborn_count, code_planes)
+
+
+def _read_sections(
+    chunk: CanonicalChunk | SnapshotChunk, count: int, code_planes: int
+) -> Gaussians:
+    readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
+    blank = _blank(code_planes, count)
+    keys, gaussians = _walk_canonical(readers, blank.positions[0], blank)
+    for reader in readers:
+        reader.finish()
+    if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):  # [8.5-1]
+        message = "a position is outside the canonical frame's box"
+        raise SymbolRangeError(message)
+    positions = deinterleave(keys) + np.array(chunk.origin, dtype=np.int64)[:, None]
+    return Gaussians(positions, gaussians.rotations, gaussians.codes)
+
+
+def write_births(births: Births, counts: ContextCounts) -> Section:
+    """Code the newborn of a frame.
+
+    Args:
+        births: Their parents ascend.
+        counts: What contexts have seen before.
+
+    Raises:
+        EncodeError: Two colors or scales of a newborn are too far apart.
+    """
+    writer = PlaneWriter(counts)
+    _walk_births(writer, births)
+    return writer.section()
+
+
+def read_births(
+    section: Section, code_planes: int, count: int, counts: ContextCounts
+) -> tuple[Births, ContextCounts]:
+    """Decode the newborn of a frame.
+
+    Args:
+        section: As the FRAM chunk holds it.
+        code_planes: Codes of a Gaussian.
+        count: How many, within the stream's level.
+        counts: What contexts have seen before.
+
+    Returns:
+        The newborn, and what contexts have seen since.
+
+    Raises:
+        EntropyError: The section is malformed.
+    """
+    reader = PlaneReader(section, counts)
+    blank = _blank(code_planes, count)
+    births = _walk_births(reader, Births(blank.positions[0], blank))
+    return births, reader.finish()
+
+
+def _walk_canonical(
+    planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
+) -> tuple[Int64, Gaussians]:
+    """Walk the sections, each of which is by itself (SPEC 8.5)."""
+    positions, colors, opacities, log_scales, turns, rests = planes
+    codes = gaussians.codes
+    keys = code_ascending(positions, "keys", keys)
+    dc = _code_colors(colors, "SH DC", codes[SH_DC])
+    opacity = _code_rows(opacities, "opacity", codes[OPACITY])
+    scales = _code_rows(log_scales, "log-scales", codes[LOG_SCALES])
+    rotations = _code_rotations(turns, "rotations", gaussians.rotations)
+    rest = _code_rest(rests, "SH rest", codes[SH_REST])
+    codes = np.concatenate([scales, opacity, dc, rest])
+    return keys, Gaussians(gaussians.positions, rotations, codes)
+
+
+def _walk_births(planes: Planes, births: Births) -> Births:
+    codes = births.newborn.codes
+    parents = code_ascending(planes, "births parents", births.parents)
+    positions = _code_alike(planes, "births positions", births.newborn.positions)
+    dc = _code_colors(planes, "births SH DC", codes[SH_DC])
+    opacity = _code_rows(planes, "births opacity", codes[OPACITY])
+    scales = _code_rows(planes, "births log-scales", _to_steps(codes[LOG_SCALES]))
+    scales = np.cumsum(scales, axis=0)
+    rotations = _code_rotations(planes, "births rotations", births.newborn.rotations)
+    rest = _code_alike(planes, "births SH rest", codes[SH_REST])
+    codes = np.concatenate([scales, opacity, dc, rest])
+    return Births(parents, Gaussians(positions, rotations, codes))
+
+
+def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
+    """Code numbers `[n]` that ascend, from 0, by their differences (SPEC 8.4).
+
+    Raises:
+        SymbolRangeError: When reading, a difference is beyond 2^60.
+    """
+    steps = np.diff(values, prepend=0)
+    steps = code_unsigned(planes, name, np.zeros_like(steps), KEY_CLASS_BITS, steps)
+    if steps.max(initial=0) > _STEP_LIMIT:  # [8.4-1]
+        message = "a difference of ascending numbers is too large"
+        raise SymbolRangeError(message)
+    return np.cumsum(steps)
+
+
+def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code signed numbers `[r, n]`, a context to each row."""
+    contexts = np.repeat(np.arange(rows.shape[0]), rows.shape[1])
+    return _code_sequence(planes, name, contexts, rows)
+
+
+def _code_alike(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code signed numbers `[r, n]`, one context to all rows."""
+    return _code_sequence(planes, name, np.zeros(rows.size, dtype=np.int64), rows)
+
+
+def _code_sequence(planes: Planes, name: str, contexts: Int64, rows: Int64) -> Int64:
+    if np.any(np.abs(rows) > CODE_LIMIT):
+        message = f"two codes of a Gaussian are more than {CODE_LIMIT} apart: take larger steps"
+        raise EncodeError(message)
+    return code_signed(planes, name, contexts, CLASS_BITS, rows.reshape(-1)).reshape(rows.shape)
+
+
+def _code_colors(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code red, green and blue as green, red less green, and blue less green."""
+    red, green, blue = rows
+    coded = _code_rows(planes, name, np.stack([green, red - green, blue - green]))
+    green, red, blue = coded[0], coded[0] + coded[1], coded[0] + coded[2]
+    return np.stack([red, green, blue])
+
+
+def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
+    contexts = np.zeros_like(rotations[0])
+    largest = code_fixed(planes, f"{name}, index", contexts, ROTATION_INDEX_BITS, rotations[0])
+    return np.concatenate([largest[None], _code_rows(planes, name, rotations[1:])])
+
+
+def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
+    """Code rows one by one; how far those before are from 0 is the context."""
+    so_far = np.zeros(rows.shape[1], dtype=np.int64)
+    coded = np.zeros_like(rows)
+    for number, row in enumerate(rows):
+        contexts = REST_CLASSES * number + _CLASS_OF[np.minimum(so_far, _CLASS_OF.size - 1)]
+        coded[number] = code_signed(planes, name, contexts, CLASS_BITS, row)
+        so_far += np.abs(coded[number])
+    return coded
+
+
+def _to_steps(rows: Int64) -> Int64:
+    """Return every row less the one before."""
+    return np.diff(rows, axis=0, prepend=0)
+
+
+def _blank(code_planes: int, count: int) -> Gaussians:
+    """Return what a reader hands to a walk."""
+    rows = np.zeros((7 + code_planes, count), dtype=np.int64)
+    return Gaussians(rows[:3], rows[3:7], rows[7:])
+
+
+# Of numbers below those that are all of the last class.
+_CLASS_OF = bit_length(np.arange(1 << (REST_CLASSES - 1)))
+# A sum of steps that passes 2^63 shows as a negative number on its way.
+_STEP_LIMIT = 1 << 60

@@ -1,0 +1,170 @@
+"""Planes of bits in contexts, and the sections that hold them: SPEC 8.1.
+
+A plane asks one yes-or-no question of many elements at once; each element has
+a context of the plane's model. All bits of a plane that share a context form
+one run of the coder under one probability: the one that follows from what the
+context has seen before, or one that the plane states.
+
+Each walk over the planes of a section is written once, for both directions. A
+`PlaneWriter` gives back the answers it is handed; a `PlaneReader` takes no
+notice of what it is handed and gives the answers of the section. A walk must
+go on from what it was given back.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.entropy import encode_bits, open_words
+from quarc_ref.format.coding.pricing import is_worth_stating
+from quarc_ref.format.coding.probability import choose_codes, weight_of_code
+from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
+from quarc_ref.format.records import Section
+
+_EVEN = WEIGHT_TOTAL // 2
+
+
+class Planes(Protocol):
+    """One direction of a walk over planes."""
+
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
+        """Code one plane.
+
+        Args:
+            model: Whose contexts they are.
+            contexts: `[n]` context of each element, 0 or more.
+            bits: `[n]` the answers; any bits when reading.
+
+        Returns:
+            `[n]` the answers.
+
+        Raises:
+            BitstreamError: When reading, the section is malformed.
+        """
+        ...
+
+    def code_raw(self, bits: Bits) -> Bits:
+        """Code bits that are as likely 0 as 1, without contexts."""
+        ...
+
+
+class PlaneWriter:
+    """Gathers planes and makes a section of them.
+
+    Args:
+        counts: What contexts have seen before; it stays as it is.
+    """
+
+    def __init__(self, counts: ContextCounts) -> None:
+        self._counts = counts.copy()
+        self._runs: list[tuple[Bits, int]] = []
+
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
+        """See `Planes.code`."""
+        if contexts.size == 0:
+            return bits
+        runs = _Runs.of(contexts)
+        parts = np.split(bits[runs.order], runs.starts[1:])
+        zeros, ones = runs.count(parts)
+        weights = self._counts.weights(model, runs.contexts)
+        codes = choose_codes(ones, runs.lengths)
+        fitting = np.array([weight_of_code(code) for code in codes.tolist()])
+        stated = is_worth_stating(zeros, ones, weights, fitting)
+        said = np.unpackbits(codes[stated].astype(np.uint8))
+        self._runs += [(stated, STATED_WEIGHT), (said.astype(np.bool_), _EVEN)]
+        weights[stated] = fitting[stated]
+        self._runs.extend(zip(parts, weights.tolist(), strict=True))
+        self._counts.learn(model, runs.contexts, zeros, ones)
+        return bits
+
+    def code_raw(self, bits: Bits) -> Bits:
+        """See `Planes.code_raw`."""
+        self._runs.append((bits, _EVEN))
+        return bits
+
+    def section(self) -> Section:
+        """Return what was written."""
+        return Section(encode_bits(self._runs))
+
+
+class PlaneReader:
+    """Gives back the planes of a section.
+
+    Args:
+        section: As a chunk holds it, its CRC checked.
+        counts: What contexts have seen before; it stays as it is.
+
+    Raises:
+        InvalidWordsError: No encoder writes such words.
+    """
+
+    def __init__(self, section: Section, counts: ContextCounts) -> None:
+        self._counts = counts.copy()
+        self._words = open_words(section.words)
+
+    def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
+        """See `Planes.code`."""
+        if contexts.size == 0:
+            return bits
+        runs = _Runs.of(contexts)
+        stated = self._words.take(runs.contexts.size, STATED_WEIGHT)
+        codes = np.packbits(self._words.take(CODE_BITS * int(stated.sum()), _EVEN))
+        weights = self._counts.weights(model, runs.contexts)
+        weights[stated] = [weight_of_code(code) for code in codes.tolist()]
+        asked = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
+        parts = [self._words.take(count, weight) for count, weight in asked]
+        self._counts.learn(model, runs.contexts, *runs.count(parts))
+        answers = np.empty_like(bits)
+        answers[runs.order] = np.concatenate(parts)
+        return answers
+
+    def code_raw(self, bits: Bits) -> Bits:
+        """See `Planes.code_raw`."""
+        return self._words.take(bits.size, _EVEN)
+
+    def finish(self) -> ContextCounts:
+        """Return what contexts have seen by now.
+
+        Raises:
+            UnconsumedWordsError: Words are left that no plane has used.
+        """
+        self._words.finish()
+        return self._counts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Runs:
+    """The elements of a plane, sorted by context.
+
+    Attributes:
+        order: `[n]` indices of the elements, by context and then in their order.
+        contexts: `[u]` those that are used, ascending.
+        lengths: `[u]` how many elements each has.
+        starts: `[u]` where they begin in `order`.
+    """
+
+    order: Int64
+    contexts: Int64
+    lengths: Int64
+    starts: Int64
+
+    @classmethod
+    def of(cls, contexts: Int64) -> "_Runs":
+        counts = np.bincount(contexts)
+        # NumPy sorts numbers of 16 bits by radix, four times as fast.
+        narrow = contexts.astype(np.uint16) if counts.size <= _NARROW else contexts
+        used = np.flatnonzero(counts)
+        lengths = counts[used]
+        return cls(np.argsort(narrow, kind="stable"), used, lengths, np.cumsum(lengths) - lengths)
+
+    def count(self, parts: Sequence[Bits]) -> tuple[Int64, Int64]:
+        """Return `[u]` the zeros and the ones of each context, given its bits."""
+        ones = np.array([np.count_nonzero(part) for part in parts])
+        return self.lengths - ones, ones
+
+
+_NARROW = 1 << 16

@@ -1,0 +1,252 @@
+"""Snapshots as planes: canonical frames coded against the last CANO (SPEC 8.9).
+
+One walk for both directions (see `planes`). Gaussians of the CANO that are still
+there stand in its order, which is Morton's, so that the one before is a neighbor
+and has often moved alike. All others are coded as a canonical frame codes them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.format.arithmetic import bit_length
+from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.gaussian_planes import read_newborn, sort_canonical, write_canonical
+from quarc_ref.format.coding.planes import PlaneReader, Planes, PlaneWriter
+from quarc_ref.format.coding.values import code_fixed, code_signed
+from quarc_ref.format.constants import (
+    AXIS_BITS_LIMIT,
+    CLASS_BITS,
+    REST_CLASSES,
+    ROTATION_INDEX_BITS,
+    SURVIVOR_ROWS,
+)
+from quarc_ref.format.errors import SymbolRangeError
+from quarc_ref.format.morton import interleave
+from quarc_ref.format.records import Gaussians, Section, SnapshotChunk
+
+# The rows of each field of a survivor, in the order in which fields are coded.
+SURVIVOR_FIELDS = {
+    "position": slice(0, 3),
+    "rotation": slice(3, 7),
+    "log-scales": slice(7, 10),
+    "opacity": slice(10, 11),
+    "SH DC": slice(11, 14),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """A canonical frame as a snapshot gives it.
+
+    Attributes:
+        gaussians: Of the frame, in its order.
+        roots: `[N]` index in the CANO of each that is a survivor, -1 of the others.
+    """
+
+    gaussians: Gaussians
+    roots: Int64
+
+
+@dataclass(frozen=True, slots=True)
+class CodedSnapshot:
+    """What a SNAP chunk says of a frame.
+
+    Attributes:
+        newborn_count: Gaussians that the CANO has not.
+        origin: Least xyz of their positions, in position steps.
+        axis_bits: Width of a position less the origin.
+        survivors: The Gaussians of the CANO that are still there.
+        sections: Of the newborn.
+        gaussians: Of the frame, in its order.
+    """
+
+    newborn_count: int
+    origin: tuple[int, int, int]
+    axis_bits: int
+    survivors: Section
+    sections: tuple[Section, ...]
+    gaussians: Gaussians
+
+
+def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> CodedSnapshot:
+    """Code a frame against a canonical one.
+
+    Args:
+        canonical: Gaussians of the CANO, in its order.
+        gaussians: Of the frame, in any order.
+        roots: `[N]` index in the CANO of each that is a survivor, none twice; -1 of the others.
+            Survivors that have changed too much are coded as newborn.
+
+    Raises:
+        EncodeError: Two colors of a newborn are too far apart.
+        SymbolRangeError: The frame is wider than a CANO can say.
+    """
+    order = np.flatnonzero(roots >= 0)
+    order = order[np.argsort(roots[order], kind="stable")]
+    rows = _subtract(_rows_of(gaussians, order), _rows_of(canonical, roots[order]))
+    near = np.abs(rows).max(axis=0) <= _MOST_CHANGE
+    near &= (gaussians.codes[_CODES:, order] == canonical.codes[_CODES:, roots[order]]).all(axis=0)
+    order = order[near]
+    lives = np.zeros(canonical.count, dtype=np.bool_)
+    lives[roots[order]] = True
+    spread = np.zeros((SURVIVOR_ROWS, canonical.count), dtype=np.int64)
+    spread[:, roots[order]] = rows[:, near]
+    writer = PlaneWriter(ContextCounts())
+    _walk_survivors(writer, lives, spread)
+    left = np.ones(roots.size, dtype=np.bool_)
+    left[order] = False
+    newborn, origin, axis_bits = _take(gaussians, np.flatnonzero(left)), (0, 0, 0), 0
+    if newborn.count:
+        origin, axis_bits, newborn = sort_canonical(newborn)
+    whole = _join(_take(gaussians, order), newborn)
+    return CodedSnapshot(
+        newborn.count,
+        origin,
+        axis_bits,
+        writer.section(),
+        write_canonical(newborn, origin),
+        _take(whole, _sort(whole)),
+    )
+
+
+def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
+    """Decode a frame that is coded against a canonical one.
+
+    Args:
+        chunk: Its count is within the stream's level.
+        canonical: Gaussians of the CANO, in its order.
+
+    Raises:
+        EntropyError: A section is malformed, or the frame too wide.
+    """
+    reader = PlaneReader(chunk.survivors, ContextCounts())
+    nothing = np.zeros(canonical.count, dtype=np.bool_)
+    blank = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
+    kept, rows = _walk_survivors(reader, nothing, blank)
+    reader.finish()
+    survivors = _add(canonical, kept, rows)
+    code_planes = canonical.codes.shape[0]
+    newborn = read_newborn(chunk, code_planes)
+    gaussians = _join(survivors, newborn)
+    roots = np.concatenate([kept, np.full(newborn.count, -1, dtype=np.int64)])
+    order = _sort(gaussians)
+    return Snapshot(_take(gaussians, order), roots[order])
+
+
+def compare(snapshot: Snapshot, canonical: Gaussians) -> Int64:
+    """Return `[SURVIVOR_ROWS, n]` how the survivors of a snapshot differ from their CANO."""
+    (here,) = np.nonzero(snapshot.roots >= 0)
+    roots = snapshot.roots[here]
+    return _subtract(_rows_of(snapshot.gaussians, here), _rows_of(canonical, roots))
+
+
+def _walk_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, Int64]:
+    """Walk the planes: `lives` is `[N]`, `rows` `[SURVIVOR_ROWS, N]`.
+
+    Returns:
+        The indices `[n]` of those that live, and their rows.
+    """
+    lives = planes.code("survivors, lives", np.zeros(lives.size, dtype=np.int64), lives)
+    kept = np.flatnonzero(lives)
+    rows = rows[:, kept]
+    answers = np.zeros(kept.size, dtype=np.int64)
+    for number, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
+        differs = np.any(rows[field], axis=0)
+        bits = planes.code(f"survivors, {name}", answers, differs)
+        answers |= bits.astype(np.int64) << number
+    coded = np.zeros((SURVIVOR_ROWS, kept.size), dtype=np.int64)
+    for number, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
+        there = np.flatnonzero((answers >> number) & 1)
+        values = rows[field][:, there]
+        if name == "position":
+            steps = _code_rows(planes, field, np.diff(values, axis=1, prepend=0))
+            coded[field, there] = np.cumsum(steps, axis=1)
+        elif name == "rotation":
+            zeros = np.zeros(there.size, dtype=np.int64)
+            turned = code_fixed(planes, "survivors, index", zeros, ROTATION_INDEX_BITS, values[0])
+            others = slice(field.start + 1, field.stop)
+            coded[others, there] = _code_rows(planes, others, values[1:])
+            coded[field.start, there] = turned
+        else:
+            coded[field, there] = _code_rows(planes, field, values)
+    return kept, coded
+
+
+def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
+    """Code rows one by one; how far those of the field before are from 0 is the context."""
+    so_far = np.zeros(values.shape[1], dtype=np.int64)
+    coded = np.zeros_like(values)
+    for place, row in enumerate(range(rows.start, rows.stop)):
+        contexts = REST_CLASSES * row + np.minimum(bit_length(so_far), REST_CLASSES - 1)
+        coded[place] = code_signed(planes, _VALUES, contexts, CLASS_BITS, values[place])
+        so_far += np.abs(coded[place])
+    return coded
+
+
+def _rows_of(gaussians: Gaussians, which: Int64) -> Int64:
+    """Return `[SURVIVOR_ROWS, n]` what may differ of some Gaussians."""
+    return np.concatenate(
+        [
+            gaussians.positions[:, which],
+            gaussians.rotations[:, which],
+            gaussians.codes[:_CODES, which],
+        ]
+    )
+
+
+def _subtract(rows: Int64, before: Int64) -> Int64:
+    """Return differences; of a rotation of another index its components themselves."""
+    differences = rows - before
+    index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
+    turned = differences[index] != 0
+    differences[index] %= 1 << ROTATION_INDEX_BITS
+    differences[components, turned] = rows[components, turned]
+    return differences
+
+
+def _add(canonical: Gaussians, kept: Int64, rows: Int64) -> Gaussians:
+    """Return the survivors."""
+    sums = _rows_of(canonical, kept) + rows
+    index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
+    turned = rows[index] != 0
+    sums[index] %= 1 << ROTATION_INDEX_BITS
+    sums[components, turned] = rows[components, turned]
+    codes = canonical.codes[:, kept]
+    codes[:_CODES] = sums[_ROTATION.stop :]
+    return Gaussians(sums[SURVIVOR_FIELDS["position"]], sums[_ROTATION], codes)
+
+
+def _sort(gaussians: Gaussians) -> Int64:
+    """Return the order of a frame: that of Morton, as a CANO would have it.
+
+    Raises:
+        SymbolRangeError: The frame is wider than a CANO can say.
+    """
+    offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_FAR)[:, None]
+    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]
+        message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} steps"
+        raise SymbolRangeError(message)
+    return np.argsort(interleave(offsets), kind="stable")
+
+
+def _join(first: Gaussians, second: Gaussians) -> Gaussians:
+    return Gaussians(
+        np.concatenate([first.positions, second.positions], axis=1),
+        np.concatenate([first.rotations, second.rotations], axis=1),
+        np.concatenate([first.codes, second.codes], axis=1),
+    )
+
+
+def _take(gaussians: Gaussians, which: Int64) -> Gaussians:
+    return Gaussians(
+        gaussians.positions[:, which], gaussians.rotations[:, which], gaussians.codes[:, which]
+    )
+
+
+_VALUES = "survivors, differences"
+_ROTATION = SURVIVOR_FIELDS["rotation"]
+_CODES = 7  # of a Gaussian's codes, the first: all but SH rest
+_FAR = 1 << 62
+_MOST_CHANGE = (1 << 14) - 1  # so that the difference of two is a number by Signed(CLASS_BITS)

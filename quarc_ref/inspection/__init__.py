@@ -1,0 +1,1 @@
+"""What a stream holds: summary, chunks, symbols, proof of integrity, decoding speed."""

@@ -1,0 +1,110 @@
+"""How fast a stream plays: frames per second, where the time goes, memory, time to begin."""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+from quarc_ref.decoder.engines import choose_engine
+from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
+from quarc_ref.inspection.stolen_time import read_processor_time
+from quarc_ref.playback import Player
+from quarc_ref.streams import open_source
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How a stream played, every frame given out as soon as it was there.
+
+    Attributes:
+        frames: With the first, which is canonical.
+        gaussians: Of the last frame.
+        threads: As asked for.
+        engine: `fast` or `reference`.
+        fps: Of the frames after the first.
+        cpu_ms: Milliseconds of the processor per frame after the first, of all
+            threads; beside other work it tells more than `fps`.
+        stolen_share: Of the time that this machine's processors had work, meanwhile, what share
+            its host gave to others; None where that cannot be told.
+        ms_by_stage: Milliseconds per frame after the first; what threads do
+            side by side adds up to more than a frame takes.
+        first_frame_s: From opening the stream to its first frame; where it is the first that
+            the process decodes, with all that must be loaded.
+        warm_first_frame_s: The same of the second time that the stream is opened; None of
+            standard input.
+        peak_rss_mib: Of this process so far, by the end; None where that cannot be told.
+    """
+
+    frames: int
+    gaussians: int
+    threads: int
+    engine: str
+    fps: float
+    cpu_ms: float
+    stolen_share: float | None
+    ms_by_stage: dict[str, float]
+    first_frame_s: float
+    warm_first_frame_s: float | None
+    peak_rss_mib: float | None
+
+    def as_json(self) -> dict[str, object]:
+        """Return the fields by name."""
+        return asdict(self)
+
+
+def measure_speed(
+    name: str, threads: int, note: Callable[[str, int, int], None] | None = None
+) -> Speed | None:
+    """Play a stream from its beginning to its end.
+
+    Args:
+        name: Of the stream, as for `open_source`.
+        threads: As for `Player`.
+        note: Is told the stage, how many frames are done, and 0.
+
+    Returns:
+        How it played; None if it has no frame.
+
+    Raises:
+        BitstreamError: What is wrong with the stream.
+        SourceError: What holds it does not give its bytes.
+    """
+    begun = first = last = time.perf_counter()
+    cpu, machine = 0.0, None
+    frames = gaussians = 0
+    before: Counter[str] = Counter()
+    with open_source(name) as source, Player(source, threads=threads) as player:
+        for frame in player:
+            last = time.perf_counter()
+            frames, gaussians = frames + 1, frame.scene.count
+            if frames == 1:
+                first, before, cpu = last, Counter(player.times), time.process_time()
+                machine = read_processor_time()
+            if note is not None:
+                note("decode", frames, 0)
+        spent, cpu = player.times - before, time.process_time() - cpu
+        machine_now = read_processor_time()
+    if frames == 0:
+        return None
+    peak, warm = measure_peak_mebibytes(), None if name == "-" else _time_first_frame(name, threads)
+    moved = max(1, frames - 1)
+    return Speed(
+        frames,
+        gaussians,
+        threads,
+        choose_engine().name,
+        moved / (last - first) if frames > 1 else 0.0,
+        1e3 * cpu / moved if frames > 1 else 0.0,
+        machine_now.stolen_share(machine) if machine_now and machine else None,
+        {stage: nanoseconds / moved / 1e6 for stage, nanoseconds in spent.most_common()},
+        first - begun,
+        warm,
+        peak,
+    )
+
+
+def _time_first_frame(name: str, threads: int) -> float:
+    begun = time.perf_counter()
+    with open_source(name) as source, Player(source, threads=threads) as player:
+        next(iter(player))
+        return time.perf_counter() - begun

@@ -1,0 +1,149 @@
+"""What a stream is made of: counts, real bytes by kind, the estimate beside them.
+
+The whole stream is decoded, so that whatever is reported of it has been proved.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format import container, wire
+from quarc_ref.format.coding.gaussian_planes import read_canonical
+from quarc_ref.format.coding.snapshot_planes import read_snapshot
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import BitstreamError
+from quarc_ref.inspection.estimate import (
+    estimate_births,
+    estimate_gaussians,
+    estimate_motion,
+    estimate_snapshot,
+    estimate_updates,
+)
+from quarc_ref.inspection.stream_summary import KINDS, ChunkSummary, FrameSummary, StreamSummary
+from quarc_ref.inspection.symbols import count_magnitudes
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.seek import read_tail_chunk
+from quarc_ref.streams.source import Source, as_source
+
+
+def count_frames(stream: bytes | Source) -> int:
+    """Return how many frames there are, undecoded: what TAIL says, else what headers say.
+
+    Returns:
+        The count; of a stream without its end, that of the frames before the
+        end or the first damage; 0 where it cannot be told, of a pipe.
+    """
+    source = as_source(stream)
+    size = source.size()
+    if size is None:
+        return 0
+    tail = read_tail_chunk(source, size)
+    if tail is not None:
+        return wire.parse_tail(tail.payload).frame_count
+    reader, count = ChunkReader(source), 0
+    with suppress(BitstreamError):
+        reader.read_chunk()
+        while (header := reader.read_header()) is not None and header.end <= size:
+            count += header.kind in container.FRAMES
+            reader.skip(header)
+    return count
+
+
+def inspect_stream(
+    stream: bytes | Source, note: Callable[[str, int, int], None] | None = None
+) -> StreamSummary:
+    """Decode a stream and sum up what it is made of.
+
+    Args:
+        stream: A stream, of which every byte is read once.
+        note: Is told of every frame: stage, done, total (0 where it is not known).
+
+    Raises:
+        BitstreamError: What is wrong with the bytes.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    reader, decoder, total = ChunkReader(as_source(stream)), StreamDecoder(), count_frames(stream)
+    frames: list[FrameSummary] = []
+    chunks: list[ChunkSummary] = []
+    while (header := reader.read_header()) is not None:
+        chunk = reader.take(header)
+        size = chunk.byte_count()
+        chunks.append(ChunkSummary(chunk.kind.decode(), chunk.sequence, chunk.offset, size))
+        state = decoder.push(chunk) if chunk.kind in container.KNOWN else None
+        if state is None:
+            continue
+        frames.append(_summarize(chunk, state, decoder))
+        if note is not None:
+            note("inspect", len(frames), total)
+    return StreamSummary(
+        decoder.header,
+        decoder.cameras,
+        decoder.metadata,
+        reader.offset,
+        tuple(frames),
+        tuple(chunks),
+    )
+
+
+def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
+    """Return the bytes of the coded planes of a frame's chunk, by kind.
+
+    Args:
+        chunk: Of a frame.
+        updates: Whether its stream has updates.
+
+    Raises:
+        BitstreamError: What is wrong with the chunk.
+    """
+    coded = dict.fromkeys(KINDS, 0)
+    if chunk.kind == container.CANO:
+        sections = wire.parse_canonical(chunk.payload).sections
+        coded["canonical"] = sum(section.byte_count() for section in sections)
+    elif chunk.kind == container.SNAP:
+        snapshot = wire.parse_snapshot(chunk.payload)
+        sections = (snapshot.survivors, *snapshot.sections)
+        coded["snapshots"] = sum(section.byte_count() for section in sections)
+    else:
+        frame = wire.parse_frame(chunk.payload, updates=updates)
+        coded["motion"], coded["births"] = frame.motion.byte_count(), frame.births.byte_count()
+        coded["updates"] = frame.updates.byte_count() if frame.updates else 0
+    return coded
+
+
+def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> FrameSummary:
+    scene, header = state.scene, state.scene.header
+    estimate: dict[str, float] = dict.fromkeys(KINDS, 0.0)
+    births = deaths = updates = 0
+    if chunk.kind == container.CANO:
+        canonical = wire.parse_canonical(chunk.payload)
+        estimate["canonical"] = estimate_gaussians(read_canonical(canonical, header.code_planes))
+    elif chunk.kind == container.SNAP and decoder.reference is not None:
+        known = decoder.reference.gaussians
+        read = read_snapshot(wire.parse_snapshot(chunk.payload), known)
+        estimate["snapshots"] = estimate_snapshot(read, known)
+    else:
+        frame = wire.parse_frame(chunk.payload, updates=header.updates)
+        births, deaths = frame.birth_count, frame.death_count
+        if state.updates is not None:
+            chosen = int(state.updates.dies.sum())
+            deaths, updates = deaths + chosen, state.updates.count - chosen
+            before = scene.count - births + chosen
+            estimate["updates"] = estimate_updates(state.updates, before)
+        estimate["motion"] = estimate_motion(state.symbols)
+        estimate["births"] = estimate_births(state.births) if state.births else 0.0
+    return FrameSummary(
+        scene.frame,
+        chunk.kind in container.CANONICAL,
+        scene.count,
+        sum(level.shape[1] for level in state.symbols),
+        births,
+        deaths,
+        updates,
+        chunk.byte_count(),
+        count_coded_bytes(chunk, updates=header.updates),
+        estimate,
+        count_magnitudes(state.symbols),
+        compute_digest(scene),
+    )

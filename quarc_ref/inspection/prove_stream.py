@@ -1,0 +1,148 @@
+"""All that can be proved of a stream: both coders, every seek point, the level."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.decoder.reference_engine import ReferenceEngine
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format import container, wire
+from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, decoding_with
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import ProofError
+from quarc_ref.inspection.inspect_stream import count_frames
+from quarc_ref.inspection.twin_coders import TwinCoders
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.decode_stream import decode
+from quarc_ref.streams.follow import Follow, ask
+from quarc_ref.streams.source import Source
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What has been proved of a stream.
+
+    Attributes:
+        frames: Frames whose state CRCs hold.
+        chunks: Chunks whose CRCs hold, of types that are known.
+        coders: How many entropy decoders gave the same: 2, or 1 where
+            constriction is not installed.
+        sections: Coded sections that were decoded.
+        bits: Bits in them.
+        seek_points: Canonical frames that were decoded without what is before them.
+        frames_sought: Frames decoded from these up to the next, to the same digests.
+        level: The stream's, as its header has it.
+        most: Gaussians of a frame, births of a frame and bytes of a payload:
+            the most that there are.
+        allowed: The most that the level allows of each.
+        sha256: Digest of the last state; None without frames.
+    """
+
+    frames: int
+    chunks: int
+    coders: int
+    sections: int
+    bits: int
+    seek_points: int
+    frames_sought: int
+    level: int
+    most: dict[str, int]
+    allowed: dict[str, int]
+    sha256: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `verify --deep --json` prints of it."""
+        proved = asdict(self)
+        del proved["sha256"]
+        return proved | {"level": self.level / 10}
+
+
+def prove_stream(
+    source: Source,
+    note: Callable[[str, int, int], None] = lambda *_: None,
+    follow: Follow | None = None,
+) -> Proof:
+    """Prove a stream.
+
+    Args:
+        source: A stream, which is read more than once: a pipe will not do.
+        note: Is told of every frame: stage, done, total.
+        follow: How long to wait for a stream that still grows; None not to.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes.
+        ProofError: Two ways to decode the stream do not meet.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    coders = TwinCoders()
+    run = _Run(source, note)
+    with decoding_with(coders.open):
+        while (chunk := ask(run.reader.read_chunk, follow)) is not None:
+            run.push(chunk)
+    frames_sought = run.decode_from_seek_points(source)
+    header = run.decoder.header
+    return Proof(
+        frames=len(run.digests),
+        chunks=run.chunk_count,
+        coders=2 if HAS_CONSTRICTION else 1,
+        sections=coders.section_count,
+        bits=coders.bit_count,
+        seek_points=len(run.canonical),
+        frames_sought=frames_sought,
+        level=header.level,
+        most=run.most,
+        allowed=header.limits._asdict(),
+        sha256=list(run.digests.values())[-1] if run.digests else None,
+    )
+
+
+class _Run:
+    """A stream decoded from its beginning, and what came of it."""
+
+    def __init__(self, source: Source, note: Callable[[str, int, int], None]) -> None:
+        self.reader = ChunkReader(source)
+        self.decoder = StreamDecoder(ReferenceEngine())  # whose sections both coders decode
+        self.digests: dict[int, str] = {}  # by ordinal
+        self.canonical: list[int] = []
+        self.chunk_count = 0
+        self.most = {"gaussians": 0, "births": 0, "chunk_bytes": 0}
+        self._note = note
+        self._total = count_frames(source)
+
+    def push(self, chunk: Chunk) -> None:
+        """Decode a chunk and note what there is in it."""
+        state = self.decoder.push(chunk)
+        self.chunk_count += 1
+        if chunk.kind != container.HEAD:
+            self._note_most("chunk_bytes", len(chunk.payload))
+        if state is None:
+            return
+        scene = state.scene
+        self.digests[scene.frame] = compute_digest(scene)
+        self._note_most("gaussians", scene.count)
+        if chunk.kind in container.CANONICAL:
+            self.canonical.append(scene.frame)
+        else:
+            frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)
+            self._note_most("births", frame.birth_count)
+        self._note("decode", len(self.digests), self._total)
+
+    def decode_from_seek_points(self, source: Source) -> int:
+        """Decode every frame again, from the last canonical one; return how many there are.
+
+        Raises:
+            ProofError: One has another state than it had before.
+        """
+        done = 0
+        for start, stop in zip(self.canonical, [*self.canonical[1:], None], strict=False):
+            for scene in decode(source, start, stop):
+                if compute_digest(scene) != self.digests[scene.frame]:
+                    message = f"frame {scene.frame} has another state from seek point {start}"
+                    raise ProofError(message)
+                done += 1
+                self._note("seek", done, len(self.digests))
+        return done
+
+    def _note_most(self, name: str, value: int) -> None:
+        self.most[name] = max(self.most[name], value)

@@ -1,0 +1,79 @@
+"""Every section decoded by both entropy decoders at once.
+
+The fast one and the one in plain Python must give the same bits of the same
+words, or refuse them for the same reason.
+"""
+
+from collections.abc import Callable
+from typing import NoReturn, TypeVar
+
+import numpy as np
+
+from quarc_ref.format.arrays import Bits, UInt32
+from quarc_ref.format.coding.ans import PythonBitDecoder
+from quarc_ref.format.coding.entropy import BitDecoder, open_fastest
+from quarc_ref.format.errors import BitstreamError, ProofError
+
+_Answer = TypeVar("_Answer")
+
+
+class TwinCoders:
+    """Opens sections with both decoders and keeps account of them.
+
+    Attributes:
+        section_count: Sections that were opened.
+        bit_count: Bits that both decoders gave alike.
+    """
+
+    def __init__(self) -> None:
+        self.section_count = 0
+        self.bit_count = 0
+
+    def open(self, words: UInt32) -> BitDecoder:
+        """Return a decoder that asks both.
+
+        Raises:
+            InvalidWordsError: Both refuse the words.
+            ProofError: Only one does.
+        """
+        fast, plain = _ask_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))
+        self.section_count += 1
+        return _TwinBitDecoder(fast, plain, self)
+
+
+class _TwinBitDecoder:
+    def __init__(self, fast: BitDecoder, plain: BitDecoder, account: TwinCoders) -> None:
+        self._fast = fast
+        self._plain = plain
+        self._account = account
+
+    def take(self, count: int, weight: int) -> Bits:
+        bits = self._fast.take(count, weight)
+        if not np.array_equal(bits, self._plain.take(count, weight)):
+            _disagree()
+        self._account.bit_count += count
+        return bits
+
+    def finish(self) -> None:
+        _ask_both(self._fast.finish, self._plain.finish)
+
+
+def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tuple[_Answer, _Answer]:
+    """Return both answers; raise what both raise, and ProofError where only one does."""
+    answers: list[_Answer] = []
+    faults: list[BitstreamError] = []
+    for action in (fast, plain):
+        try:
+            answers.append(action())
+        except BitstreamError as error:
+            faults.append(error)
+    if not faults:
+        return answers[0], answers[1]
+    if answers or faults[0].reject_id != faults[1].reject_id:
+        _disagree()
+    raise faults[0]
+
+
+def _disagree() -> NoReturn:
+    message = "the two entropy decoders do not give the same of a section"
+    raise ProofError(message)

@@ -1,0 +1,138 @@
+"""How frames are decoded ahead, for the `Player`.
+
+The symbols of a frame are coded in contexts that come from the state before it,
+so frames are decoded one after the other, in one thread. A second thread makes
+the floats meanwhile. Faults come out where the frame would have.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Generator
+from contextlib import closing
+from dataclasses import dataclass, replace
+from threading import Event
+from typing import Any
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.engines import choose_engine
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format.container import Chunk
+from quarc_ref.playback.ahead import Ahead
+from quarc_ref.streams.decode_stream import walk_frames
+from quarc_ref.streams.follow import Follow
+from quarc_ref.streams.source import Source
+
+# Nanoseconds by stage.
+Times = Counter[str]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """A frame that is ready to be drawn.
+
+    Attributes:
+        state: All that is known of it.
+        splats: Its floats, which are not to be written to.
+        chunk_bytes: Of the chunk's payload.
+        nanoseconds: How long it took to decode: the times that its chunk and
+            its floats took, which for frames after one another may overlap.
+    """
+
+    state: FrameState
+    splats: Splats
+    chunk_bytes: int
+    nanoseconds: int
+
+    @property
+    def scene(self) -> Scene:
+        """Its integers, which stay as they are."""
+        return self.state.scene
+
+
+# What gives frames in order, and can be closed.
+Frames = Ahead[Frame] | Generator[Frame]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Decoded:
+    """A state on its way from the first thread to the second."""
+
+    state: FrameState
+    chunk_bytes: int
+    nanoseconds: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameMaker:
+    """Makes the frames of a stream; the threads at it hold this, and no player.
+
+    Attributes:
+        source: The stream.
+        threads: As for `Player`.
+        ahead: The same.
+        follow: The same.
+        times: Nanoseconds by stage are added to these.
+    """
+
+    source: Source
+    threads: int
+    ahead: int
+    follow: Follow | None
+    times: Times
+
+    def make(self, start: int, stop: int | None) -> Frames:
+        """Return what makes the frames from `start` up to, and without, `stop`."""
+        engine = choose_engine(self.threads)
+        if self.threads == 1:
+            states = self._decode(engine, start, stop, self.follow)
+            return self._finish(states, start, stop, engine.dequantizer())
+        closed = Event()
+        follow = self.follow and replace(self.follow, ended=closed)
+        dequantize = engine.dequantizer()
+        decoded = Ahead(lambda: self._decode(engine, start, stop, follow), self.ahead)
+        return Ahead(
+            lambda: self._finish(decoded, start, stop, dequantize), self.ahead, closed=closed
+        )
+
+    def _decode(
+        self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
+    ) -> Generator[_Decoded]:
+        """Decode frames, the first of them before `start` maybe."""
+        decoder = _TimedDecoder(engine)
+        for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
+            self.times["decode"] += decoder.nanoseconds
+            yield _Decoded(state, len(chunk.payload), decoder.nanoseconds)
+
+    def _finish(
+        self,
+        decoded: Generator[_Decoded] | Ahead[_Decoded],
+        start: int,
+        stop: int | None,
+        dequantize: Callable[[FrameState], Splats],
+    ) -> Generator[Frame]:
+        """Make floats of the frames that are wanted."""
+        with closing(decoded):
+            for each in decoded:
+                frame = each.state.frame
+                if frame < start or (stop is not None and frame >= stop):
+                    continue
+                begun = time.perf_counter_ns()
+                splats = dequantize(each.state)
+                spent = time.perf_counter_ns() - begun
+                self.times["floats"] += spent
+                yield Frame(each.state, splats, each.chunk_bytes, each.nanoseconds + spent)
+
+
+class _TimedDecoder(StreamDecoder):
+    """Knows how long the last chunk took, which its source may have kept waiting for before."""
+
+    nanoseconds = 0
+
+    def push(self, chunk: Chunk) -> FrameState | None:
+        """See `StreamDecoder.push`."""
+        begun = time.perf_counter_ns()
+        state = super().push(chunk)
+        self.nanoseconds = time.perf_counter_ns() - begun
+        return state

@@ -1,0 +1,134 @@
+"""A stream that plays: frames decoded ahead of whoever draws them.
+
+    with Player(source) as player:
+        for frame in player:
+            draw(frame.splats)
+
+How that is done is told in `frame_maker`.
+"""
+
+from collections.abc import Callable, Iterator
+from types import TracebackType
+
+from quarc_ref.playback.frame_maker import Frame, FrameMaker, Frames, Times
+from quarc_ref.streams.follow import Follow
+from quarc_ref.streams.source import Source, as_source
+
+
+class Player:
+    """Plays the frames of a stream. One run at a time: a new one ends the one before.
+
+    Args:
+        stream: A stream; it is the caller's to close, after the player.
+        threads: 1 to decode a frame when it is asked for and no sooner; 2 or
+            more to decode ahead, by an engine that may take so many.
+        ahead: How many frames may wait to be taken, at least 1. Memory is
+            bounded by it: a frame that waits takes about 200 bytes a Gaussian.
+        follow: How long to wait for a stream that still grows; None not to.
+
+    Attributes:
+        times: Nanoseconds by stage, of all frames so far.
+
+    Raises:
+        ValueError: Of threads or of frames there are less than 1.
+    """
+
+    def __init__(
+        self,
+        stream: bytes | Source,
+        *,
+        threads: int = 2,
+        ahead: int = 2,
+        follow: Follow | None = None,
+    ) -> None:
+        if threads < 1 or ahead < 1:
+            message = f"{threads} threads, {ahead} frames ahead: there must be 1 of each at least"
+            raise ValueError(message)
+        self.times = Times()
+        self._ahead = ahead
+        self._maker = FrameMaker(as_source(stream), threads, ahead, follow, self.times)
+        self._run: Frames | None = None
+        self._due = -1  # of the run of `frame`: the ordinal of what comes next
+
+    def __enter__(self) -> "Player":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.frames()
+
+    def close(self) -> None:
+        """End what runs; the player can be used again.
+
+        A read of the source that is under way is waited for.
+        """
+        if self._run is not None:
+            self._run.close()
+        self._run, self._due = None, -1
+
+    def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        """Play from a frame on, found through the stream's seek points.
+
+        Args:
+            start: Ordinal of the first frame wanted.
+            stop: Ordinal after the last one; None for all.
+
+        Yields:
+            The frames in order.
+
+        Raises:
+            BitstreamError: What is wrong with the bytes; every frame before
+                the fault has been given out.
+            SourceError: What holds the stream does not give its bytes.
+        """
+        self.close()
+        run = self._run = self._maker.make(start, stop)
+        return run
+
+    def frame(self, ordinal: int) -> Frame:
+        """Return one frame. The frames that follow it are decoded ahead.
+
+        Raises:
+            LookupError: The stream has no such frame.
+            BitstreamError: As for `frames`.
+            SourceError: As for `frames`.
+        """
+        if self._due < 0 or not self._due <= ordinal <= self._due + self._ahead:
+            self.frames(ordinal)
+        frame = None
+        try:
+            frame = self._go_to(ordinal)
+        finally:
+            if frame is None:  # of a run that has ended nothing can be had
+                self.close()
+        if frame is None:
+            message = f"the stream has no frame {ordinal}"
+            raise LookupError(message)
+        return frame
+
+    def play(
+        self, show: Callable[[Frame], object], start: int = 0, stop: int | None = None
+    ) -> None:
+        """Call a function with every frame, in order, in the thread of the caller.
+
+        Raises:
+            BitstreamError: As for `frames`.
+            SourceError: As for `frames`.
+        """
+        for frame in self.frames(start, stop):
+            show(frame)
+
+    def _go_to(self, ordinal: int) -> Frame | None:
+        """Return a frame of the run, not before the next one; None if there is none."""
+        for frame in self._run or ():
+            self._due = frame.state.frame + 1
+            if frame.state.frame >= ordinal:
+                return frame if frame.state.frame == ordinal else None
+        return None

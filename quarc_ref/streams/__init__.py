@@ -1,0 +1,26 @@
+"""Streams as bytes: where they come from, and how they are read, cut and joined.
+
+    for scene in decode(data):
+        splats = dequantize(scene)
+
+A stream is bytes, or a `Source` that reads at an offset: `open_source` opens
+a file, an HTTP URL or standard input. `recover` decodes past damage.
+"""
+
+from quarc_ref.streams.decode_stream import decode
+from quarc_ref.streams.follow import Follow
+from quarc_ref.streams.recover import Gap, recover
+from quarc_ref.streams.source import BytesSource, Source
+from quarc_ref.streams.sources import FileSource, PipeSource, open_source
+
+__all__ = [
+    "BytesSource",
+    "FileSource",
+    "Follow",
+    "Gap",
+    "PipeSource",
+    "Source",
+    "decode",
+    "open_source",
+    "recover",
+]

@@ -1,0 +1,181 @@
+"""The chunks of a stream in their order: SPEC 5.1.
+
+What is read of a stream, strictly or after damage, from its beginning or from
+a seek point, is read here. A chunk is refused by its header where it can be,
+before its payload is read or room is made for it.
+"""
+
+import zlib
+from collections.abc import Iterator
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, MAGIC
+from quarc_ref.format.container import Chunk, ChunkHeader
+from quarc_ref.format.errors import (
+    BadMagicError,
+    BitstreamError,
+    SequenceError,
+    TrailingDataError,
+    TruncatedError,
+)
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams.source import Source, as_source
+
+_PIECE_BYTES = 1 << 16
+
+
+class ChunkReader:
+    """Reads a stream chunk by chunk.
+
+    A read that is refused leaves the reader where it was: of a stream that
+    grows, a `TruncatedError` says that the chunk may be asked for again later.
+
+    Args:
+        source: The stream.
+
+    Attributes:
+        source: The stream.
+        offset: Where the next chunk begins.
+        sequence: The number that is due there.
+        current: Header of the last chunk whose header was accepted; None if
+            that of the chunk at hand was not.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.offset = 0
+        self.sequence = 0
+        self.current: ChunkHeader | None = None
+        self._before = b""
+        self._stream: StreamHeader | None = None
+
+    @property
+    def is_past_tail(self) -> bool:
+        """Whether TAIL has been read."""
+        return self._before == container.TAIL
+
+    def read_header(self) -> ChunkHeader | None:
+        """Return the header of the next chunk, and stay there.
+
+        Returns:
+            The header; None after TAIL.
+
+        Raises:
+            ContainerError: What is wrong with the bytes.
+        """
+        self.current = None
+        if self.is_past_tail:
+            self._check_end()
+            return None
+        self._pass_magic()
+        header = container.parse_header(
+            self.source.read(self.offset, CHUNK_HEADER_BYTES), self.offset
+        )
+        if header.sequence != self.sequence:  # [5.2-4]
+            message = f"chunk {header.sequence} stands where chunk {self.sequence} is due"
+            raise SequenceError(message, self.offset)
+        container.check_type(header, self._stream)
+        container.check_place(header, self._before)
+        container.check_length(header.length, self._stream, self.offset)  # [5.2-6] [13-1]
+        self.current = header
+        return header
+
+    def read_chunk(self) -> Chunk | None:
+        """Return the next chunk of a type that this version knows.
+
+        Others, ancillary all of them, are proved and passed over.
+
+        Returns:
+            The chunk; None after TAIL.
+
+        Raises:
+            ContainerError: What is wrong with the bytes.
+        """
+        while (header := self.read_header()) is not None:
+            if header.kind in container.KNOWN:
+                return self.take(header)
+            check_payload(self.source, header)  # [5.2-10]
+            self.skip(header)
+        return None
+
+    def take(self, header: ChunkHeader) -> Chunk:
+        """Return the chunk, of whatever type, whose header `read_header` gave; go on behind it.
+
+        Raises:
+            ContainerError: What is wrong with the bytes.
+        """
+        data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
+        chunk = container.take_payload(header, data)
+        if header.kind == container.HEAD:
+            self._stream = _parse_head(chunk)
+        self.skip(header)
+        return chunk
+
+    def skip(self, header: ChunkHeader) -> None:
+        """Go on behind a chunk."""
+        self.offset, self.sequence, self._before = header.end, header.sequence + 1, header.kind
+
+    def seek(self, offset: int, sequence: int) -> None:
+        """Go on at a chunk that is known to begin somewhere, after HEAD has been read."""
+        self.offset, self.sequence, self._before = offset, sequence, b""
+
+    def _pass_magic(self) -> None:
+        if self.offset:
+            return
+        start = self.source.read(0, len(MAGIC))
+        if not MAGIC.startswith(start):  # [5.1-1]
+            message = "this is no .quarc stream"
+            raise BadMagicError(message, 0)
+        if len(start) < len(MAGIC):
+            message = "the stream ends inside its magic"
+            raise TruncatedError(message, 0)
+        self.offset = len(MAGIC)
+
+    def _check_end(self) -> None:
+        if self.source.read(self.offset, 1):  # [5.1-5]
+            message = "bytes follow TAIL"
+            raise TrailingDataError(message, self.offset)
+
+
+def check_payload(source: Source, header: ChunkHeader) -> None:
+    """Check the CRC of a payload that is not kept, in pieces.
+
+    Raises:
+        TruncatedError: The stream ends inside the chunk.
+        PayloadCrcError: The payload does not match its CRC.
+    """
+    crc, offset, end = 0, header.payload_offset, header.end - CHUNK_CRC_BYTES
+    while offset < end:
+        piece = source.read(offset, min(_PIECE_BYTES, end - offset))
+        if not piece:
+            container.prove_payload(header, crc, b"")
+        crc, offset = zlib.crc32(piece, crc), offset + len(piece)
+    container.prove_payload(header, crc, source.read(end, CHUNK_CRC_BYTES))
+
+
+def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
+    """Walk the chunks of a stream, each proved before it is given out.
+
+    Ancillary chunks of unknown types are proved and left out.
+
+    Args:
+        stream: A whole stream, or what there is of it.
+
+    Yields:
+        HEAD first, TAIL last.
+
+    Raises:
+        ContainerError: At the first byte that is not as SPEC 5 has it; every
+            chunk before it has been given out.
+    """
+    reader = ChunkReader(as_source(stream))
+    while (chunk := reader.read_chunk()) is not None:
+        yield chunk
+
+
+def _parse_head(chunk: Chunk) -> StreamHeader:
+    try:
+        return wire.parse_stream_header(chunk.payload)
+    except BitstreamError as error:
+        error.offset = chunk.offset
+        raise

@@ -1,0 +1,146 @@
+"""Some frames of a stream as a stream of their own.
+
+The first of them must be canonical, so that every chunk is taken over as it is,
+but for snapshots whose CANO is cut away. Ordinals stay (SPEC 11.1), and with them
+times, digests and the pictures of a capture that frames belong to.
+"""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import BinaryIO, NoReturn
+
+from quarc_ref.format import container
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import EditError, TruncatedError
+from quarc_ref.streams.frame_walk import FrameWalk, Step
+from quarc_ref.streams.rebase import Rebase
+from quarc_ref.streams.source import Source
+from quarc_ref.streams.stream_writer import StreamWriter
+
+
+def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
+    """Write the frames of a stream from one canonical frame on.
+
+    Of what is no frame, all is kept that comes before the first frame, or
+    after a frame that is kept; besides the last `came` and the last `meta`
+    before `start`, since these hold for all that follows. Nothing behind the
+    frames that are wanted is read: a stream may be damaged there, or grow.
+
+    Args:
+        source: A stream.
+        start: Ordinal of the first frame wanted; None for the stream's first.
+        stop: Ordinal after the last frame wanted; None for all.
+        sink: Is written to by appending, once `start` has been found.
+
+    Returns:
+        How many frames there are in what was written.
+
+    Raises:
+        EditError: Frame `start` is not there, or not canonical, or not before `stop`.
+        BitstreamError: What is wrong with the stream.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    walk, passed = FrameWalk(source), _Passed()
+    steps = iter(walk)
+    first = _find(steps, start, walk, passed)
+    if first.frame is not None and stop is not None and stop <= first.frame:
+        message = f"there is no frame from {first.frame} up to, and without, {stop}"
+        raise EditError(message)
+    writer = StreamWriter(sink, walk.head)
+    for chunk in passed.chunks():
+        writer.write(chunk.kind, chunk.payload)
+    copying = _Copying(writer, walk, passed.reference)
+    copying.copy(first)
+    for step in steps:
+        if step.is_frame and step.frame == stop:
+            break
+        copying.copy(step)
+    writer.finish()
+    return writer.frame_count
+
+
+class _Passed:
+    """What comes before the frames that are wanted.
+
+    Attributes:
+        canonical: Ordinal of the last canonical frame that was passed over.
+        reference: The last CANO that was passed over, if snapshots may be coded against it.
+    """
+
+    def __init__(self) -> None:
+        self.canonical: int | None = None
+        self.reference: Chunk | None = None
+        self._prologue: list[Chunk] = []
+        self._latest: dict[bytes, Chunk] = {}
+
+    def note(self, step: Step, walk: FrameWalk) -> None:
+        """Take what must be kept of a step."""
+        if step.is_canonical:
+            self.canonical = step.frame
+            if walk.header.snapshots and step.header.kind == container.CANO:
+                self.reference = walk.take(step)
+        elif step.frame is None:
+            self._prologue.append(walk.take(step))
+        elif step.header.kind in (container.CAME, container.META):
+            self._latest[step.header.kind] = walk.take(step)
+
+    def chunks(self) -> list[Chunk]:
+        """Return what is kept, in the order of the stream."""
+        return self._prologue + sorted(self._latest.values(), key=lambda chunk: chunk.sequence)
+
+
+def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Passed) -> Step:
+    """Return the step of the first frame wanted; `passed` notes what comes before it."""
+    for step in steps:
+        if step.is_frame and (start is None or (step.frame or 0) >= start):
+            if start is None or (step.is_canonical and step.frame == start):
+                return step
+            _refuse(start, passed.canonical, step, steps)
+        passed.note(step, walk)
+    near = _name_near(passed.canonical, None)
+    message = f"the stream has no frame {'at all' if start is None else start}{near}"
+    raise EditError(message)
+
+
+def _refuse(start: int, before: int | None, step: Step, steps: Iterator[Step]) -> NoReturn:
+    """Raise EditError with the canonical frames on both sides of a frame."""
+    after = step.frame if step.is_canonical else None
+    with suppress(TruncatedError):
+        after = after or next((other.frame for other in steps if other.is_canonical), None)
+    fault = f"frame {start} is not canonical, and a stream cannot begin with it"
+    if step.frame != start:
+        fault = f"the stream has no frame {start}"
+    raise EditError(fault + _name_near(before, after))
+
+
+class _Copying:
+    """Writes chunks as they are, or snapshots as others where their CANO is cut away.
+
+    Args:
+        writer: Is written to.
+        walk: Of the stream.
+        reference: The CANO that is cut away, if it matters.
+    """
+
+    def __init__(self, writer: StreamWriter, walk: FrameWalk, reference: Chunk | None) -> None:
+        self._writer, self._walk, self._reference = writer, walk, reference
+        self._rebase: Rebase | None = None
+
+    def copy(self, step: Step) -> None:
+        """Write the chunk of a step."""
+        chunk = self._walk.take(step)
+        if chunk.kind == container.CANO:
+            self._reference = None
+        elif chunk.kind == container.SNAP and self._reference is not None:
+            self._rebase = self._rebase or Rebase(self._walk.header, self._reference)
+            chunk = self._rebase.take(chunk)
+        self._writer.write(chunk.kind, chunk.payload)
+
+
+def _name_near(before: int | None, after: int | None) -> str:
+    near = [str(frame) for frame in (before, after) if frame is not None]
+    if not near:
+        return ""
+    return (
+        f"; the nearest canonical frame{'s are' if len(near) > 1 else ' is'} {' and '.join(near)}"
+    )

@@ -1,0 +1,84 @@
+"""Bytes of a stream to scenes: SPEC 7.
+
+`ChunkReader` proves and orders the chunks, `StreamDecoder` minds what has
+been seen of the stream, `frames` makes the state of each frame.
+"""
+
+from collections.abc import Iterator
+
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format import container
+from quarc_ref.format.container import Chunk
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.follow import Follow, ask
+from quarc_ref.streams.seek import seek
+from quarc_ref.streams.source import Source, as_source
+
+
+def decode(
+    stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
+) -> Iterator[Scene]:
+    """Decode the frames of a stream.
+
+    Args:
+        stream: A stream; one that is cut gives the frames that are whole first.
+        start: Ordinal of the first frame wanted; no more is read to come there
+            than must be (SPEC 11.2).
+        stop: Ordinal after the last frame wanted; None for all.
+        follow: How long to wait for a stream that still grows; None not to.
+
+    Yields:
+        The scene of every frame wanted, in order.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes; every frame before the
+            fault has been given out.
+        LimitError: A stream of the unlimited level asks for more than this
+            decoder gives.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    for state in decode_states(stream, start, stop, follow):
+        yield state.scene
+
+
+def decode_states(
+    stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
+) -> Iterator[FrameState]:
+    """Do as `decode`, and yield all that a frame hands to the next."""
+    for _, state in walk_frames(stream, StreamDecoder(), start, stop, follow):
+        frame = state.frame
+        if start <= frame and (stop is None or frame < stop):
+            yield state
+
+
+def walk_frames(
+    stream: bytes | Source,
+    decoder: StreamDecoder,
+    start: int = 0,
+    stop: int | None = None,
+    follow: Follow | None = None,
+) -> Iterator[tuple[Chunk, FrameState]]:
+    """Do as `decode`, and yield also the frames that lead to the first one wanted.
+
+    Args:
+        stream: As for `decode`.
+        decoder: To which nothing has been pushed.
+        start: As for `decode`.
+        stop: The same; a first frame after it is yielded, too.
+        follow: As for `decode`.
+
+    Yields:
+        The chunk and the state of every frame that is decoded.
+    """
+    reader = ChunkReader(as_source(stream))
+    while (chunk := ask(reader.read_chunk, follow)) is not None:
+        state = decoder.push(chunk)
+        if chunk.kind == container.HEAD and start > 0:
+            decoder.skip_to(*seek(reader, start))
+        if state is None:
+            continue
+        yield chunk, state
+        if stop is not None and state.frame + 1 >= stop:
+            return

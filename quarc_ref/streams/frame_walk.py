@@ -1,0 +1,121 @@
+"""A stream from chunk header to chunk header, with the frame that each belongs to.
+
+Payloads are read, and proved, only where they are asked for: what an edit
+leaves out costs no more than its header, and must be there.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NoReturn
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.container import Chunk, ChunkHeader
+from quarc_ref.format.errors import ChunkOrderError, FrameOrderError, TruncatedError
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.resync import canonical_frame
+from quarc_ref.streams.source import Source
+
+_FRAME_BYTES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A chunk of a walk.
+
+    Attributes:
+        header: Of the chunk.
+        frame: Ordinal of the frame that it holds or comes after; None before
+            the first frame.
+    """
+
+    header: ChunkHeader
+    frame: int | None
+
+    @property
+    def is_canonical(self) -> bool:
+        """Whether the chunk holds a canonical frame."""
+        return self.header.kind in container.CANONICAL
+
+    @property
+    def is_frame(self) -> bool:
+        """Whether the chunk holds a frame."""
+        return self.header.kind in container.FRAMES
+
+
+class FrameWalk:
+    """Walks a stream, of which HEAD is read at once.
+
+    Args:
+        source: The stream.
+
+    Attributes:
+        head: Payload of HEAD.
+        header: What it says.
+
+    Raises:
+        BitstreamError: What is wrong with HEAD.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self._reader = ChunkReader(source)
+        chunk = self._reader.read_chunk()
+        self.head = chunk.payload if chunk else b""
+        self.header = wire.parse_stream_header(self.head)
+        self._taken = False
+        self._size: int | None = 0  # of what is there at least; None where that cannot be told
+
+    def __iter__(self) -> Iterator[Step]:
+        """Yield every chunk behind HEAD up to TAIL and without INDX and TAIL.
+
+        Raises:
+            BitstreamError: What is wrong with what was read.
+        """
+        frame: int | None = None
+        while (header := self._reader.read_header()) is not None:
+            frame = self._next_frame(header, frame)
+            self._taken = False
+            step = Step(header, frame)
+            if header.kind in (container.INDX, container.TAIL):
+                self.take(step)  # proved, so that an end that is damaged is none
+            else:
+                yield step
+            if not self._taken:
+                self._pass(header)
+
+    def take(self, step: Step) -> Chunk:
+        """Return the chunk of the step that the walk is at, proved."""
+        self._taken = True
+        return self._reader.take(step.header)
+
+    def _pass(self, header: ChunkHeader) -> None:
+        """Go on behind a chunk that is not read; that it ends in the stream is seen by its size."""
+        if self._size is not None and header.end > self._size:
+            self._size = self._reader.source.size()
+            if self._size is not None and header.end > self._size:
+                _refuse_the_end(header)
+        self._reader.skip(header)
+
+    def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
+        if header.kind in container.CANONICAL:
+            ordinal = self._read_ordinal(header)
+            if frame is not None and ordinal != frame + 1:
+                message = f"frame {ordinal} follows frame {frame}"
+                raise FrameOrderError(message, header.offset)
+            return ordinal
+        if header.kind != container.FRAM:
+            return frame
+        if frame is None:
+            message = "a frame must follow a canonical frame"
+            raise ChunkOrderError(message, header.offset)
+        return frame + 1
+
+    def _read_ordinal(self, header: ChunkHeader) -> int:
+        data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
+        if len(data) < _FRAME_BYTES:
+            _refuse_the_end(header)
+        return canonical_frame(data)
+
+
+def _refuse_the_end(header: ChunkHeader) -> NoReturn:
+    message = "the stream ends inside a chunk"
+    raise TruncatedError(message, header.offset)

@@ -1,0 +1,112 @@
+"""One request and its answer, within one deadline, after the redirects to it."""
+
+import ssl
+import string
+from collections.abc import Mapping
+from functools import cached_property
+from http.client import HTTPResponse
+from urllib.parse import quote, urldefrag, urljoin, urlsplit
+from urllib.request import HTTPHandler, OpenerDirector, ProxyHandler, Request
+
+from quarc_ref.streams.timed_connection import (
+    Deadline,
+    TimedConnection,
+    TimedTlsConnection,
+    make_tls_context,
+)
+
+_REDIRECTS = (301, 302, 303, 307, 308)
+_SCHEMES = ("http", "https")
+_MOST_REDIRECTS = 5
+
+
+class RedirectError(Exception):
+    """A redirect that is not followed; the message says what the server does."""
+
+
+class HttpClient:
+    """Asks servers, through the proxies that the environment names."""
+
+    def __init__(self) -> None:
+        self._opener = OpenerDirector()
+        for handler in (ProxyHandler(), _Handler()):
+            self._opener.add_handler(handler)
+
+    def get(self, url: str, headers: Mapping[str, str], timeout: float) -> HTTPResponse:
+        """Return the answer to a request. The bodies of redirects to it are not read.
+
+        Args:
+            url: Where to ask, `http` or `https`.
+            headers: Of the request.
+            timeout: Seconds from now to the last byte of the answer's body.
+
+        Returns:
+            The answer, whatever its status. Reading its body raises a TimeoutError after the
+            deadline.
+
+        Raises:
+            OSError: The server cannot be reached; a TimeoutError if it does not answer in time.
+            HTTPException: It answers something else than HTTP.
+            RedirectError: It redirects to where it is not followed.
+            ValueError: The URL is not one of a server.
+        """
+        deadline, asked = Deadline(timeout), [_check_url(url)]
+        while True:
+            request = Request(asked[-1], headers=dict(headers))
+            response: HTTPResponse = self._opener.open(request, timeout=deadline.left())
+            if response.status not in _REDIRECTS:
+                return response
+            response.close()
+            target = follow_redirect(asked[-1], response.headers.get("Location"))
+            if target in asked:
+                message = f"redirects in a circle, back to {target}"
+                raise RedirectError(message)
+            if len(asked) > _MOST_REDIRECTS:
+                message = f"redirects more than {_MOST_REDIRECTS} times"
+                raise RedirectError(message)
+            asked.append(target)
+
+
+def follow_redirect(url: str, location: str | None) -> str:
+    """Return the URL that a redirect leads to.
+
+    Args:
+        url: That was asked for.
+        location: What the answer says; may be relative to the URL.
+
+    Raises:
+        RedirectError: It leads nowhere, or to something other than a server, or out of TLS.
+    """
+    if not location:
+        message = "redirects without saying where to"
+        raise RedirectError(message)
+    target = quote(urljoin(url, location), safe=string.punctuation, encoding="latin-1")
+    before, after = urlsplit(url).scheme, urlsplit(target).scheme
+    if after not in _SCHEMES:
+        message = f"redirects to {location!r}: only http and https URLs are followed"
+        raise RedirectError(message)
+    if (before, after) == ("https", "http"):
+        message = f"redirects from https to {location!r}: only https URLs are followed from there"
+        raise RedirectError(message)
+    return urldefrag(target).url
+
+
+def _check_url(url: str) -> str:
+    if urlsplit(url).scheme not in _SCHEMES:
+        message = f"{url!r} is not an http or https URL"
+        raise ValueError(message)
+    return urldefrag(url).url
+
+
+class _Handler(HTTPHandler):
+    https_request = HTTPHandler.http_request
+
+    def http_open(self, req: Request) -> HTTPResponse:
+        return self.do_open(TimedConnection, req)
+
+    def https_open(self, req: Request) -> HTTPResponse:
+        return self.do_open(TimedTlsConnection, req, context=self._tls_context)
+
+    @cached_property
+    def _tls_context(self) -> ssl.SSLContext:
+        return make_tls_context()  # reads all certificates: where TLS is used, and once

@@ -1,0 +1,148 @@
+"""A stream on a server that answers ranges: SPEC 11.2."""
+
+import re
+from http.client import HTTPException, HTTPResponse, IncompleteRead
+from typing import NoReturn
+from urllib.error import URLError
+
+from quarc_ref.format.errors import SourceError
+from quarc_ref.streams.file_version import Change, FileVersion
+from quarc_ref.streams.http_client import HttpClient, RedirectError
+
+_PARTIAL = 206
+_BEYOND_THE_END = 416
+_RANGE = re.compile(r"bytes (\d{1,20})-(\d{1,20})/(\d{1,20}|\*)")
+_TOTAL = re.compile(r"bytes \*/(\d{1,20})")
+_PIECE_BYTES = 1 << 16
+_SAMPLE_BYTES = 64
+
+
+class HttpSource:
+    """A stream at an HTTP URL. Nothing but the ranges that are asked for is read.
+
+    The file on the server may grow while it is read, and must not change
+    otherwise. Its size, ETag and time are compared with each answer; where they
+    leave it open whether a longer file is the same one, some bytes that have
+    been read are read again. There is no `If-Range` or `If-Match`: both would
+    refuse a file that has only grown.
+
+    Args:
+        url: Of the stream, `http` or `https`.
+        timeout: Seconds that an answer may take: from connecting, through all
+            redirects, to the last byte.
+    """
+
+    def __init__(self, url: str, timeout: float = 30.0) -> None:
+        self._url = url
+        self._timeout = timeout
+        self._client = HttpClient()
+        self._version = FileVersion()
+        self._sample = (0, b"")  # an offset, and the bytes that were read there
+
+    def read(self, offset: int, length: int) -> bytes:
+        """Return `length` bytes from `offset` on, fewer at the end of the stream.
+
+        Raises:
+            SourceError: The server does not answer, or answers something else;
+                or the file has changed.
+        """
+        return self._fetch(offset, length)[0] if length else b""
+
+    def size(self) -> int | None:
+        """Ask the server how many bytes there are now; None where it does not say.
+
+        Raises:
+            SourceError: As for `read`.
+        """
+        return self._fetch(0, 1)[1]
+
+    def _fetch(self, offset: int, length: int) -> tuple[bytes, int | None]:
+        """Return a range, and the size of the whole, of the file that was there at first."""
+        body, version = self._ask(offset, length)
+        change = self._version.compare(version)
+        if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
+            self._refuse("has another file now: it was changed while it was read")
+        self._version = self._version.updated(version)
+        self._keep_sample(offset, body)
+        return body, version.size
+
+    def _keep_sample(self, offset: int, body: bytes) -> None:
+        """Keep the end of the last body, unless a longer one tells more of the file."""
+        sample = body[-_SAMPLE_BYTES:]
+        if len(sample) >= len(self._sample[1]):
+            self._sample = (offset + len(body) - len(sample), sample)
+
+    def _has_sample(self) -> bool:
+        """Tell whether the file still has the bytes that were read of it before."""
+        offset, sample = self._sample
+        return not sample or self._ask(offset, len(sample))[0] == sample
+
+    def _ask(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
+        """Return a range, and the version of the file that it is of."""
+        wanted = {"Range": f"bytes={offset}-{offset + length - 1}", "Accept-Encoding": "identity"}
+        try:
+            with self._client.get(self._url, wanted, self._timeout) as response:
+                return self._take(response, offset, length)
+        except RedirectError as error:
+            self._refuse(str(error))
+        except (OSError, HTTPException, ValueError) as error:
+            reason = error.reason if isinstance(error, URLError) else error
+            if isinstance(reason, TimeoutError):
+                self._refuse(f"takes more than {self._timeout} seconds to answer")
+            self._refuse(f"cannot be read: {_describe(reason)}")
+
+    def _take(self, response: HTTPResponse, offset: int, length: int) -> tuple[bytes, FileVersion]:
+        said = response.headers.get("Content-Range", "")
+        if response.status == _BEYOND_THE_END:
+            return b"", self._take_size(said, offset)
+        if response.status != _PARTIAL:
+            self._refuse_status(response)
+        encoding = response.headers.get("Content-Encoding", "identity")
+        if encoding.lower() != "identity":
+            self._refuse(f"answers in encoding {encoding!r}: it must send the bytes of the file")
+        found = _RANGE.fullmatch(said)
+        if found is None:
+            self._refuse("does not say which bytes it answers")
+        first, last = int(found[1]), int(found[2])
+        size = None if found[3] == "*" else int(found[3])
+        end = offset + length if size is None else min(offset + length, size)
+        if first != offset or (last + 1 != end if size is not None else last >= end):
+            self._refuse(f"answers bytes {first} to {last} where {offset} to {end - 1} are due")
+        version = FileVersion.of(response.headers, size)
+        return self._read_body(response, last + 1 - first), version
+
+    def _take_size(self, said: str, offset: int) -> FileVersion:
+        """Return the version of a file that ends before the range asked for."""
+        found = _TOTAL.fullmatch(said)
+        if found and int(found[1]) > offset:
+            self._refuse(f"does not answer byte {offset} of {found[1]}")
+        return FileVersion(int(found[1]) if found else None)
+
+    def _read_body(self, response: HTTPResponse, length: int) -> bytes:
+        """Read a body to its end, which a chunked one tells, too."""
+        body, piece = bytearray(), b"more"
+        while piece and len(body) <= length:
+            try:
+                piece = response.read1(min(_PIECE_BYTES, length + 1 - len(body)))
+            except IncompleteRead:
+                piece = b""
+            body += piece
+        if len(body) < length:
+            self._refuse(f"stops after {len(body)} bytes of {length}")
+        if len(body) > length:
+            self._refuse(f"sends more than the {length} bytes that are due")
+        return bytes(body)
+
+    def _refuse_status(self, response: HTTPResponse) -> NoReturn:
+        if 200 <= response.status < 300:
+            self._refuse("does not answer ranges: download the stream to decode it")
+        self._refuse(f"answers {response.status} {response.reason}")
+
+    def _refuse(self, what: str) -> NoReturn:
+        message = f"the server of {self._url} {what}"
+        raise SourceError(message)
+
+
+def _describe(reason: object) -> str:
+    """Return what went wrong, without the system's number for it."""
+    return getattr(reason, "strerror", None) or str(reason) or repr(reason)

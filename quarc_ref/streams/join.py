@@ -1,0 +1,194 @@
+"""Streams of one kind, one after the other, as one stream.
+
+Every canonical frame begins anew (SPEC 7.2), so that nothing is decoded and
+nothing coded anew. Only the ordinals of canonical frames change, and with them
+no state and no digest.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from typing import BinaryIO
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.constants import COUNTER_LIMIT
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import BitstreamError, EditError
+from quarc_ref.format.layouts import VERSION
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams.frame_walk import FrameWalk, Step
+from quarc_ref.streams.source import Source
+from quarc_ref.streams.stream_writer import StreamWriter
+
+_LEVEL_PLACE = VERSION.sizeof()
+_FRAME_BYTES = 4
+
+
+def join(sources: Sequence[Source], sink: BinaryIO) -> int:
+    """Write the frames of several streams as those of one.
+
+    The ordinals of the first stay, those of the others follow. HEAD is that of
+    the first, with the greatest level of all; cameras are those of all, and
+    metadata what all say alike. Ancillary chunks of unknown types are taken
+    over where they stand, those that begin several streams alike once.
+
+    Args:
+        sources: Streams, read twice each: pipes will not do.
+        sink: Is written to by appending, once all the streams have been
+            looked through.
+
+    Returns:
+        How many frames there are in what was written.
+
+    Raises:
+        EditError: The streams do not fit together.
+        BitstreamError: What is wrong with one of them, and which it is.
+        SourceError: What holds a stream does not give its bytes.
+    """
+    parts = []
+    for number, source in enumerate(sources, 1):
+        with _named(number):
+            parts.append(_look_through(source))
+    if not parts:
+        message = "there is nothing to join"
+        raise EditError(message)
+    for number, part in enumerate(parts[1:], 2):
+        _require_alike(parts[0], part, number)
+    joining = _Joining(sink, parts)
+    for number, source in enumerate(sources, 1):
+        with _named(number):
+            joining.append(FrameWalk(source))
+    return joining.finish()
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What is known of a stream that is to be joined.
+
+    Attributes:
+        head: Payload of HEAD.
+        cameras: From the last `came`; None without any.
+        metadata: From the last `meta`; None without any.
+    """
+
+    head: bytes
+    cameras: tuple[Camera, ...] | None
+    metadata: dict[str, str] | None
+
+
+@contextmanager
+def _named(number: int) -> Iterator[None]:
+    """Say in a fault of a stream which of all it is."""
+    try:
+        yield
+    except BitstreamError as error:
+        error.args = (f"stream {number}: {error.args[0]}",)
+        raise
+
+
+def _look_through(source: Source) -> _Part:
+    walk = FrameWalk(source)
+    latest = {
+        step.header.kind: walk.take(step).payload
+        for step in walk
+        if step.header.kind in (container.CAME, container.META)
+    }
+    came, meta = latest.get(container.CAME), latest.get(container.META)
+    return _Part(
+        walk.head,
+        None if came is None else wire.parse_cameras(came),
+        None if meta is None else wire.parse_metadata(meta),
+    )
+
+
+def _require_alike(first: _Part, part: _Part, number: int) -> None:
+    """Raise EditError if a stream cannot come after the first."""
+    headers = [wire.parse_stream_header(each.head) for each in (first, part)]
+    differ = [
+        f"{field.name} ({getattr(headers[0], field.name)} and {getattr(headers[1], field.name)})"
+        for field in fields(StreamHeader)
+        if field.name != "level"
+        and getattr(headers[0], field.name) != getattr(headers[1], field.name)
+    ]
+    if first.head[:_LEVEL_PLACE] != part.head[:_LEVEL_PLACE]:
+        differ.append("compatible_features")
+    if differ:
+        message = f"stream {number} differs from the first in {', '.join(differ)}"
+        raise EditError(message)
+    if first.cameras != part.cameras:
+        message = f"stream {number} has other cameras than the first"
+        raise EditError(message)
+
+
+class _Joining:
+    """A stream that is being written out of several.
+
+    Args:
+        sink: Is written to.
+        parts: What is known of all the streams.
+    """
+
+    def __init__(self, sink: BinaryIO, parts: Sequence[_Part]) -> None:
+        head = parts[0].head
+        level = max(part.head[_LEVEL_PLACE] for part in parts)
+        head = head[:_LEVEL_PLACE] + bytes([level]) + head[_LEVEL_PLACE + 1 :]
+        self._writer = StreamWriter(sink, head)
+        self._due: int | None = None  # ordinal of the frame to come
+        self._shift = 0
+        self._begun: set[tuple[bytes, bytes]] = set()  # what streams began with
+        if parts[0].cameras is not None:
+            self._writer.write(container.CAME, wire.build_cameras(parts[0].cameras))
+        if any(part.metadata is not None for part in parts):
+            self._writer.write(container.META, wire.build_metadata(_say_alike(parts)))
+
+    def append(self, walk: FrameWalk) -> None:
+        """Write what a stream holds."""
+        due, is_first = self._due, True
+        for step in walk:
+            if step.is_frame and step.frame is not None:
+                if is_first:
+                    self._shift = 0 if due is None else due - step.frame
+                is_first = False
+                self._due = self._place(step.frame) + 1
+            if step.header.kind not in (container.CAME, container.META):
+                self._write(step, walk.take(step))
+
+    def finish(self) -> int:
+        """Write the end of the stream; return how many frames it has."""
+        self._writer.finish()
+        return self._writer.frame_count
+
+    def _write(self, step: Step, chunk: Chunk) -> None:
+        payload = chunk.payload
+        if step.frame is None:
+            if (chunk.kind, payload) in self._begun:
+                return
+            self._begun.add((chunk.kind, payload))
+        elif step.is_canonical:
+            payload = self._shifted(payload, 0)
+            if chunk.kind == container.SNAP:
+                payload = self._shifted(payload, _FRAME_BYTES)
+        self._writer.write(chunk.kind, payload)
+
+    def _shifted(self, payload: bytes, place: int) -> bytes:
+        """Return a payload with the ordinal at a place, in bytes, as it is in the whole."""
+        end = place + _FRAME_BYTES
+        ordinal = self._place(int.from_bytes(payload[place:end], "little"))
+        return payload[:place] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
+
+    def _place(self, frame: int) -> int:
+        """Return the ordinal that a frame of the stream at hand gets."""
+        place = frame + self._shift
+        if place > COUNTER_LIMIT:
+            message = f"there are no ordinals left for frames after {COUNTER_LIMIT}"
+            raise EditError(message)
+        return place
+
+
+def _say_alike(parts: Sequence[_Part]) -> dict[str, str]:
+    """Return the metadata that all the streams have, in the order of the first."""
+    said = [part.metadata or {} for part in parts]
+    return {
+        key: text for key, text in said[0].items() if all(other.get(key) == text for other in said)
+    }

@@ -1,0 +1,174 @@
+"""Decoding past damage: SPEC 11.4.
+
+What is lost is said: every byte of a stream is either in a chunk that was
+taken or in a gap that is reported.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import TAIL_BYTES
+from quarc_ref.format.container import Chunk, ChunkHeader
+from quarc_ref.format.errors import (
+    BitstreamError,
+    PayloadCrcError,
+    TruncatedError,
+    UnknownCriticalError,
+)
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.follow import Follow, ask
+from quarc_ref.streams.resync import Effort, Search, canonical_frame, find_resumption
+from quarc_ref.streams.source import Source, as_source
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A part of a stream that was left out.
+
+    Attributes:
+        offset: Where it begins, bytes.
+        byte_count: How long it is; None where the stream has not been read to
+            its end.
+        reject_id: What was wrong at its beginning (SPEC 3.3).
+        message: The same as a sentence.
+        frames_lost: How many frames are missing for it; None where that
+            cannot be told.
+    """
+
+    offset: int
+    byte_count: int | None
+    reject_id: str
+    message: str
+    frames_lost: int | None
+
+
+def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Scene | Gap]:
+    """Decode the frames of a stream that may be damaged.
+
+    After damage decoding goes on at the next CANO chunk whose CRCs hold, or at a
+    snapshot that is coded against a CANO which has been decoded; an
+    ancillary chunk that is damaged is left out alone. A stream that is cut
+    ends in a gap whose reject id is `truncated`.
+
+    Args:
+        stream: A stream.
+        follow: How long to wait for a stream that still grows; None not to.
+
+    Yields:
+        The scene of every frame that is whole, and what is missing between.
+
+    Raises:
+        BitstreamError: Nothing of the stream can be decoded: its HEAD is
+            damaged, or it has a critical chunk of an unknown type.
+        LimitError: A stream of the unlimited level asks for more than this
+            decoder gives.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    recovery = _Recovery(as_source(stream), follow)
+    recovery.begin()
+    while not recovery.is_over:
+        yield from recovery.step()
+
+
+class _Recovery:
+    def __init__(self, source: Source, follow: Follow | None) -> None:
+        self.is_over = False
+        self._source = source
+        self._follow = follow
+        self._reader = ChunkReader(source)
+        self._decoder = StreamDecoder()
+        self._effort = Effort(0)
+        self._first: int | None = None  # ordinal of the stream's first frame, if it was decoded
+        self._due: int | None = None  # ordinal of the frame to come
+
+    def begin(self) -> None:
+        """Take HEAD."""
+        self._push(self._read())
+        self._effort = Effort(self._decoder.header.limits.chunk_bytes)
+
+    def step(self) -> Iterator[Scene | Gap]:
+        """Take a chunk, or find the way past what cannot be taken."""
+        try:
+            chunk = self._read()
+            self.is_over = chunk is None
+            scene = self._push(chunk)
+        except UnknownCriticalError:
+            raise
+        except BitstreamError as error:
+            yield from self._leave_out(error)
+        else:
+            if scene is not None:
+                yield scene
+
+    def _read(self) -> Chunk | None:
+        return ask(self._reader.read_chunk, self._follow)
+
+    def _push(self, chunk: Chunk | None) -> Scene | None:
+        state = None if chunk is None else self._decoder.push(chunk)
+        if state is None:
+            return None
+        if self._due is None:
+            self._first = state.frame
+        self._due = state.frame + 1
+        return state.scene
+
+    def _leave_out(self, error: BitstreamError) -> Iterator[Gap]:
+        offset, header = error.offset or 0, self._reader.current
+        if self._reader.is_past_tail and header is None:  # bytes follow TAIL
+            self.is_over = True
+            size = self._source.size()
+            yield _gap(error, offset, size, None)
+        elif header is not None and header.is_ancillary and not isinstance(error, TruncatedError):
+            self._reader.skip(header)
+            yield _gap(error, offset, header.end, 0)
+        else:
+            if header is not None and isinstance(error, PayloadCrcError):
+                self._effort.spend(header.length)  # [13-2]
+            self._decoder.lose()  # [11.4-3]
+            yield from self._resume(error, offset)
+
+    def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:
+        reference = self._decoder.reference
+        search = Search(
+            offset=self._reader.offset,
+            sequence=self._reader.sequence,
+            frame=self._due or 0,
+            limit=self._decoder.header.limits.chunk_bytes,
+            effort=self._effort,
+            canonical=None if reference is None else reference.frame,
+        )
+        follow = None if isinstance(error, TruncatedError) else self._follow
+        try:
+            found = ask(lambda: find_resumption(self._source, search), follow)
+        except TruncatedError as cut:
+            self.is_over = True
+            yield _gap(error, offset, cut.offset, None)
+            if not isinstance(error, TruncatedError):
+                yield _gap(cut, cut.offset or 0, cut.offset, None)
+            return
+        self._reader.seek(found.offset, found.sequence)
+        yield _gap(error, offset, found.offset, self._count_lost(found))  # [11.4-2]
+
+    def _count_lost(self, found: ChunkHeader) -> int | None:
+        """Count the frames that are missing before the chunk that decoding resumes at."""
+        before, self._due = self._due, self._find_due(found)
+        if before is None or self._due is None or self._due < before:
+            return None
+        return self._due - before
+
+    def _find_due(self, found: ChunkHeader) -> int | None:
+        """Return the ordinal due at a CANO or TAIL; None at a TAIL if the first frame was lost."""
+        payload = self._source.read(found.payload_offset, TAIL_BYTES)
+        if found.kind in container.CANONICAL:
+            return canonical_frame(payload)
+        if self._first is None:
+            return None
+        return self._first + wire.parse_tail(payload).frame_count
+
+
+def _gap(error: BitstreamError, offset: int, end: int | None, frames_lost: int | None) -> Gap:
+    byte_count = None if end is None else end - offset
+    return Gap(offset, byte_count, error.reject_id, str(error), frames_lost)

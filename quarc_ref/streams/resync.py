@@ -1,0 +1,129 @@
+"""After damage: the next chunk that decoding can resume at (SPEC 11.4).
+
+A search looks at every sync word once. Each payload whose CRC fails is charged
+to an `Effort` that all searches of a stream share, so that their time stays in
+proportion to the stream, also where it was made to look like chunks.
+"""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+
+from quarc_ref.format import container
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, SYNC, TAIL_BYTES
+from quarc_ref.format.container import ChunkHeader
+from quarc_ref.format.errors import PayloadCrcError, TruncatedError
+from quarc_ref.streams.chunk_reader import check_payload
+from quarc_ref.streams.source import Source
+
+WINDOW_BYTES = 1 << 20
+_FIRST_WINDOW_BYTES = 1 << 12  # what is looked for is often near
+_EFFORT = 16
+_MOST_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
+_FRAME_BYTES = 4
+
+
+class Effort:
+    """How many payload bytes the recovery of a stream may check in vain (SPEC 11.4, 13-2).
+
+    Args:
+        limit: Most bytes of a payload, by the stream's level.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self._besides = _EFFORT * min(limit, _MOST_PAYLOAD_BYTES)
+        self._spent = 0
+
+    def spend(self, byte_count: int) -> None:
+        """Charge a payload whose CRC failed."""
+        self._spent += byte_count
+
+    def suffices(self, place: int) -> bool:
+        """Tell whether a payload may be checked at a place, in bytes from the stream's start."""
+        return self._spent <= _EFFORT * place + self._besides
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What decoding can resume at.
+
+    Attributes:
+        offset: First byte to look at.
+        sequence: Least number of a chunk that is still to come.
+        frame: Least ordinal of a frame that is still to come.
+        limit: Most bytes of a payload, by the stream's level.
+        effort: Of the whole recovery.
+        canonical: Ordinal of the CANO that a snapshot may be coded against; None if there is
+            none.
+    """
+
+    offset: int
+    sequence: int
+    frame: int
+    limit: int
+    effort: Effort
+    canonical: int | None = None
+
+    def admits(self, header: ChunkHeader) -> bool:
+        """Tell whether a chunk may be one to resume at, by its header."""
+        if header.sequence < self.sequence or header.length > self.limit:
+            return False
+        if header.kind == container.TAIL:
+            return header.length == TAIL_BYTES
+        if header.kind == container.SNAP:
+            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES
+        return header.kind == container.CANO and header.length >= _FRAME_BYTES
+
+    def accepts(self, header: ChunkHeader, source: Source) -> bool:
+        """Tell whether an admitted chunk is to come: a later frame, or the very end."""
+        if header.kind == container.TAIL:
+            return not source.read(header.end, 1)
+        payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
+        if header.kind == container.SNAP and canonical_frame(payload[_FRAME_BYTES:]) != (
+            self.canonical
+        ):
+            return False
+        return canonical_frame(payload) >= self.frame  # [11.4-1]
+
+
+def canonical_frame(payload: bytes) -> int:
+    """Return the ordinal of the frame in a CANO or SNAP payload, or its beginning (SPEC 5.4)."""
+    return int.from_bytes(payload[:_FRAME_BYTES], "little")
+
+
+def find_resumption(source: Source, search: Search) -> ChunkHeader:
+    """Return the header of the first CANO or SNAP, or TAIL at the very end, whose CRCs hold.
+
+    Args:
+        source: The stream.
+        search: Which chunks may come.
+
+    Raises:
+        TruncatedError: The stream has none; the offset is where it ends.
+    """
+    start, size = search.offset, _FIRST_WINDOW_BYTES
+    while True:
+        window = source.read(start, size)
+        for header in _find_headers(window, start):
+            if not search.admits(header) or not search.effort.suffices(header.offset):
+                continue
+            with suppress(PayloadCrcError, TruncatedError):
+                check_payload(source, header)
+                if search.accepts(header, source):
+                    return header
+            search.effort.spend(header.length)
+        if len(window) < size:
+            message = "the stream ends with no chunk to go on at"
+            raise TruncatedError(message, start + len(window))
+        start += size - CHUNK_HEADER_BYTES + 1
+        size = min(2 * size, WINDOW_BYTES)
+
+
+def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:
+    """Yield the headers in a window whose CRCs hold; `start` is its offset in the stream."""
+    place = window.find(SYNC)
+    while 0 <= place <= len(window) - CHUNK_HEADER_BYTES:
+        data = window[place : place + CHUNK_HEADER_BYTES]
+        if container.header_crc_holds(data):
+            yield container.parse_header(data, start + place)
+        place = window.find(SYNC, place + 1)

@@ -1,0 +1,133 @@
+"""The way to a frame without what lies before it: SPEC 11.2.
+
+Through INDX where a stream has one; else from chunk header to chunk header.
+Neither is trusted: the decoder holds the chunk that is come to against what led
+there. To a snapshot belongs the CANO that it is coded against.
+"""
+
+from contextlib import suppress
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES
+from quarc_ref.format.container import TAIL_CHUNK_BYTES, Chunk, ChunkHeader
+from quarc_ref.format.errors import BitstreamError, FieldError, IndexMismatchError, TruncatedError
+from quarc_ref.format.records import SeekPoint
+from quarc_ref.format.seek_points import SeekPoints
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.source import Source
+
+_FRAME_BYTES = 4
+
+
+def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
+    """Move a reader to the last canonical frame that is not after a frame.
+
+    Args:
+        reader: Has read HEAD.
+        frame: Ordinal of the frame that is wanted.
+
+    Returns:
+        All seek points up to the one that the reader is at; none where the
+        reader stays: the source goes forward only, or has no such frame yet.
+        If the frame there is a snapshot, the CANO that it is coded against.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes that were read.
+    """
+    size, here = reader.source.size(), (reader.offset, reader.sequence)
+    if size is None:
+        return SeekPoints.of(()), None
+    points = _read_index(reader, size)
+    if points is None:
+        reader.seek(*here)
+        points = _walk_headers(reader, frame)
+    points = points.until(frame)
+    if not points:
+        reader.seek(*here)
+        return points, None
+    header = _go_to(reader, points[-1].offset, points[-1].sequence, *container.CANONICAL)
+    canonical = None
+    if header.kind == container.SNAP:
+        canonical = _take_canonical(reader, header, points)
+        reader.seek(header.offset, header.sequence)
+    return points, canonical
+
+
+def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
+    """Return the CANO that a snapshot is coded against."""
+    place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
+    if place is None:
+        message = "no seek point is of the frame that a snapshot is coded against"
+        raise IndexMismatchError(message, header.offset)
+    return reader.take(_go_to(reader, place.offset, place.sequence, container.CANO))
+
+
+def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
+    """Return the entries of INDX; None in a stream without, or without its end yet."""
+    tail_offset = size - TAIL_CHUNK_BYTES
+    chunk = read_tail_chunk(reader.source, size)
+    if chunk is None:
+        return None
+    tail = wire.parse_tail(chunk.payload)
+    if tail.index_offset == 0:
+        return None
+    _go_to(reader, tail.index_offset, chunk.sequence - 1, container.INDX)
+    index = reader.read_chunk()
+    if index is None or reader.offset != tail_offset:
+        message = "INDX does not end where TAIL begins"
+        raise IndexMismatchError(message, tail.index_offset)
+    points = wire.parse_index(index.payload)
+    if len(points) != tail.canonical_count:  # [11.2-3]
+        message = f"{len(points)} seek points of {tail.canonical_count} canonical frames"
+        raise IndexMismatchError(message, tail.index_offset)
+    return points
+
+
+def read_tail_chunk(source: Source, size: int) -> Chunk | None:
+    """Return the TAIL chunk at the end of a stream; None where there is none that is proved."""
+    offset = size - TAIL_CHUNK_BYTES
+    with suppress(BitstreamError):
+        data = source.read(max(0, offset), TAIL_CHUNK_BYTES)
+        header = container.parse_header(data[:CHUNK_HEADER_BYTES], offset)
+        if header.kind == container.TAIL and header.end == offset + TAIL_CHUNK_BYTES:
+            return container.take_payload(header, data[CHUNK_HEADER_BYTES:])
+    return None
+
+
+def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
+    """Return the seek points up to a frame, from chunk header to chunk header."""
+    points, due = [], 0
+    with suppress(TruncatedError):
+        while due <= frame and (header := reader.read_header()) is not None:
+            if header.kind in container.CANONICAL:
+                due = _read_number(reader, header, 0)
+                points.append(SeekPoint(header.offset, header.sequence, due))
+            due += header.kind in container.FRAMES
+            reader.skip(header)
+    return SeekPoints.of(points)
+
+
+def _read_number(reader: ChunkReader, header: ChunkHeader, place: int) -> int:
+    """Return the ordinal at a place of a payload, in bytes."""
+    if header.length < place + _FRAME_BYTES:
+        message = f"a payload of {header.length} bytes has no ordinal"
+        raise FieldError(message, header.offset)
+    data = reader.source.read(header.payload_offset + place, _FRAME_BYTES)
+    if len(data) < _FRAME_BYTES:
+        message = "the stream ends inside a chunk"
+        raise TruncatedError(message, header.offset)
+    return int.from_bytes(data, "little")
+
+
+def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
+    """Move a reader to a chunk, and see that it is there and of one of these types."""
+    reader.seek(offset, sequence)
+    try:
+        header = reader.read_header()
+    except BitstreamError as error:
+        message = f"no chunk {sequence} where the stream says: {error}"
+        raise IndexMismatchError(message, offset) from error
+    if header is None or header.kind not in kinds:  # [11.2-2]
+        message = f"chunk {sequence} is no {kinds[0].decode()}"
+        raise IndexMismatchError(message, offset)
+    return header

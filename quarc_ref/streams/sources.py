@@ -1,0 +1,109 @@
+"""Streams in files and pipes; by name, also on servers (SPEC 11.2)."""
+
+import os
+import stat
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.errors import SourceError
+from quarc_ref.streams.source import Source
+
+_PIECE_BYTES = 1 << 16
+_KEPT_BYTES = LEVELS[30].chunk_bytes
+
+
+class FileSource:
+    """A stream in a file, which may still grow.
+
+    Args:
+        file: Opened for reading, in binary.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def read(self, offset: int, length: int) -> bytes:
+        """Return `length` bytes from `offset` on, fewer at the end of the file."""
+        missing = max(0, min(length, self.size() - offset))
+        self._file.seek(offset if missing else 0)
+        pieces = []
+        while missing and (piece := self._file.read(missing)):  # as much as the system gives
+            pieces.append(piece)
+            missing -= len(piece)
+        return b"".join(pieces)
+
+    def size(self) -> int:
+        """Return how long the file is now."""
+        return os.fstat(self._file.fileno()).st_size
+
+
+class PipeSource:
+    """A stream that comes in order, and once.
+
+    Args:
+        pipe: Is read as far as is asked for.
+        kept_bytes: How far back a read may go: what `recover` needs after
+            damage is the longest chunk of the stream.
+    """
+
+    def __init__(self, pipe: BinaryIO, kept_bytes: int = _KEPT_BYTES) -> None:
+        self._pipe = pipe
+        self._kept_bytes = kept_bytes
+        self._kept = bytearray()
+        self._start = 0  # offset of the first byte that is kept
+
+    def read(self, offset: int, length: int) -> bytes:
+        """Return `length` bytes from `offset` on, fewer at the end of the pipe.
+
+        Raises:
+            SourceError: The bytes have come and gone.
+        """
+        if offset < self._start:
+            message = f"a pipe cannot go back to byte {offset}: save the stream in a file"
+            raise SourceError(message)
+        while (missing := offset + length - self._start - len(self._kept)) > 0:
+            piece = self._pipe.read(min(missing, _PIECE_BYTES))
+            if not piece:
+                break
+            self._kept += piece
+            self._forget(offset)
+        place = offset - self._start
+        return bytes(self._kept[place : place + length])
+
+    def size(self) -> None:
+        """Return that it cannot be told how many bytes will come."""
+        return
+
+    def _forget(self, offset: int) -> None:
+        """Let go of what is neither asked for nor within reach."""
+        gone = min(offset - self._start, len(self._kept) - self._kept_bytes)
+        if gone > 0:
+            del self._kept[:gone]
+            self._start += gone
+
+
+@contextmanager
+def open_source(name: str) -> Iterator[Source]:
+    """Open a stream by its name.
+
+    Args:
+        name: A path, also of a named pipe; an HTTP URL; or `-` for standard input.
+
+    Raises:
+        OSError: The file cannot be opened.
+        SourceError: The server cannot be asked.
+    """
+    if name == "-":
+        yield PipeSource(sys.stdin.buffer)
+    elif name.startswith(("http://", "https://")):
+        from quarc_ref.streams.http_source import HttpSource  # loads the whole of urllib
+
+        yield HttpSource(name)
+    else:
+        with Path(name).open("rb", buffering=0) as file:
+            is_file = stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+            yield FileSource(file) if is_file else PipeSource(file)

@@ -1,0 +1,80 @@
+"""A stream written chunk by chunk: SPEC 5.1, 5.8, 5.9.
+
+The counterpart of `chunk_reader`. Numbers, seek points and totals are kept
+here and nowhere else; what the payloads say is the caller's business.
+"""
+
+from collections.abc import Callable
+from typing import BinaryIO
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.container import Chunk, build_chunk
+from quarc_ref.format.records import SeekPoint, Tail
+from quarc_ref.streams.resync import canonical_frame
+
+
+class StreamWriter:
+    """Appends chunks to a sink, each of them whole.
+
+    Args:
+        sink: Is written to by appending, and flushed after every chunk: who
+            reads along finds it there.
+        head: Payload of HEAD, which is written at once.
+        check: Is shown every chunk before it is written; nothing is if it raises.
+        held: Bytes of the stream that the sink has already: the chunks that end
+            there are counted and not written.
+
+    Attributes:
+        offset: Where the next chunk will begin.
+        sequence: The number that it will have.
+        frame_count: Chunks of frames that have been written.
+    """
+
+    def __init__(
+        self,
+        sink: BinaryIO,
+        head: bytes,
+        check: Callable[[Chunk], object] | None = None,
+        held: int = 0,
+    ) -> None:
+        self.offset = len(MAGIC)
+        self.sequence = 0
+        self.frame_count = 0
+        self._sink = sink
+        self._check = check
+        self._held = held
+        self._limits = wire.parse_stream_header(head).limits
+        self._points: list[SeekPoint] = []
+        self._append(container.HEAD, head, MAGIC)
+
+    def write(self, kind: bytes, payload: bytes) -> None:
+        """Append a chunk.
+
+        Args:
+            kind: Its type, of any but HEAD, INDX and TAIL.
+            payload: What it holds, as long as the stream's level allows.
+        """
+        self._append(kind, payload)
+
+    def finish(self) -> None:
+        """Write INDX and TAIL; no INDX if it is longer than the stream's level allows."""
+        index, index_offset = wire.build_index(self._points), 0
+        if len(index) <= self._limits.chunk_bytes:
+            index_offset = self.offset
+            self._append(container.INDX, index)
+        tail = Tail(self.frame_count, len(self._points), index_offset)
+        self._append(container.TAIL, wire.build_tail(tail))
+
+    def _append(self, kind: bytes, payload: bytes, before: bytes = b"") -> None:
+        data = before + build_chunk(kind, self.sequence, payload)
+        if self._check is not None:
+            self._check(Chunk(kind, payload, self.offset, self.sequence))
+        if self.offset >= self._held:
+            self._sink.write(data)
+            self._sink.flush()
+        if kind in container.CANONICAL:
+            self._points.append(SeekPoint(self.offset, self.sequence, canonical_frame(payload)))
+        self.frame_count += kind in container.FRAMES
+        self.offset += len(data) - len(before)
+        self.sequence += 1

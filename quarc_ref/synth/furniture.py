@@ -1,0 +1,164 @@
+"""The room and what stands in it: all of it still, but for a door and a screen.
+
+The door slides aside once a period and shows what nothing has shown before; the
+screen wipes one picture out by another at about the same time.
+"""
+
+import math
+
+import numpy as np
+
+from quarc_ref.synth import texture_kernels as patterns
+from quarc_ref.synth.paints import Paint, Palette, mix
+from quarc_ref.synth.solids import (
+    Matrix,
+    Solid,
+    at,
+    ball,
+    box,
+    cylinder,
+    ellipsoid,
+    turn_x,
+    turn_y,
+    turn_z,
+)
+from quarc_ref.synth.stage import Room
+
+_SHOW_SECONDS = 3.0
+_OPENING = (0.05, 0.50)  # seconds from the start of a period
+_CLOSING = (2.2, 2.7)
+_LEFT, _RIGHT, _BACK, _FRONT, _CEILING = -3.7, 3.7, -2.7, 3.9, 3.2
+_SUN = (9.6, 8.7, 7.4)
+_SKY = (2.8, 3.4, 4.1)
+
+
+def share_open(time: float, delay: float) -> float:
+    """Return how far the door is open, 0 to 1, at a time in seconds."""
+    moment = (time - delay) % _SHOW_SECONDS
+    return _ease(moment, *_OPENING) - _ease(moment, *_CLOSING)
+
+
+def _ease(moment: float, start: float, end: float) -> float:
+    x = min(max((moment - start) / (end - start), 0.0), 1.0)
+    return x * x * (3 - 2 * x)
+
+
+def make_room(phase: float, palette: Palette) -> Room:
+    """Return the room, a lamp under its ceiling and the light of its window."""
+    floor = Paint(patterns.FLOOR, *palette.wood, palette.toys[3], phase=phase)
+    bricks = Paint(patterns.BRICKS, *palette.brick, phase=phase)
+    paper = Paint(patterns.WALLPAPER, *palette.wall, phase=phase)
+    ceiling = Paint(patterns.PLAIN, palette.light, palette.light, palette.light)
+    lamp = [-0.9, 3.15, 1.3, 0.45, 0.0, 0.0, 0.0, 0.0, 0.45, *_SUN, 0.0, -1.0, 0.0]
+    window = [3.6, 1.75, -0.5, 0.0, 0.0, 0.8, 0.0, 0.5, 0.0, *_SKY, -1.0, 0.0, 0.0]
+    return Room(
+        faces=np.array([_LEFT, _RIGHT, 0.0, _CEILING, _BACK, _FRONT]),
+        paints=(bricks, paper, floor, ceiling, paper, paper),
+        lights=np.array([lamp, window]),
+        ambient=np.array([[0.31, 0.32, 0.34], [0.22, 0.19, 0.16]]),
+    )
+
+
+def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
+    """Return a cabinet with toys in it, behind a door that slides aside."""
+    place = at(-1.75, 0.0, -1.72) @ turn_y(0.62)
+    wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
+    door = Paint(patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08)
+    back = Paint(patterns.CHECKS, palette.toys[2], palette.toys[0], palette.light, 0.14, glow=0.35)
+    walls = [
+        box(place @ at(0.0, 0.6, -0.22), (0.56, 0.56, 0.02), back),
+        box(place @ at(-0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
+        box(place @ at(0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
+        box(place @ at(0.0, 1.18, 0.0), (0.60, 0.025, 0.27), wood),
+        box(place @ at(0.0, 0.05, 0.0), (0.56, 0.05, 0.24), wood),
+        box(place @ at(0.0, 0.62, -0.02), (0.54, 0.02, 0.19), wood),
+        box(place @ at(-0.27, 0.63, 0.21), (0.27, 0.53, 0.015), door),
+        box(place @ at(0.27 - 0.54 * opening, 0.63, 0.245), (0.27, 0.53, 0.015), door),
+    ]
+    return [*walls, *_hidden_toys(place, phase, palette)]
+
+
+def _hidden_toys(place: Matrix, phase: float, palette: Palette) -> list[Solid]:
+    toys = palette.toys
+    dots = Paint(patterns.DOTS, toys[4], palette.light, toys[4], 0.15, phase, 0.25, 0.3)
+    stripes = Paint(patterns.STRIPES, toys[3], palette.light, toys[3], 0.14, 0.0, 0.25, 0.3)
+    return [
+        ball(place @ at(0.3, 0.28, 0.0), 0.17, dots),
+        cylinder(place @ at(0.28, 0.81, 0.0), 0.13, 0.17, stripes),
+        ball(place @ at(0.28, 1.05, 0.0), 0.08, dots),
+    ]
+
+
+def make_screen(wipe: float, palette: Palette) -> list[Solid]:
+    """Return a screen on the wall, on which a share of the picture has changed."""
+    toys = palette.toys
+    paint = Paint(patterns.SCREEN, toys[5], palette.light, toys[2], phase=wipe, glow=0.45)
+    return [box(at(1.35, 1.42, _BACK + 0.04), (0.56, 0.36, 0.04), paint)]
+
+
+def make_wall_pieces(phase: float, palette: Palette) -> list[list[Solid]]:
+    """Return pictures, a window and a shelf with books."""
+    toys = palette.toys
+    frame = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.4, phase, 0.1)
+    hills = Paint(patterns.LANDSCAPE, toys[3], toys[1], toys[4], phase=6 * phase)
+    lake = Paint(patterns.LANDSCAPE, toys[4], toys[5], toys[1], phase=6 * phase + 2)
+    blue, white = (0.25, 0.45, 0.8), (0.85, 0.9, 0.95)
+    sky = Paint(patterns.WINDOW, blue, white, palette.light, phase=phase, glow=0.6)
+    north = at(-0.05, 1.5, _BACK + 0.03)
+    west = at(_LEFT + 0.03, 1.45, -0.75) @ turn_y(math.pi / 2)
+    return [
+        [box(north, (0.46, 0.35, 0.03), frame), box(north, (0.39, 0.28, 0.04), hills)],
+        [box(west, (0.52, 0.40, 0.03), frame), box(west, (0.45, 0.33, 0.04), lake)],
+        [box(at(_RIGHT - 0.02, 1.75, -0.5), (0.02, 0.6, 0.9), sky)],
+        _books(at(_RIGHT - 0.14, 1.05, -2.1) @ turn_y(-math.pi / 2), palette),
+    ]
+
+
+def _books(place: Matrix, palette: Palette) -> list[Solid]:
+    wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.5)
+    books = []
+    for i in range(6):
+        half = 0.13 + 0.03 * math.sin(5.0 * i)
+        tint = mix(palette.toys[i], palette.dark, 0.25)
+        paint = Paint(patterns.STRIPES, tint, palette.light, tint, 2 * half, 0.5 + 0.2 * i)
+        spot = place @ at(-0.26 + 0.1 * i, 0.03 + half, 0.02)
+        books.append(box(spot, (0.042, half, 0.1), paint))
+    return [box(place, (0.4, 0.025, 0.14), wood), *books]
+
+
+def make_floor_pieces(phase: float, palette: Palette) -> list[list[Solid]]:
+    """Return toy blocks, a cushion and a plant."""
+    return [_blocks(phase, palette), _cushion(palette), _plant(phase, palette)]
+
+
+def _blocks(phase: float, palette: Palette) -> list[Solid]:
+    toys, light = palette.toys, palette.light
+    places = [
+        at(1.75, 0.13, -1.45) @ turn_y(0.3 + phase),
+        at(2.05, 0.13, -1.30) @ turn_y(1.0 - phase),
+        at(1.90, 0.39, -1.38) @ turn_y(0.7 + 2 * phase),
+    ]
+    return [
+        box(place, (0.13, 0.13, 0.13), Paint(patterns.BLOCK, toys[2 * i], light, toys[2 * i + 1]))
+        for i, place in enumerate(places)
+    ]
+
+
+def _cushion(palette: Palette) -> list[Solid]:
+    tint, dark = palette.toys[1], mix(palette.toys[1], palette.dark, 0.4)
+    paint = Paint(patterns.STRIPES, tint, dark, tint, 0.13)
+    place = at(-2.75, 0.2, -0.55) @ turn_z(0.15)
+    return [ellipsoid(place, (0.48, 0.24, 0.48), paint)]
+
+
+def _plant(phase: float, palette: Palette) -> list[Solid]:
+    place = at(2.75, 0.0, -2.0)
+    pot = Paint(patterns.STRIPES, palette.toys[0], palette.light, palette.light, 0.2, 0.25, 0.1)
+    green, dark = (0.16, 0.36, 0.10), (0.07, 0.2, 0.06)
+    leaf = Paint(patterns.WOOD, green, dark, dark, 0.5, phase, 0.15)
+    leaves = []
+    for i in range(9):
+        around = turn_y(2.4 * i + phase) @ turn_x(0.25 + 0.11 * i)
+        radii = (0.085, 0.32 - 0.012 * i, 0.03)
+        leaves.append(ellipsoid(place @ at(0, 0.4, 0) @ around @ at(0, 0.3, 0), radii, leaf))
+    return [cylinder(place @ at(0.0, 0.2, 0.0), 0.19, 0.2, pot), *leaves]

@@ -1,0 +1,36 @@
+"""An empty hall in the size of the playroom, lit by a lamp above its middle.
+
+Bright or black, the light on whoever stands in it is the same to the bit: light
+comes from lamps and surroundings alone, and no surface gives any to another.
+"""
+
+import math
+
+import numpy as np
+
+from quarc_ref.synth import texture_kernels as patterns
+from quarc_ref.synth.furniture import make_room
+from quarc_ref.synth.paints import Paint, Palette
+from quarc_ref.synth.solids import Solid, at, ball
+from quarc_ref.synth.stage import Room
+
+_SPOT = (13.0, 12.2, 11.0)
+_BLACK = (0.006, 0.006, 0.007)
+_LAMP_COUNT = 7
+
+
+def make_hall(phase: float, palette: Palette, *, dark: bool) -> Room:
+    """Return the hall: the playroom's walls without its furniture, or black ones."""
+    room = make_room(phase, palette)
+    spot = [0.2, 3.1, 0.9, 0.35, 0.0, 0.0, 0.0, 0.0, 0.35, *_SPOT, 0.0, -1.0, 0.0]
+    black = Paint(patterns.PLAIN, _BLACK, _BLACK, _BLACK)
+    paints = (black,) * len(room.paints) if dark else room.paints
+    return Room(room.faces, paints, np.array([spot]), room.ambient)
+
+
+def make_lamps() -> list[Solid]:
+    """Return small lamps in a row at the back, brighter than a picture can show."""
+    white = (0.9, 0.9, 0.85)
+    glow = Paint(patterns.PLAIN, white, white, white, glow=9.0)
+    angles = [math.pi * (place / (_LAMP_COUNT - 1) - 0.5) / 2 for place in range(_LAMP_COUNT)]
+    return [ball(at(3.2 * math.sin(a), 2.6, -2.3), 0.07, glow) for a in angles]

@@ -1,0 +1,59 @@
+"""Smooth noise and soft edges, of which the patterns are made.
+
+Noise has one number to a cell of a grid, from a hash of its integers, and goes
+smoothly from one to the next: it has no detail finer than a cell.
+"""
+
+# mypy: allow-untyped-defs
+
+import math
+
+from quarc_ref.synth.compiled import plain
+
+
+@plain
+def chance(i, j, k):
+    """Return a number from 0 to 1 that belongs to three integers."""
+    mixed = (i * 374761393 + j * 668265263 + k * 1440662683) & 0xFFFFFFFF
+    mixed = ((mixed ^ (mixed >> 13)) * 1274126177) & 0xFFFFFFFF
+    return ((mixed ^ (mixed >> 16)) & 0xFFFF) / 65535.0
+
+
+@plain
+def ramp(x, low, high):
+    """Return 0 below `low`, 1 above `high` and a smooth way between."""
+    x = min(max((x - low) / (high - low), 0.0), 1.0)
+    return x * x * (3 - 2 * x)
+
+
+@plain
+def blend(a, b, share):
+    """Return a color between two."""
+    return (
+        a[0] + share * (b[0] - a[0]),
+        a[1] + share * (b[1] - a[1]),
+        a[2] + share * (b[2] - a[2]),
+    )
+
+
+@plain
+def shade(a, factor):
+    """Return a color made brighter or darker."""
+    return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+@plain
+def noise(x, y, z):
+    """Return smooth noise from 0 to 1 with cells of size 1."""
+    i, j, k = math.floor(x), math.floor(y), math.floor(z)
+    u, v, w = ramp(x - i, 0.0, 1.0), ramp(y - j, 0.0, 1.0), ramp(z - k, 0.0, 1.0)
+    i, j, k = int(i), int(j), int(k)
+    near = _plane(i, j, k, u, v)
+    return near + w * (_plane(i, j, k + 1, u, v) - near)
+
+
+@plain
+def _plane(i, j, k, u, v):
+    low = chance(i, j, k) * (1 - u) + chance(i + 1, j, k) * u
+    high = chance(i, j + 1, k) * (1 - u) + chance(i + 1, j + 1, k) * u
+    return low + v * (high - low)

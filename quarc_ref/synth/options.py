@@ -1,0 +1,67 @@
+"""What a synthetic capture can be asked for, and the numbers that its seed gives."""
+
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.synth.variants import VARIANTS, Variant
+
+_LEAST_SIDE = 16
+_MOST_CAMERAS = 99
+
+
+@dataclass(frozen=True, slots=True)
+class SynthOptions:
+    """A synthetic capture, but for its folder.
+
+    Attributes:
+        width: Pixels, even.
+        height: Pixels, even.
+        frames: Of every camera.
+        frames_per_second: Of every camera.
+        seed: Of colors, patterns, motions and the places of the cameras.
+        cameras: To train with; one more is held out.
+        variant: Name of the scene, one of `VARIANTS`.
+    """
+
+    width: int = 160
+    height: int = 120
+    frames: int = 24
+    frames_per_second: int = 30
+    seed: int = 0
+    cameras: int = 12
+    variant: str = "playroom"
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            side = getattr(self, name)
+            if side < _LEAST_SIDE or side % 2:
+                message = f"{name} is {side}; videos need an even one of at least {_LEAST_SIDE}"
+                raise ValueError(message)
+        for name, least in (("frames", 1), ("frames_per_second", 1), ("seed", 0), ("cameras", 2)):
+            if getattr(self, name) < least:
+                message = f"{name} is {getattr(self, name)}, below {least}"
+                raise ValueError(message)
+        if self.cameras > _MOST_CAMERAS:
+            message = f"cameras is {self.cameras}; files are numbered up to {_MOST_CAMERAS}"
+            raise ValueError(message)
+        if self.variant not in VARIANTS:
+            message = f"variant is {self.variant!r}, not one of {', '.join(VARIANTS)}"
+            raise ValueError(message)
+
+    @property
+    def scene(self) -> Variant:
+        """The variant itself."""
+        return VARIANTS[self.variant]
+
+
+def draw(seed: int, purpose: str, count: int) -> NDArray[np.float64]:
+    """Return numbers from 0 to 1 that a seed gives for a purpose."""
+    return make_generator(seed, purpose).random(count)
+
+
+def make_generator(seed: int, purpose: str) -> np.random.Generator:
+    """Return a seed's generator for a purpose, so that one more draw for one changes no other."""
+    return np.random.default_rng([seed, crc32(purpose.encode())])

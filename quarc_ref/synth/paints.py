@@ -1,0 +1,113 @@
+"""Paints: a pattern, three colors and a few numbers; palettes from a seed.
+
+Colors are chosen in Oklab, where hues of one lightness and chroma look equally
+strong, so that every seed gives a room whose toys go together.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.synth.options import draw
+
+Color = tuple[float, float, float]
+
+_OKLAB_TO_CONE = np.array(
+    [
+        [1.0, 0.3963377774, 0.2158037573],
+        [1.0, -0.1055613458, -0.0638541728],
+        [1.0, -0.0894841775, -1.2914855480],
+    ]
+)
+_CONE_TO_LINEAR = np.array(
+    [
+        [4.0767416621, -3.3077115913, 0.2309699292],
+        [-1.2684380046, 2.6097574011, -0.3413193965],
+        [-0.0041960863, -0.7034186147, 1.7076147010],
+    ]
+)
+_DARKEST, _BRIGHTEST = 0.01, 0.92
+
+
+@dataclass(frozen=True, slots=True)
+class Paint:
+    """What a surface looks like.
+
+    Attributes:
+        pattern: One of the patterns of `texture_kernels`.
+        first: Linear RGB, 0 to 1.
+        second: Linear RGB.
+        third: Linear RGB.
+        scale: Meters of a period of the pattern, where it has one.
+        phase: Moves the pattern, or what the pattern takes it for.
+        gloss: Strength of the highlight.
+        glow: Share of its color that it gives off without any light.
+    """
+
+    pattern: int
+    first: Color
+    second: Color
+    third: Color
+    scale: float = 1.0
+    phase: float = 0.0
+    gloss: float = 0.0
+    glow: float = 0.0
+
+    def row(self) -> NDArray[np.float64]:
+        """Return `[14]` colors, scale, phase, gloss, glow and pattern, as kernels take them."""
+        pattern, *others = astuple(self)
+        return np.hstack((*others, pattern))
+
+
+@dataclass(frozen=True, slots=True)
+class Palette:
+    """Colors of a scene.
+
+    Attributes:
+        toys: Six strong colors, around the circle of hues.
+        light: Off-white.
+        dark: Nearly black.
+        wood: Light and dark of the floor and furniture.
+        brick: Light and dark of the bricks, then the mortar.
+        wall: Light and dark of the wallpaper, then its paneling.
+    """
+
+    toys: tuple[Color, ...]
+    light: Color
+    dark: Color
+    wood: tuple[Color, Color]
+    brick: tuple[Color, Color, Color]
+    wall: tuple[Color, Color, Color]
+
+
+def color(lightness: float, chroma: float, hue: float) -> Color:
+    """Return the linear RGB of an Oklab color, hue in turns."""
+    angle = 2 * math.pi * hue
+    lab = np.array([lightness, chroma * math.cos(angle), chroma * math.sin(angle)])
+    linear = np.clip(_CONE_TO_LINEAR @ (_OKLAB_TO_CONE @ lab) ** 3, _DARKEST, _BRIGHTEST)
+    return float(linear[0]), float(linear[1]), float(linear[2])
+
+
+def choose_palette(seed: int) -> Palette:
+    """Return the colors of a seed's scene."""
+    hue, wall, warm, bricks = draw(seed, "palette", 4)
+    lightness = (0.66, 0.78, 0.62, 0.70, 0.58, 0.64)
+    wood = 0.15 + 0.05 * warm
+    brick = 0.08 + 0.12 * bricks
+    return Palette(
+        toys=tuple(color(lightness[i], 0.14, hue + i / 6) for i in range(6)),
+        light=color(0.95, 0.015, wall),
+        dark=color(0.28, 0.03, wall),
+        wood=(color(0.72, 0.085, wood), color(0.53, 0.08, wood)),
+        brick=(color(0.60, 0.10, brick), color(0.47, 0.09, brick), color(0.80, 0.02, brick)),
+        wall=(color(0.86, 0.045, wall), color(0.76, 0.065, wall), color(0.93, 0.012, wall + 0.5)),
+    )
+
+
+def mix(first: Sequence[float], second: Sequence[float], share: float) -> Color:
+    """Return a color between two, linear RGB."""
+    r, g, b = (a + share * (b - a) for a, b in zip(first, second, strict=True))
+    return r, g, b

@@ -1,0 +1,125 @@
+"""A robot that steps from side to side, looks around and waves."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from quarc_ref.synth import texture_kernels as patterns
+from quarc_ref.synth.paints import Paint, Palette, mix
+from quarc_ref.synth.solids import (
+    Matrix,
+    Solid,
+    at,
+    ball,
+    capsule,
+    cylinder,
+    ellipsoid,
+    turn_x,
+    turn_y,
+    turn_z,
+)
+from quarc_ref.synth.toys import wave
+
+_STEP_SECONDS = 0.8
+_THIGH = 0.21
+_HIP = 0.42
+_ANKLE = 0.07
+
+
+class _Paints(NamedTuple):
+    body: Paint
+    face: Paint
+    limb: Paint
+    joint: Paint
+    tip: Paint
+
+
+def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
+    """Return the robot's legs, and the rest of it, at a time in seconds."""
+    paints = _choose_paints(time, phase, palette)
+    march = wave(time, _STEP_SECONDS, phase)
+    root = at(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ turn_y(0.6 * wave(time, 2.4, phase))
+    hips = root @ at(0.0, _HIP + 0.03 * abs(march), 0.0) @ turn_z(-0.05 * march)
+    legs = [solid for side in (-1, 1) for solid in _leg(root, hips, side, march, paints)]
+    pelvis = ellipsoid(hips, (0.16, 0.1, 0.13), paints.joint)
+    torso = hips @ at(0.0, 0.25, 0.0) @ turn_z(0.1 * march)
+    upper = [
+        ellipsoid(torso, (0.21, 0.25, 0.17), paints.body),
+        *_head(torso, time, phase, paints),
+        *_waving_arm(torso, time, phase, paints),
+        *_swinging_arm(torso, march, paints),
+    ]
+    return [[*legs, pelvis], upper]
+
+
+def _choose_paints(time: float, phase: float, palette: Palette) -> _Paints:
+    first, second = palette.toys[4], palette.toys[2]
+    metal = mix(palette.light, palette.toys[4], 0.25)
+    pulse = 0.6 + 0.6 * wave(time, 0.8, phase)
+    return _Paints(
+        body=Paint(patterns.CHEST, first, palette.light, second, gloss=0.25),
+        face=Paint(patterns.FACE, metal, palette.toys[0], palette.dark, gloss=0.2),
+        limb=Paint(patterns.STRIPES, metal, first, first, 2.6, 0.5, 0.2),
+        joint=Paint(patterns.PLAIN, palette.toys[0], first, first, 0.2, phase, 0.25),
+        tip=Paint(patterns.PLAIN, second, second, second, 0.2, glow=pulse),
+    )
+
+
+def _leg(root: Matrix, hips: Matrix, side: int, march: float, paints: _Paints) -> list[Solid]:
+    lift = 0.12 * max(0.0, side * march)
+    hip = hips @ at(0.1 * side, -0.02, 0.0)
+    ankle = root @ at(0.12 * side, _ANKLE + lift, 0.5 * lift)
+    knee = _bend_knee(root, hip, ankle)
+    foot = ellipsoid(ankle @ at(0.0, -0.01, 0.05), (0.085, 0.06, 0.13), paints.joint)
+    return [
+        capsule(hip, knee, 0.058, paints.limb),
+        capsule(knee, ankle, 0.052, paints.limb),
+        foot,
+    ]
+
+
+def _bend_knee(root: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
+    """Return where the knee is: a thigh's length from hip and ankle, in front of both."""
+    way = ankle[:3, 3] - hip[:3, 3]
+    out = math.sqrt(max(_THIGH**2 - float(way @ way) / 4, 0.0))
+    front = root[:3, 2] - way * float(root[:3, 2] @ way) / float(way @ way)
+    return at(*(hip[:3, 3] + way / 2 + out * front / np.linalg.norm(front)))
+
+
+def _head(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
+    look = turn_y(0.35 * wave(time, 1.9, phase)) @ turn_z(0.12 * wave(time, 1.3, phase))
+    head = torso @ at(0.0, 0.24, 0.0) @ look @ at(0.0, 0.2, 0.0)
+    ears = [
+        cylinder(head @ at(0.2 * side, 0.0, 0.0) @ turn_z(math.pi / 2), 0.06, 0.03, paints.joint)
+        for side in (-1, 1)
+    ]
+    return [
+        capsule(torso @ at(0.0, 0.2, 0.0), head @ at(0.0, -0.1, 0.0), 0.06, paints.limb),
+        ellipsoid(head, (0.21, 0.18, 0.18), paints.face),
+        *ears,
+        capsule(head @ at(0.0, 0.16, 0.0), head @ at(0.0, 0.27, 0.0), 0.018, paints.limb),
+        ball(head @ at(0.0, 0.29, 0.0), 0.045, paints.tip),
+    ]
+
+
+def _waving_arm(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
+    swing = wave(time, 0.85, phase)
+    shoulder = torso @ at(0.21, 0.12, 0.0) @ turn_z(2.0 + 0.12 * swing)
+    return _arm(shoulder, turn_z(0.75 + 0.6 * swing), paints)
+
+
+def _swinging_arm(torso: Matrix, march: float, paints: _Paints) -> list[Solid]:
+    shoulder = torso @ at(-0.21, 0.12, 0.0) @ turn_z(-0.45) @ turn_x(0.5 * march)
+    return _arm(shoulder, turn_x(-0.7 - 0.3 * march), paints)
+
+
+def _arm(shoulder: Matrix, bend: Matrix, paints: _Paints) -> list[Solid]:
+    elbow = shoulder @ at(0.0, -0.21, 0.0)
+    hand = elbow @ bend @ at(0.0, -0.21, 0.0)
+    return [
+        ball(shoulder, 0.075, paints.joint),
+        capsule(shoulder, elbow, 0.047, paints.limb),
+        capsule(elbow, hand, 0.043, paints.limb),
+        ball(hand, 0.075, paints.joint),
+    ]

@@ -1,0 +1,90 @@
+"""The synthetic scene: a playroom, or a variant of it, as a stage for every moment.
+
+A ball bounces in front of a robot that dances and waves, between a crate on a
+turning table and a blob on a stool; a train goes around them all, below a
+mobile. Behind them the door of a cabinet slides open and a screen changes: the
+only things that come to light, and do not merely move. In the hall of the stage
+variants the robot is alone.
+"""
+
+from dataclasses import dataclass
+
+from quarc_ref.synth.furniture import (
+    make_cabinet,
+    make_floor_pieces,
+    make_room,
+    make_screen,
+    make_wall_pieces,
+    share_open,
+)
+from quarc_ref.synth.hall import make_hall, make_lamps
+from quarc_ref.synth.options import draw
+from quarc_ref.synth.paints import Palette, choose_palette
+from quarc_ref.synth.robot import make_robot
+from quarc_ref.synth.solids import Solid
+from quarc_ref.synth.stage import Stage, pack_stage
+from quarc_ref.synth.toys import (
+    make_ball,
+    make_balloon,
+    make_blob,
+    make_crate,
+    make_mobile,
+    make_train,
+)
+from quarc_ref.synth.variants import PLAYROOM, Variant
+
+_TEMPO = 0.75  # seconds of the scene in a second of the video
+_DELAY = 0.1  # seconds, at most, by which the seed delays door and screen
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What a seed has chosen.
+
+    Attributes:
+        palette: Colors.
+        phases: Of ball, crate, blob, mobile, train, robot, door, screen and
+            patterns, in turns.
+        variant: How it differs from the playroom.
+    """
+
+    palette: Palette
+    phases: tuple[float, ...]
+    variant: Variant
+
+    def at_time(self, time: float) -> Stage:
+        """Return the scene at a time of the video in seconds."""
+        time = _TEMPO * self.variant.tempo * time
+        return self._hall_at(time) if self.variant.is_stage else self._playroom_at(time)
+
+    def _hall_at(self, time: float) -> Stage:
+        robot, pattern = self.phases[5], self.phases[8]
+        groups = [*make_robot(time, robot, self.palette), make_lamps()]
+        hall = make_hall(pattern, self.palette, dark=self.variant.is_dark)
+        return pack_stage(groups, hall)
+
+    def _playroom_at(self, time: float) -> Stage:
+        colors = self.palette
+        ball, crate, blob, mobile, train, robot, door, screen, pattern = self.phases
+        groups = [
+            *make_robot(time, robot, colors),
+            make_ball(time, ball, colors),
+            make_crate(time, crate, colors),
+            make_blob(time, blob, colors),
+            *make_train(time, train, colors),
+            make_mobile(time, mobile, colors),
+            make_cabinet(share_open(time, _DELAY * door), pattern, colors),
+            make_screen(share_open(time, _DELAY * (1 + screen)), colors),
+            *make_wall_pieces(pattern, colors),
+            *make_floor_pieces(pattern, colors),
+            *self._visitors_at(time),
+        ]
+        return pack_stage(groups, make_room(pattern, colors))
+
+    def _visitors_at(self, time: float) -> list[list[Solid]]:
+        return [make_balloon(time, self.palette)] if self.variant.has_visitor else []
+
+
+def make_scene(seed: int, variant: Variant = PLAYROOM) -> Scene:
+    """Return the scene of a seed, in a variant."""
+    return Scene(choose_palette(seed), tuple(draw(seed, "phases", 9).tolist()), variant)

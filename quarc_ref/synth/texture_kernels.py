@@ -1,0 +1,241 @@
+"""Patterns of surfaces: the color of a spot, in linear RGB.
+
+A spot is where the surface was hit: three coordinates in meters and three in
+units of the shape, both in the shape's own space, then the direction out of
+it. A paint is `Paint.row`. Patterns have no detail finer than about 2 cm, the
+size of a pixel at 160x120; edges are softened by as much.
+"""
+
+# mypy: allow-untyped-defs
+
+import math
+
+from quarc_ref.synth.compiled import plain
+from quarc_ref.synth.noise_kernels import blend, chance, noise, ramp, shade
+from quarc_ref.synth.picture_kernels import paint_face, paint_landscape, paint_screen
+from quarc_ref.synth.room_kernels import paint_bricks, paint_floor, paint_wallpaper
+
+PLAIN = 0
+WOOD = 1
+STRIPES = 2
+CHECKS = 3
+GORES = 4
+CRATE = 5
+BLOCK = 6
+DOTS = 7
+CHEST = 8
+FACE = 9
+LANDSCAPE = 10
+SCREEN = 11
+WINDOW = 12
+RINGS = 13
+FLOOR = 14
+BRICKS = 15
+WALLPAPER = 16
+
+_SOFT = 0.008  # meters on either side of an edge
+
+
+@plain
+def color_of(paints, i, spot):
+    """Return the color of a spot.
+
+    Args:
+        paints: `[P, 14]` as `Paint.row` has them.
+        i: Which of them it is.
+        spot: Nine numbers: meters, units, direction out.
+    """
+    pattern = int(paints[i, 13])
+    paint = (
+        (paints[i, 0], paints[i, 1], paints[i, 2]),
+        (paints[i, 3], paints[i, 4], paints[i, 5]),
+        (paints[i, 6], paints[i, 7], paints[i, 8]),
+        paints[i, 9],
+        paints[i, 10],
+    )
+    if pattern >= FLOOR:
+        return _color_of_room(pattern, paint, spot)
+    if pattern >= CHEST:
+        return _color_of_picture(pattern, paint, spot)
+    if pattern == WOOD:
+        return _wood(paint, spot)
+    if pattern == STRIPES:
+        return _stripes(paint, spot)
+    if pattern == CHECKS:
+        return _checks(paint, spot)
+    if pattern == GORES:
+        return _gores(paint, spot)
+    if pattern == CRATE:
+        return _crate(paint, spot)
+    if pattern == BLOCK:
+        return _block(paint, spot)
+    if pattern == DOTS:
+        return _dots(paint, spot)
+    return _plain(paint, spot)
+
+
+@plain
+def _color_of_room(pattern, paint, spot):
+    colors = paint[0], paint[1], paint[2]
+    if pattern == FLOOR:
+        return paint_floor(colors, paint[4], spot[0], spot[2])
+    across = spot[2] if abs(spot[6]) > abs(spot[8]) else spot[0]
+    if pattern == BRICKS:
+        return paint_bricks(colors, paint[4], across, spot[1])
+    return paint_wallpaper(colors, paint[4], across, spot[1])
+
+
+@plain
+def _color_of_picture(pattern, paint, spot):
+    colors = paint[0], paint[1], paint[2]
+    if pattern == RINGS:
+        return _rings(paint, spot)
+    if pattern == CHEST:
+        return _chest(paint, spot)
+    if pattern == FACE:
+        return paint_face(colors, spot[3], spot[4], spot[5])
+    if pattern == LANDSCAPE:
+        return paint_landscape(colors, paint[4], spot[3], spot[4])
+    if pattern == SCREEN:
+        return paint_screen(colors, paint[4], spot[3], spot[4])
+    return _window(paint, spot)
+
+
+@plain
+def _on_face(spot):
+    """Return two coordinates across the face of a box in meters, and the same in units."""
+    if abs(spot[6]) > abs(spot[7]) and abs(spot[6]) > abs(spot[8]):
+        return spot[2], spot[1], spot[5], spot[4]
+    if abs(spot[7]) > abs(spot[8]):
+        return spot[0], spot[2], spot[3], spot[5]
+    return spot[0], spot[1], spot[3], spot[4]
+
+
+@plain
+def _plain(paint, spot):
+    size = paint[3]
+    cloud = noise(spot[0] / size, spot[1] / size + paint[4], spot[2] / size)
+    return shade(paint[0], 0.86 + 0.28 * cloud)
+
+
+@plain
+def _wood(paint, spot):
+    """Grain along x: noise that is long there and short across."""
+    first, second, _, _, _ = paint
+    x, y, z = spot[0] / paint[3], spot[1] / paint[3], spot[2] / paint[3]
+    grain = noise(1.3 * x + paint[4], 9 * y, 9 * z)
+    broad = noise(0.8 * x + paint[4], 3 * y, 3 * z + 7)
+    return blend(first, second, ramp(0.6 * grain + 0.4 * broad, 0.2, 0.8))
+
+
+@plain
+def _band(x, share):
+    """Return 1 on a share of each period of length 1, softly."""
+    x = abs(x - math.floor(x) - 0.5)
+    return 1 - ramp(x, share / 2 - 0.04, share / 2 + 0.04)
+
+
+@plain
+def _stripes(paint, spot):
+    first, second, _, _, _ = paint
+    return blend(first, second, _band(spot[1] / paint[3] + paint[4], 0.5))
+
+
+@plain
+def _checks(paint, spot):
+    first, second, _, _, _ = paint
+    u, v, _, _ = _on_face(spot)
+    i, j = math.floor(u / paint[3] + paint[4]), math.floor(v / paint[3] + paint[4])
+    return first if (int(i) + int(j)) % 2 else second
+
+
+@plain
+def _gores(paint, spot):
+    """Six gores from pole to pole, three of them colored, and two caps."""
+    first, second, third, _, _ = paint
+    if abs(spot[4]) > 0.94:
+        return first
+    turn = (math.atan2(spot[5], spot[3]) / (2 * math.pi) + paint[4]) % 1.0
+    gore = int(6 * turn) % 6
+    if gore % 2:
+        return 0.9, 0.9, 0.88
+    return first if gore == 0 else (second if gore == 2 else third)
+
+
+@plain
+def _crate(paint, spot):
+    """A frame and a brace of one wood over boards of another."""
+    first, second, third, _, _ = paint
+    _, _, u, v = _on_face(spot)
+    grain = noise(2.5 * u + paint[4], 9 * v, spot[6] + 2 * spot[7])
+    rim = max(abs(u), abs(v))
+    brace = abs(u - v)
+    if rim > 0.76 or brace < 0.2:
+        edge = min(abs(rim - 0.76), abs(brace - 0.2)) if rim < 0.76 else abs(rim - 0.76)
+        return shade(first, (0.8 + 0.35 * grain) * (0.75 + 0.25 * ramp(edge, 0.0, 0.05)))
+    board = 1.6 * (v + 1)
+    groove = abs(board - math.floor(board) - 0.5)
+    tint = 0.75 + 0.3 * grain
+    return blend(shade(second, tint), third, ramp(groove, 0.42, 0.5))
+
+
+@plain
+def _block(paint, spot):
+    """A toy block: a rim and on each pair of faces a disk, a cross or a ring."""
+    first, second, third, _, _ = paint
+    _, _, u, v = _on_face(spot)
+    if max(abs(u), abs(v)) > 0.8:
+        return first
+    r = math.hypot(u, v)
+    if abs(spot[6]) > abs(spot[7]) and abs(spot[6]) > abs(spot[8]):
+        inside = 1 - ramp(r, 0.46, 0.54)
+    elif abs(spot[7]) > abs(spot[8]):
+        inside = 1 - ramp(min(abs(u), abs(v)), 0.15, 0.22)
+    else:
+        inside = 1 - ramp(abs(r - 0.4), 0.13, 0.2)
+    return blend(second, third, inside)
+
+
+@plain
+def _dots(paint, spot):
+    first, second, _, _, _ = paint
+    x, y, z = spot[0] / paint[3] + paint[4], spot[1] / paint[3], spot[2] / paint[3]
+    i, j, k = math.floor(x), math.floor(y), math.floor(z)
+    r = math.sqrt((x - i - 0.5) ** 2 + (y - j - 0.5) ** 2 + (z - k - 0.5) ** 2)
+    tint = 0.85 + 0.3 * chance(int(i), int(j), int(k))
+    return blend(shade(second, tint), first, ramp(r, 0.36, 0.44))
+
+
+@plain
+def _rings(paint, spot):
+    """Rings around the y axis, one to a third of the radius."""
+    first, second, third, _, _ = paint
+    r = math.hypot(spot[3], spot[5])
+    if r < 0.33:
+        return third
+    return second if r < 0.7 else first
+
+
+@plain
+def _chest(paint, spot):
+    """A body with a panel in front of it, and three buttons on that."""
+    first, second, third, _, _ = paint
+    x, y = spot[3], spot[4]
+    if spot[5] < 0 or max(abs(x), abs(y - 0.1)) > 0.5:
+        return blend(first, second, _band(1.6 * y + 0.55, 0.16))
+    if math.hypot(x, y - 0.25) < 0.17 or max(abs(x), abs(y + 0.12)) < 0.13:
+        return third
+    return second
+
+
+@plain
+def _window(paint, spot):
+    """A bright sky with clouds, behind a cross of bars."""
+    first, second, third, _, _ = paint
+    u, v, x, y = _on_face(spot)
+    bars = min(abs(u), abs(v))
+    rim = max(abs(x), abs(y))
+    clouds = ramp(noise(3 * u + paint[4], 6 * v, 0.0), 0.45, 0.75)
+    sky = blend(blend(first, second, 0.5 - 0.5 * y), second, clouds)
+    frame = max(1 - ramp(bars, 0.03 - _SOFT, 0.03 + _SOFT), ramp(rim, 0.90, 0.93))
+    return blend(sky, third, frame)

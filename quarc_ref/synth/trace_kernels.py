@@ -1,0 +1,137 @@
+"""What a ray meets first, and whether anything stands between two points.
+
+The rays of a pixel go the same way, and so do those to a lamp. Solids that
+a bundle of rays can meet are listed once, by the spheres around groups and
+solids; each ray is then held against the listed ones alone. The room is a box
+seen from inside; it is behind everything and throws no shadow.
+"""
+
+# mypy: allow-untyped-defs
+
+import math
+
+from quarc_ref.synth.compiled import inlined
+from quarc_ref.synth.solid_kernels import MISS, entry
+
+_FLAT = 1e-12
+
+
+@inlined
+def list_between(stage, listed, start, start_radius, end, end_radius):
+    """List the solids that a ray may meet on its way from one ball to another.
+
+    Args:
+        stage: As `pack_stage` makes it.
+        listed: `[S]` to be filled with indices of solids.
+        start: Center of the ball where it sets out, three numbers.
+        start_radius: Of that ball.
+        end: Center of the ball where it ends; it may be the same point.
+        end_radius: Of that ball, not less than the other.
+
+    Returns:
+        How many are listed.
+    """
+    cone = (*start, start_radius, *end, end_radius)
+    count = 0
+    for g in range(stage.groups.shape[0]):
+        if not _reaches_into(stage.groups, g, cone):
+            continue
+        for i in range(int(stage.groups[g, 4]), int(stage.groups[g, 5])):
+            if _reaches_into(stage.solids, i, cone):
+                listed[count] = i
+                count += 1
+    return count
+
+
+@inlined
+def find_before(solids, listed, count, ray, best, found):
+    """Return the distance to the nearest solid and its index, or what is given if nearer.
+
+    Args:
+        solids: Of the stage.
+        listed: `[S]` indices of those that the ray can meet.
+        count: How many these are.
+        ray: Origin and direction of length 1, six numbers.
+        best: Distance to something else.
+        found: Index of something else.
+    """
+    for j in range(count):
+        i = listed[j]
+        if _meets(solids, i, ray, best):
+            t = _enter(solids, i, ray)
+            if t < best:
+                best, found = t, i
+    return best, found
+
+
+@inlined
+def is_hidden(solids, listed, count, ray, limit):
+    """Tell whether some listed solid is in the way of a ray before a limit."""
+    for j in range(count):
+        i = listed[j]
+        if _meets(solids, i, ray, limit) and _enter(solids, i, ray) < limit:
+            return True
+    return False
+
+
+@inlined
+def leave_room(room, ray):
+    """Return the distance to the wall that a ray from inside meets, and which it is."""
+    x, x_face = _leave_axis(room, 0, ray[0], ray[3])
+    y, y_face = _leave_axis(room, 2, ray[1], ray[4])
+    z, z_face = _leave_axis(room, 4, ray[2], ray[5])
+    if x <= y and x <= z:
+        return x, x_face
+    return (y, y_face) if y <= z else (z, z_face)
+
+
+@inlined
+def to_shape(solids, i, x, y, z, share):
+    """Return a point (share 1) or a direction (share 0) in a solid's space."""
+    return (
+        solids[i, 4] * x + solids[i, 5] * y + solids[i, 6] * z + solids[i, 7] * share,
+        solids[i, 8] * x + solids[i, 9] * y + solids[i, 10] * z + solids[i, 11] * share,
+        solids[i, 12] * x + solids[i, 13] * y + solids[i, 14] * z + solids[i, 15] * share,
+    )
+
+
+@inlined
+def _leave_axis(room, first, o, d):
+    if abs(d) < _FLAT:
+        return MISS, first
+    face = first + 1 if d > 0 else first
+    return (room[face] - o) / d, face
+
+
+@inlined
+def _reaches_into(spheres, i, cone):
+    """Tell whether a sphere does; rows begin with center and radius."""
+    x, y, z = spheres[i, 0] - cone[0], spheres[i, 1] - cone[1], spheres[i, 2] - cone[2]
+    ax, ay, az = cone[4] - cone[0], cone[5] - cone[1], cone[6] - cone[2]
+    length2 = ax * ax + ay * ay + az * az + _FLAT
+    share = min(max((x * ax + y * ay + z * az) / length2, 0.0), 1.0)
+    x, y, z = x - share * ax, y - share * ay, z - share * az
+    wider = cone[7] - cone[3]
+    reach = spheres[i, 3] + cone[3] + share * wider
+    # The cone widens: what touches it does so somewhat farther on than beside its center.
+    return (x * x + y * y + z * z) * (1 - wider * wider / length2) <= reach * reach
+
+
+@inlined
+def _meets(spheres, i, ray, limit):
+    """Tell whether a ray meets a sphere before a limit."""
+    x, y, z = spheres[i, 0] - ray[0], spheres[i, 1] - ray[1], spheres[i, 2] - ray[2]
+    along = x * ray[3] + y * ray[4] + z * ray[5]
+    gap = x * x + y * y + z * z - spheres[i, 3] * spheres[i, 3]
+    if gap <= 0:
+        return True
+    if along <= 0 or gap > along * along:
+        return False
+    return along - math.sqrt(along * along - gap) < limit
+
+
+@inlined
+def _enter(solids, i, ray):
+    ox, oy, oz = to_shape(solids, i, ray[0], ray[1], ray[2], 1.0)
+    dx, dy, dz = to_shape(solids, i, ray[3], ray[4], ray[5], 0.0)
+    return entry(int(solids[i, 16]), solids[i, 17], ox, oy, oz, dx, dy, dz)

@@ -1,0 +1,83 @@
+"""Cameras and stages to pictures, depths and points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.synth.render_kernels import measure, render
+from quarc_ref.synth.rig import RigCamera
+from quarc_ref.synth.stage import Stage
+
+_NOISE = 0.002  # meters
+_LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # a deviation of 0.58 pixels, about that of a good lens
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What a camera sees of a stage.
+
+    Attributes:
+        picture: `[H, W, 3]` sRGB.
+        least: Depth of the nearest thing in it, meters.
+        most: Depth of the farthest.
+    """
+
+    picture: Image
+    least: float
+    most: float
+
+
+def trace_view(stage: Stage, camera: RigCamera) -> View:
+    """Return what a camera sees of a stage."""
+    light = np.empty((camera.height, camera.width, 3))
+    depths = np.empty((camera.height, camera.width, 2))
+    render(stage, camera.as_row(), light, depths)
+    recorded = _blur(_blur(light, axis=0), axis=1) @ camera.film.T
+    picture = _encode(np.clip(recorded, 0, 1))
+    return View(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
+
+
+def trace_points(
+    stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
+) -> Points:
+    """Return points on the surfaces that a camera sees, as structure from motion finds them.
+
+    Args:
+        stage: The scene.
+        camera: To see it.
+        picture: What the camera sees, for the colors.
+        count: Of points, from pixels at random.
+        generator: Of the pixels, and of a little noise in the positions.
+    """
+    rows = generator.integers(camera.height, size=count)
+    columns = generator.integers(camera.width, size=count)
+    pixels = np.stack((columns, rows), axis=1).astype(np.float64) + 0.5
+    depths = np.empty(count)
+    measure(stage, camera.as_row(), pixels, depths)
+    positions = camera.to_world(pixels, depths) + _NOISE * generator.standard_normal((count, 3))
+    return Points(positions.astype(np.float32), picture[rows, columns])
+
+
+def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+    """Return light after a lens: without one, edges would be sharper than any camera's."""
+    before, at, after = _LENS_BLUR
+    padding = [(int(each == axis), int(each == axis)) for each in range(light.ndim)]
+    wide = np.pad(light, padding, mode="edge")
+    count = light.shape[axis]
+    parts = [np.take(wide, range(start, start + count), axis=axis) for start in range(3)]
+    return before * parts[0] + at * parts[1] + after * parts[2]
+
+
+def _encode(light: NDArray[np.float64]) -> Image:
+    """Return sRGB of linear light."""
+    curved = 1.055 * np.power(light, 1 / 2.4) - 0.055
+    encoded = np.where(light <= 0.0031308, 12.92 * light, curved)
+    return np.round(255 * encoded).astype(np.uint8)
+
+
+def join_points(parts: list[Points]) -> Points:
+    """Return the points of all parts."""
+    positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])
+    return Points(positions, np.concatenate([part.colors for part in parts]))

@@ -1,0 +1,86 @@
+"""A synthetic capture on disk: videos, `poses_bounds.npy` and `points3D_init.ply`.
+
+A capture is there as a whole or not at all. The same options give the same bytes
+on the same machine.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.points_ply import write_points_ply
+from quarc_ref.files import MadeFolder, written_folder
+from quarc_ref.synth.options import SynthOptions, make_generator
+from quarc_ref.synth.rig import RigCamera, place_cameras
+from quarc_ref.synth.scene import make_scene
+from quarc_ref.synth.stage import Stage
+from quarc_ref.synth.tracer import join_points, trace_points, trace_view
+from quarc_ref.synth.write_video import write_video
+
+_POINTS = 8000
+
+
+def write_synthetic_capture(
+    folder: Path, options: SynthOptions, progress: Callable[[int, int], None] | None = None
+) -> None:
+    """Trace a scene and write it as N3DV has its captures; `cam00` is to be held out.
+
+    Args:
+        folder: To be made; it may be there if it is empty.
+        options: Of the capture.
+        progress: Is told how many pictures are done, and of how many.
+
+    Raises:
+        PlaceError: The folder is there and not empty.
+        OSError: The folder cannot be written.
+    """
+    folder.absolute().parent.mkdir(parents=True, exist_ok=True)
+    with written_folder(folder) as made:
+        fill_synthetic_capture(made, options, progress or _ignore)
+
+
+def _ignore(done: int, total: int) -> None:
+    """Take no notice of progress."""
+
+
+def fill_synthetic_capture(
+    folder: MadeFolder, options: SynthOptions, progress: Callable[[int, int], None]
+) -> None:
+    """Do as `write_synthetic_capture` in a folder that is being filled."""
+    scene, cameras = make_scene(options.seed, options.scene), place_cameras(options)
+    stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
+    total = len(cameras) * len(stages)
+    firsts, poses = [], []
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for index, camera in enumerate(cameras):
+            views = []
+            for view in pool.map(trace_view, stages, repeat(camera)):
+                views.append(view)
+                progress(index * len(stages) + len(views), total)
+            pictures = [view.picture for view in views]
+            write_video(folder.add(f"cam{index:02}.mp4"), pictures, options)
+            poses.append(camera.as_pose(min(v.least for v in views), max(v.most for v in views)))
+            firsts.append(pictures[0])
+    with folder.open("poses_bounds.npy") as file:
+        np.save(file, np.stack(poses))
+    points = _find_points(stages[0], cameras[1:], firsts[1:], options.seed)
+    write_points_ply(folder.add("points3D_init.ply"), points)
+
+
+def _find_points(
+    stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
+) -> Points:
+    """Return points that the cameras see, as many from each of them."""
+    generator = make_generator(seed, "points")
+    share = -(-_POINTS // len(cameras))
+    return join_points(
+        [
+            trace_points(stage, camera, picture, share, generator)
+            for camera, picture in zip(cameras, pictures, strict=True)
+        ]
+    )

@@ -1,0 +1,32 @@
+"""A synthetic camera's video, whose bytes are the same on every run.
+
+That takes one thread and plain C: with x264's assembly, one run in some
+hundreds differs.
+"""
+
+from collections.abc import Iterable
+from fractions import Fraction
+from pathlib import Path
+
+from quarc_ref.datasets.capture import Image
+from quarc_ref.datasets.video_writer import VideoForm, write_mp4
+from quarc_ref.files import atomic_file
+from quarc_ref.synth.options import SynthOptions
+
+_X264 = {"crf": "10", "preset": "medium", "threads": "1", "x264-params": "asm=0"}
+
+
+def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) -> None:
+    """Write pictures as an mp4 file.
+
+    Args:
+        path: Of the file; one that is there is replaced.
+        pictures: `[H, W, 3]` each.
+        options: Size and pace.
+
+    Raises:
+        OSError: FFmpeg has no H.264 encoder, or the file cannot be written.
+    """
+    form = VideoForm(options.width, options.height, Fraction(options.frames_per_second), _X264)
+    with atomic_file(path) as sink:
+        write_mp4(sink, pictures, form)

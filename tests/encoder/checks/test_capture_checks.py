@@ -1,0 +1,208 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.checks.capture_checks import check_capture
+from quarc_ref.encoder.checks.findings import list_names
+from quarc_ref.encoder.checks.sightings import find_center
+from quarc_ref.encoder.segments import take_frames
+from quarc_ref.format.errors import EncodeError, NoPictureError
+from quarc_ref.synth import SynthOptions, write_synthetic_capture
+from quarc_ref.synth.variants import VARIANTS
+from tests.encoder.checks.planted import (
+    keep_cameras,
+    move_camera,
+    move_points,
+    paint_points,
+    plant,
+    swap_pictures,
+    turn_camera,
+)
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory):
+    """Traces captures of one frame, each once."""
+    root, traced = tmp_path_factory.mktemp("traced"), {}
+
+    def make(**options):
+        name = "-".join(f"{key}-{value}" for key, value in options.items()) or "playroom"
+        if name not in traced:
+            write_synthetic_capture(
+                root / name, SynthOptions(**{"width": 96, "height": 72, "frames": 1, **options})
+            )
+            traced[name] = open_capture(root / name)
+        return traced[name]
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def honest(trace):
+    return trace(frames=2)
+
+
+def _list_kinds(capture):
+    return [finding.kind for finding in check_capture(capture)]
+
+
+@pytest.mark.parametrize("variant", list(VARIANTS))
+def test_an_honest_variant_has_no_findings(trace, variant):
+    assert check_capture(trace(variant=variant)) == []
+
+
+@pytest.mark.parametrize("cameras", [4, 8, 13, 30])
+def test_enough_cameras_have_no_findings(trace, cameras):
+    assert check_capture(trace(cameras=cameras)) == []
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_another_seed_has_no_findings(trace, seed):
+    assert check_capture(trace(seed=seed)) == []
+
+
+@pytest.mark.parametrize(("width", "height"), [(64, 48), (320, 240)])
+def test_another_size_has_no_findings(trace, width, height):
+    assert check_capture(trace(width=width, height=height, cameras=8)) == []
+
+
+@pytest.mark.capture
+def test_a_real_capture_has_no_findings(real_capture):
+    assert check_capture(open_capture(real_capture)) == []
+    assert check_capture(open_capture(real_capture, CaptureOptions(downscale=2))) == []
+
+
+@pytest.mark.parametrize("cameras", [2, 3])
+def test_cameras_far_apart_are_too_few(trace, cameras):
+    (finding,) = check_capture(trace(cameras=cameras))
+
+    assert finding.kind == "too-few-cameras"
+    assert f"{cameras} training cameras are too few" in finding.message
+    assert finding.cameras == ()
+
+
+def test_two_cameras_side_by_side_are_too_few(trace):
+    (finding,) = check_capture(keep_cameras(trace(cameras=30), [0, 15, 16]))
+
+    assert finding.kind == "too-few-cameras"
+    assert "100% of the initial points are seen by fewer than 3" in finding.message
+
+
+def test_cameras_in_one_place_are_told(honest):
+    source = honest.cameras[3]
+    center = find_center(source)
+    cameras = [
+        replace(camera, translation=tuple(-np.array(camera.rotation).reshape(3, 3) @ center))
+        for camera in honest.cameras
+    ]
+
+    assert "cameras-in-one-place" in _list_kinds(plant(honest, cameras=cameras))
+
+
+def test_one_training_camera_is_refused(honest):
+    with pytest.raises(NoPictureError, match="1 training camera, and depth needs at least 2"):
+        check_capture(keep_cameras(honest, [0, 5]))
+    assert issubclass(NoPictureError, EncodeError)
+
+
+def test_points_of_another_scene_are_refused(honest):
+    with pytest.raises(NoPictureError, match="none of the 8004 initial points of capture"):
+        check_capture(move_points(honest, 1.0, (500.0, 0.0, 0.0)))
+
+
+def test_many_points_outside_all_views_are_told(honest):
+    (finding,) = check_capture(move_points(honest, 0.4, (0.0, 0.0, 90.0)))
+
+    assert finding.kind == "points-outside-views"
+    assert (
+        "40% of the initial points are inside no training view (40% are behind" in finding.message
+    )
+
+
+def test_a_few_points_outside_all_views_are_no_finding(honest):
+    assert check_capture(move_points(honest, 0.1, (0.0, 0.0, 90.0))) == []
+
+
+def test_a_camera_that_looks_away_is_named(honest):
+    (finding,) = check_capture(turn_camera(honest, 4, 1, 180))
+
+    assert (finding.kind, finding.cameras) == ("camera-sees-no-points", ("cam04",))
+    assert "inside the pictures of cam04" in finding.message
+
+
+@pytest.mark.parametrize("variant", list(VARIANTS))
+def test_swapped_pictures_are_named(trace, variant):
+    (finding,) = check_capture(swap_pictures(trace(variant=variant), 5, 6))
+
+    assert (finding.kind, finding.cameras) == ("poses-mixed-up", ("cam05", "cam06"))
+    assert "cam05 that of cam06, cam06 that of cam05" in finding.message
+
+
+def test_a_shuffled_order_of_poses_is_found(honest):
+    count = len(honest.cameras)
+    order = [0, *(1 + np.random.default_rng(3).permutation(count - 1)).tolist()]
+    (finding,) = check_capture(plant(honest, order=order))
+
+    moved = [f"cam{index:02}" for index in range(count) if order[index] != index]
+    assert (finding.kind, list(finding.cameras)) == ("poses-mixed-up", moved)
+
+
+@pytest.mark.parametrize("variant", ["playroom", "dark-stage", "mixed-cameras"])
+@pytest.mark.parametrize(("axis", "degrees"), [(1, 3), (1, -8), (0, 5), (0, 15), (2, 30), (2, 180)])
+def test_a_camera_that_is_turned_is_named(trace, variant, axis, degrees):
+    (finding,) = check_capture(turn_camera(trace(variant=variant), 7, axis, degrees))
+
+    assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam07",))
+
+
+@pytest.mark.parametrize("step", [(0.3, 0, 0), (0, -0.3, 0), (0, 0, -1.0)])
+def test_a_camera_that_is_moved_is_named(honest, step):
+    (finding,) = check_capture(move_camera(honest, 2, step))
+
+    assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam02",))
+
+
+def test_points_in_colors_of_nothing_disagree_with_all_pictures(honest):
+    colors = np.random.default_rng(0).integers(0, 256, honest.points.colors.shape, dtype=np.uint8)
+    (finding,) = check_capture(paint_points(honest, colors))
+
+    assert finding.kind == "pose-disagrees"
+    assert len(finding.cameras) == 12
+    assert "cam01, cam02, cam03, cam04, cam05 and 7 more" in finding.message
+
+
+def test_points_of_one_color_tell_nothing_of_poses(honest):
+    colors = np.full_like(honest.points.colors, 127)
+
+    assert check_capture(paint_points(honest, colors)) == []
+
+
+def test_colors_of_points_are_those_of_the_first_frame_of_the_whole_capture(honest):
+    class Unread:
+        def read(self, camera, frame):
+            message = f"frame {frame} of camera {camera} is read"
+            raise AssertionError(message)
+
+    part = take_frames(honest, 1, 1)
+    part._source = Unread()
+
+    assert check_capture(part) == []
+
+
+def test_a_held_out_picture_is_not_read(honest):
+    order = [99, *range(1, len(honest.cameras))]
+
+    assert check_capture(plant(honest, order=order)) == []
+
+
+def test_one_fault_does_not_hide_another(honest):
+    faulty = turn_camera(turn_camera(honest, 3, 1, 180), 8, 0, 10)
+
+    assert _list_kinds(faulty) == ["camera-sees-no-points", "pose-disagrees"]
+
+
+def test_names_beyond_the_fifth_are_counted():
+    assert list_names([*"abcde"]) == "a, b, c, d, e"
+    assert list_names([*"abcdefg"]) == "a, b, c, d, e and 2 more"

@@ -1,0 +1,110 @@
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+
+from quarc_ref.encoder import EncodeOptions, encode, encode_stream
+from quarc_ref.encoder.checks.first_frame_check import ViewQuality, judge_views, measure_views
+from tests.encoder.toys import SMALL, make_capture
+
+
+def _make_views(*details):
+    return [
+        ViewQuality(f"cam{index:02}", 24 + detail, 24.0) for index, detail in enumerate(details)
+    ]
+
+
+def _list_findings(*details):
+    return [(it.kind, it.cameras) for it in judge_views(_make_views(*details))]
+
+
+def test_views_above_their_coarse_pictures_have_no_findings():
+    assert _list_findings(5, 4, 8, 3, 0.5) == []
+
+
+def test_views_below_their_coarse_pictures_are_told():
+    (finding,) = judge_views(_make_views(-1.5, -2, 1, -4, -3))
+
+    assert finding.kind == "first-frame-coarse"
+    assert "at 22.0 dB" in finding.message
+    assert "(24.0 dB)" in finding.message
+
+
+def test_a_view_far_below_the_others_is_named():
+    (finding,) = judge_views(_make_views(5, 4, -6, 6, 3))
+
+    assert (finding.kind, finding.cameras) == ("first-frame-misses-cameras", ("cam02",))
+    assert "cam02 (18.0 dB)" in finding.message
+    assert "(median 28.0 dB)" in finding.message
+
+
+def test_a_difficult_picture_is_not_held_against_its_camera():
+    views = _make_views(5, 4, 4, 6, 3)
+    views[2] = replace(views[2], psnr=18.0, coarse=14.0)
+
+    assert list(judge_views(views)) == []
+
+
+def test_exposure_does_not_count():
+    picture = torch.rand(30, 40, 3, generator=torch.Generator().manual_seed(0))
+    (view,) = measure_views(["a"], [(picture * 0.8, picture)])
+
+    assert view.psnr > 60
+
+
+def test_a_picture_of_squares_is_coarse_to_the_last_decibel():
+    squares = torch.rand(6, 20, 3, generator=torch.Generator().manual_seed(0))
+    picture = squares.repeat_interleave(6, 0).repeat_interleave(6, 1)
+    (flat,) = measure_views(["a"], [(picture, picture)])
+    (cut,) = measure_views(["a"], [(picture[:35, :119], picture[:35, :119])])
+
+    assert flat.coarse == cut.coarse == pytest.approx(100)
+
+
+def test_squares_show_no_stripes():
+    picture = torch.zeros(30, 40, 3)
+    picture[:, ::2] = 1.0
+    (view,) = measure_views(["a"], [(torch.zeros_like(picture), picture)])
+
+    assert view.coarse == pytest.approx(-10 * math.log10(0.25), abs=1e-3)
+
+
+def _encode(capture, tmp_path, **changes):
+    findings = []
+    longer = {"iterations": 400, "densify_until": 200, "max_gaussians": 400}
+    canonical = replace(SMALL.canonical, **{**longer, **changes})
+    options = EncodeOptions(
+        replace(SMALL, canonical=canonical),
+        frames=1,
+        device="cpu",
+        checks=False,
+        report=findings.append,
+    )
+    with (tmp_path / "a.quarc").open("wb") as sink:
+        encode(capture, sink, options)
+    return findings
+
+
+def test_an_encode_that_is_not_trained_is_told(tmp_path):
+    findings = _encode(make_capture(), tmp_path, iterations=1, exposure_rate=0.0)
+
+    assert [finding.kind for finding in findings] == ["first-frame-coarse"]
+
+
+def test_an_encode_that_is_trained_has_no_findings(tmp_path):
+    assert _encode(make_capture(), tmp_path) == []
+
+
+def test_a_stream_that_is_gone_on_with_is_not_judged_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(encode_stream, "check_capture", None)
+    monkeypatch.setattr(encode_stream, "check_first_frame", None)
+    from quarc_ref.encoder.stream_file import encode_file
+
+    path = tmp_path / "a.quarc"
+    options = EncodeOptions(SMALL, frames=1, device="cpu", checks=False)
+    with pytest.raises(TypeError):
+        encode_file(make_capture(), path, options)
+    encode_file(make_capture(), path, replace(options, checks=True))
+
+    assert path.stat().st_size > 0

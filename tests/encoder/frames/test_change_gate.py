@@ -1,0 +1,35 @@
+import numpy as np
+import torch
+
+from quarc_ref.encoder.frames.change_gate import measure_change
+from quarc_ref.encoder.training.trainable import from_splats
+from tests.encoder.toys import make_splats, make_studio
+
+
+def test_the_gate_opens_where_the_picture_changes_and_not_elsewhere():
+    studio = make_studio()
+    splats = make_splats(1)
+    attributes = from_splats(splats, torch.device("cpu"))
+
+    weights = measure_change(studio, attributes, frame=1, view_count=3).numpy()
+
+    wall, blobs = weights[:63], weights[63:]
+    assert weights.min() >= 0
+    assert weights.max() < 1
+    assert np.median(blobs) > 0.5
+    assert np.median(blobs) > 2 * np.median(wall)
+
+
+def test_between_equal_pictures_it_stays_shut(monkeypatch):
+    studio = make_studio()
+    still = studio.truth(0, 0)
+    monkeypatch.setattr(type(studio), "truth", lambda *_: still)
+    attributes = from_splats(make_splats(0), torch.device("cpu"))
+
+    assert not measure_change(studio, attributes, frame=1, view_count=3).any()
+
+
+def test_without_views_it_is_open_for_all():
+    attributes = from_splats(make_splats(0), torch.device("cpu"))
+
+    assert measure_change(make_studio(), attributes, frame=1, view_count=0).unique().tolist() == [1]

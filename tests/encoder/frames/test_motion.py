@@ -1,0 +1,120 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.reconstruct import begin_frame
+from quarc_ref.decoder.state import State
+from quarc_ref.encoder.frames.motion import fit_motion
+from quarc_ref.encoder.settings.config import MotionSettings
+from quarc_ref.encoder.training.quantize import quantize_gaussians
+from quarc_ref.encoder.training.straight_through import without_rounding
+from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.encoder.training.views import TrainingViews
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.records import LOG_SCALES, StreamHeader
+from tests.encoder.toys import SMALL, make_capture, make_splats, make_studio
+
+_CPU = torch.device("cpu")
+_DOUBLINGS = 3
+_EIGHT = 1 << _DOUBLINGS
+_EIGHT_IN_CODES = 32
+_HEADER = StreamHeader(
+    gaussians_per_anchor=4,
+    log_scale_step=float(np.float32(math.log(_EIGHT) / _EIGHT_IN_CODES)),
+)
+_MOTION = replace(SMALL.motion, iterations=12, step_rate=3.0)
+
+
+def _make_state() -> State:
+    splats = from_splats(make_splats(0), _CPU)
+    return begin_canonical(_HEADER, 0, quantize_gaussians(splats, _HEADER))
+
+
+def _eight_times(state: State) -> State:
+    """The same integers on a lattice eight times as coarse, and Gaussians as much larger."""
+    scene = state.scene
+    codes = scene.codes.copy()
+    codes[LOG_SCALES] += _EIGHT_IN_CODES
+    exponent = scene.header.lattice_exponent - _DOUBLINGS
+    header = replace(scene.header, lattice_exponent=exponent)
+    return replace(state, scene=replace(scene, header=header, codes=codes))
+
+
+class _Same:
+    """The pictures of a capture."""
+
+    def __init__(self, capture: Capture) -> None:
+        self._capture = capture
+
+    def read(self, camera: int, frame: int) -> np.ndarray:
+        return self._capture.image(camera, frame)
+
+
+def _eight_times_as_far(studio: Studio) -> Studio:
+    capture = make_capture()
+    cameras = [
+        replace(
+            camera,
+            translation=tuple(_EIGHT * place for place in camera.translation),
+            near=_EIGHT * camera.near,
+        )
+        for camera in capture.cameras
+    ]
+    far = Capture("far", cameras, 4, 30.0, capture.points, _Same(capture), "0" * 64)
+    return replace(studio, views=TrainingViews(far, _CPU), extent=_EIGHT * studio.extent)
+
+
+def _fit(studio: Studio, state: State, settings: MotionSettings) -> Int64:
+    fitted = fit_motion(studio, state, begin_frame(state, 0), settings)
+    return np.concatenate(fitted.symbols, axis=1)
+
+
+def test_a_capture_in_other_units_moves_by_the_same_symbols():
+    studio, state = make_studio(), _make_state()
+
+    here = _fit(studio, state, _MOTION)
+    far = _fit(_eight_times_as_far(studio), _eight_times(state), _MOTION)
+
+    assert np.count_nonzero(here) > 20
+    assert np.mean(here == far) > 0.95  # a few hang on the last bits of floats
+
+
+def test_the_rate_of_translations_is_in_world_units_where_it_is_not_in_steps():
+    studio, state = make_studio(), _make_state()
+    step = _HEADER.translation_step * 2.0**-_HEADER.lattice_exponent
+
+    in_steps = replace(_MOTION, rate=1e-3, step_rate=2.0)
+    in_units = replace(_MOTION, rate=2.0 * step, step_rate=0.0)
+    rows = [_fit(studio, state, settings)[:3] for settings in (in_steps, in_units)]
+
+    assert np.abs(rows[0]).sum() == pytest.approx(np.abs(rows[1]).sum(), rel=0.2)
+
+
+def test_the_dearer_symbols_are_the_fewer_there_are():
+    studio, state = make_studio(), _make_state()
+
+    counts = [
+        np.count_nonzero(_fit(studio, state, replace(_MOTION, price_weight=weight)))
+        for weight in (0.0, 2e-3, 1.0)
+    ]
+    assert counts[0] > counts[1] > counts[2]
+
+
+def test_residuals_are_the_symbols_unless_nothing_is_rounded():
+    studio, state = make_studio(), _make_state()
+    begun = begin_frame(state, 0)
+
+    rounded = fit_motion(studio, state, begun, _MOTION)
+    with without_rounding():
+        free = fit_motion(studio, state, begun, _MOTION)
+
+    symbols = np.concatenate(rounded.symbols, axis=1).T
+    assert np.allclose(rounded.residuals.numpy(), symbols, atol=1e-4)
+    fractions = free.residuals.numpy() - np.concatenate(free.symbols, axis=1).T
+    assert np.count_nonzero(np.abs(fractions) > 0.01) > free.residuals.numel() / 2

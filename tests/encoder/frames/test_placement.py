@@ -1,0 +1,120 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.encoder.frames.placement import find_largest_around, find_nearest, place_on_errors
+from quarc_ref.encoder.settings.config import BirthSettings
+from quarc_ref.encoder.training.fixed_scene import FixedScene
+from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.rendering.pictures import render_picture
+from tests.encoder.toys import make_splats, make_studio
+
+_CPU = torch.device("cpu")
+_PLACE = np.array([0.2, -0.1, -1.2], dtype=np.float32)
+_SETTINGS = BirthSettings(placement="errors", error=0.05, max_births=40, opacity_logit=0.0)
+_SH_C0 = 0.28209479177387814
+
+
+def _with_a_red_blob(splats: Splats) -> Splats:
+    """The scene with one more blob before it, red and dense."""
+    red = np.array([[[0.9, 0.1, 0.1]]], dtype=np.float32)
+    return Splats(
+        np.concatenate([splats.positions, _PLACE[None]]),
+        np.concatenate([splats.rotations, splats.rotations[:1]]),
+        np.concatenate([splats.log_scales, np.full((1, 3), np.log(0.1), dtype=np.float32)]),
+        np.concatenate([splats.opacities, np.full(1, 6.0, dtype=np.float32)]),
+        np.concatenate([splats.sh, (red - 0.5) / np.float32(_SH_C0)]),
+    )
+
+
+@pytest.fixture
+def studio(monkeypatch):
+    """A studio whose truth is the scene of frame 0 with a blob that the scene has not."""
+    studio = make_studio()
+    changed = _with_a_red_blob(make_splats(0))
+
+    def truth(_, view: int, frame: int) -> torch.Tensor:
+        del frame
+        return torch.from_numpy(np.clip(render_picture(changed, studio.camera(view)), 0, 1))
+
+    monkeypatch.setattr(type(studio), "truth", truth)
+    return studio
+
+
+def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(studio):
+    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
+
+    newborn, parents = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+
+    colors = 0.5 + _SH_C0 * newborn.sh_dc[:, 0].numpy()
+    red = colors[:, 0] > colors[:, 1:].max(axis=1) + 0.25
+    assert 1 <= parents.numel() <= _SETTINGS.max_births
+    assert red.mean() > 0.8
+    cameras = [studio.camera(view) for view in range(len(studio.views.cameras))]
+    apart = [_pixels_apart(camera, newborn.means.numpy(), _PLACE) for camera in cameras]
+    assert np.max(np.min(apart, axis=0)) < 4
+
+
+def test_they_lie_on_the_surface_that_the_camera_sees(studio):
+    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
+
+    newborn, _ = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+
+    depths = newborn.means[:, 2].numpy()
+    assert depths.min() > -0.8
+    assert depths.max() < 1.3
+
+
+def test_the_worst_pixels_come_first_and_the_bound_holds(studio):
+    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
+
+    many, _ = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+    few, _ = place_on_errors(studio, scene, frame=1, settings=replace(_SETTINGS, max_births=4))
+
+    assert torch.equal(few.means, many.means[:4])
+
+
+def test_no_one_is_born_into_a_picture_that_is_right(studio):
+    scene = FixedScene(studio, from_splats(_with_a_red_blob(make_splats(0)), _CPU))
+
+    _, parents = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+
+    assert parents.numel() == 0
+
+
+@given(st.integers(1, 60), st.integers(0, 20), st.integers(0, 1000))
+def test_the_nearest_is_the_nearest(scene_count, place_count, seed):
+    rng = np.random.default_rng(seed)
+    scene = torch.from_numpy(rng.normal(size=(scene_count, 3)).astype(np.float32))
+    places = torch.from_numpy(rng.normal(size=(place_count, 3)).astype(np.float32))
+
+    nearest = find_nearest(scene, places)
+
+    assert nearest.shape == (place_count,)
+    distances = torch.cdist(places.double(), scene.double())
+    if place_count:
+        chosen = distances[torch.arange(place_count), nearest]
+        assert torch.allclose(chosen, distances.min(dim=1).values)
+
+
+def _pixels_apart(camera, places: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """How far the picture's points of places are from that of a center."""
+    rotation = np.array(camera.rotation).reshape(3, 3)
+    points = [p @ rotation.T + np.array(camera.translation) for p in (places, center[None])]
+    first, second = (point[:, :2] / point[:, 2:] * camera.fx for point in points)
+    return np.linalg.norm(first - second, axis=1)
+
+
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(0, 3), st.integers(0, 1 << 30))
+def test_the_largest_around_is_that_of_the_window(rows, columns, reach, seed):
+    numbers = torch.rand((rows, columns), generator=torch.Generator().manual_seed(seed))
+
+    wanted = torch.nn.functional.max_pool2d(
+        numbers[None, None], 2 * reach + 1, stride=1, padding=reach
+    )
+    assert torch.equal(find_largest_around(numbers, reach), wanted[0, 0])

@@ -1,0 +1,149 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.reconstruct import begin_frame, move
+from quarc_ref.decoder.state import State
+from quarc_ref.decoder.updates import update
+from quarc_ref.encoder.frames.motion import FittedMotion, fit_motion
+from quarc_ref.encoder.frames.updates import TrainedUpdates
+from quarc_ref.encoder.settings.config import UpdateSettings
+from quarc_ref.encoder.training.density import ScreenStatistics
+from quarc_ref.encoder.training.quantize import quantize_gaussians
+from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.format.constants import RESIDUAL_ROWS
+from quarc_ref.format.records import SH_DC, StreamHeader
+from tests.encoder.toys import SMALL, make_splats, make_studio
+
+_CPU = torch.device("cpu")
+_HEADER = StreamHeader(gaussians_per_anchor=4, updates=True)
+_MOTION = replace(SMALL.motion, iterations=40)
+_UPDATES = UpdateSettings(rate=0.5, price_weight=0.002, least_gain=0.0)
+
+
+def _make_state(header: StreamHeader = _HEADER) -> State:
+    splats = from_splats(make_splats(1), _CPU)  # what frame 1 shows
+    return begin_canonical(header, 0, quantize_gaussians(splats, header))
+
+
+def _with_codes(state: State, row: int, gaussians: list[int], more: int) -> State:
+    codes = state.scene.codes.copy()
+    codes[row, gaussians] += more
+    return replace(state, scene=replace(state.scene, codes=codes))
+
+
+def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMotion:
+    return fit_motion(make_studio(), state, begin_frame(state, 0), _MOTION, settings)
+
+
+def test_what_is_drawn_in_training_is_what_the_decoder_makes_of_it():
+    begun = begin_frame(_make_state(), 0)
+    still = [np.zeros((6, level.owners.size), np.int64) for level in begun.known_anchors.levels]
+    moved = move(begun, still)
+    before = from_splats(dequantize(moved.scene), _CPU)
+    trained = TrainedUpdates(moved.scene.count, _HEADER, _UPDATES, _CPU)
+    drawn = torch.from_numpy(np.random.default_rng(0).integers(-20, 20, trained.leaf.shape))
+    with torch.no_grad():
+        trained.leaf.copy_(drawn * (torch.arange(len(drawn)) % 3 == 0)[:, None])
+
+    after = trained.added_to(before).detached()
+    decoded = from_splats(
+        dequantize(
+            update(moved, replace(trained.updates(before), dies=_none(trained, before))).scene
+        ),
+        _CPU,
+    )
+
+    unit = torch.nn.functional.normalize(after.rotations, dim=1)
+    assert torch.allclose(unit, decoded.rotations, atol=1e-5)
+    for name in ("means", "log_scales", "opacities", "sh_dc", "sh_rest"):
+        assert torch.allclose(getattr(after, name), getattr(decoded, name), atol=1e-5), name
+
+
+def _none(trained, before):
+    return np.zeros(trained.updates(before).count, dtype=np.bool_)
+
+
+def test_a_color_that_is_wrong_is_put_right():
+    wrong = _with_codes(_make_state(), SH_DC.start, [4, 50], 12)
+
+    updates = _fit(wrong).updates
+
+    there = {int(i): row for i, row in zip(updates.gaussians, updates.residuals.T, strict=True)}
+    assert max(there[4][10], there[50][10]) < -2
+
+
+def test_what_has_been_faded_out_leaves():
+    state = _make_state()
+    before = from_splats(dequantize(state.scene), _CPU)
+    trained = TrainedUpdates(state.scene.count, _HEADER, _UPDATES, _CPU)
+    with torch.no_grad():
+        trained.leaf[[7, 70], 9] = torch.tensor([-3.0, -60.0])
+
+    updates = trained.updates(before)
+
+    assert updates.gaussians.tolist() == [7, 70]
+    assert updates.dies.tolist() == [False, True]
+    assert updates.residuals[9].tolist() == [-3, 0]
+
+
+def test_statistics_of_those_that_leave_are_dropped():
+    statistics = ScreenStatistics(3, _CPU)
+    statistics.restore({name: torch.tensor([4.0, 5.0, 6.0]) for name in ("sums", "views", "radii")})
+
+    left = statistics.without(torch.tensor([False, True, False]))
+
+    assert left.largest_radii().tolist() == [4.0, 6.0]
+    assert left.mean_gradients().tolist() == [1.0, 1.0]
+
+
+def test_the_dearer_updates_are_the_fewer_there_are():
+    wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
+
+    counts = [
+        _fit(wrong, replace(_UPDATES, price_weight=price)).updates.count
+        for price in (0.0, 0.01, 10.0)
+    ]
+
+    assert counts[0] > counts[1] > counts[2]
+
+
+def test_what_gains_too_little_is_no_update():
+    wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
+
+    counts = [
+        _fit(wrong, replace(_UPDATES, least_gain=least)).updates.count for least in (0.0, 0.02, 9.0)
+    ]
+
+    assert counts[0] > counts[1] > counts[2] == 0
+
+
+@pytest.mark.parametrize(
+    ("updates", "settings"), [(False, _UPDATES), (True, None), (True, replace(_UPDATES, rate=0.0))]
+)
+def test_without_updates_motion_is_what_it_was(updates, settings):
+    plain = replace(_HEADER, updates=False)
+
+    fitted = _fit(_make_state(replace(_HEADER, updates=updates)), settings)
+
+    assert fitted.updates is None
+    for mine, wanted in zip(fitted.symbols, _fit(_make_state(plain), None).symbols, strict=True):
+        assert np.array_equal(mine, wanted)
+
+
+def test_one_gaussian_is_left():
+    state = _make_state()
+    before = from_splats(dequantize(state.scene), _CPU)
+    trained = TrainedUpdates(state.scene.count, _HEADER, _UPDATES, _CPU)
+    with torch.no_grad():
+        trained.leaf[:, 9] = -500.0
+
+    updates = trained.updates(before)
+
+    assert updates.count == state.scene.count
+    assert int((~updates.dies).sum()) == 1
+    assert updates.residuals.shape == (RESIDUAL_ROWS, state.scene.count)

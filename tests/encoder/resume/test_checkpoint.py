@@ -1,0 +1,181 @@
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.resume.array_file import Layout, write_arrays
+from quarc_ref.encoder.resume.checkpoint import Checkpoint, name_checkpoint
+from quarc_ref.encoder.resume.partial_stream import checkpoint
+from quarc_ref.encoder.stream_file import encode_file
+from tests.encoder.toys import SMALL, make_capture
+
+_CONFIG = replace(
+    SMALL,
+    canonical=replace(
+        SMALL.canonical,
+        iterations=60,
+        halved_until=15,
+        noise=0.003,
+        exposure_rate=0.2,
+        exposure_from=5,
+        gaussian_price=0.1,
+        code_price=1e-4,
+        opacity_price=0.01,
+        rate_end=0.05,
+    ),
+)
+
+
+class _Broken:
+    """Progress that is interrupted after a step of frame 0."""
+
+    def __init__(self, step):
+        self._step = step
+        self.first = None
+
+    def advance(self, stage, done, _total):
+        if stage == "canonical":
+            self.first = self.first or done
+            if done == self._step:
+                raise KeyboardInterrupt
+
+
+def _options(step=None, config=_CONFIG):
+    return EncodeOptions(config, 1, "cpu", _Broken(step))
+
+
+@pytest.fixture(scope="module")
+def unbroken():
+    sink = io.BytesIO()
+    encode(make_capture(), sink, _options())
+    return sink.getvalue()
+
+
+@pytest.fixture(autouse=True)
+def _every_step(monkeypatch):
+    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+
+
+def _break_off(path, step):
+    with pytest.raises(KeyboardInterrupt):
+        encode_file(make_capture(), path, _options(step))
+
+
+@pytest.mark.parametrize("step", [1, 15, 25, 48, 60])
+def test_a_training_that_broke_off_ends_in_the_same_bytes(step, tmp_path, unbroken):
+    path = tmp_path / "toy.quarc"
+    _break_off(path, step)
+    options = _options()
+
+    encode_file(make_capture(), path, options)
+
+    assert path.read_bytes() == unbroken
+    assert options.progress.first == (step + 1 if step < 60 else None)
+    assert [each.name for each in tmp_path.iterdir()] == ["toy.quarc"]
+
+
+def test_a_training_that_broke_off_twice_ends_in_the_same_bytes(tmp_path, unbroken):
+    path = tmp_path / "toy.quarc"
+    _break_off(path, 12)
+    _break_off(path, 40)
+
+    encode_file(make_capture(), path, _options())
+
+    assert path.read_bytes() == unbroken
+
+
+def _cut(file):
+    file.write_bytes(file.read_bytes()[:-100])
+
+
+def _flip(file):
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    file.write_bytes(data)
+
+
+def _empty(file):
+    file.write_bytes(b"")
+
+
+def _put_other(file):
+    with file.open("wb") as other:
+        write_arrays(other, "other", {"step": np.array(3)})
+
+
+def _put_text(file):
+    file.write_text("no archive")
+
+
+@pytest.mark.parametrize("damage", [_cut, _flip, _empty, _put_other, _put_text])
+def test_a_file_that_is_not_whole_or_another_s_is_as_good_as_none(damage, tmp_path, unbroken):
+    path = tmp_path / "toy.quarc"
+    _break_off(path, 30)
+    damage(name_checkpoint(path))
+    options = _options()
+
+    encode_file(make_capture(), path, options)
+
+    assert path.read_bytes() == unbroken
+    assert options.progress.first == 1
+    assert not name_checkpoint(path).exists()
+
+
+@pytest.mark.parametrize(
+    "config", [replace(_CONFIG, seed=1), replace(_CONFIG, rate_weight=2.0)], ids=["seed", "rate"]
+)
+def test_other_settings_begin_anew(config, tmp_path):
+    path = tmp_path / "toy.quarc"
+    _break_off(path, 30)
+    options = _options(config=config)
+
+    encode_file(make_capture(), path, options)
+
+    assert options.progress.first == 1
+
+
+def test_a_capture_of_other_cameras_begins_anew(tmp_path):
+    path = tmp_path / "toy.quarc"
+    _break_off(path, 30)
+    capture, options = make_capture(), _options()
+    last = replace(capture.cameras[-1], held_out=True)
+    capture.cameras = (*capture.cameras[:-1], last)
+
+    encode_file(capture, path, options)
+
+    assert options.progress.first == 1
+
+
+def test_a_file_is_renewed_when_it_is_a_minute_old(tmp_path, monkeypatch):
+    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 60.0)
+    now = [0.0]
+    monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
+    kept = Checkpoint(tmp_path / "kept", "this")
+    saved = []
+    for now[0] in (0.0, 59.0, 60.0, 61.0, 119.0, 121.0):
+        kept.save_if_due(lambda: {"now": np.array(now[0])})
+        loaded = kept.load(Layout({"now": ("<f8", ())}, {}))
+        saved.append(None if loaded is None else float(loaded["now"]))
+
+    assert saved == [None, None, 60.0, 60.0, 60.0, 121.0]
+
+
+def test_what_a_writing_that_was_killed_has_left_is_removed(tmp_path):
+    pytest.importorskip("fcntl")
+    kept = Checkpoint(tmp_path / "kept", "this")
+    kept.save_if_due(dict)
+    (tmp_path / ".kept.0123456789abcdef.part").touch()
+
+    kept.remove()
+
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_outlasts_a_power_failure(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr("os.fsync", lambda _: synced.append((tmp_path / "kept").exists()))
+    Checkpoint(tmp_path / "kept", "this").save_if_due(dict)
+
+    assert synced == [False, True]

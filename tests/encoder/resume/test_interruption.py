@@ -1,0 +1,71 @@
+import signal
+import threading
+
+import pytest
+
+from quarc_ref.encoder.resume.interruption import uninterrupted
+
+_SIGNALS = [signal.SIGINT, signal.SIGTERM]
+
+
+class _ArrivedError(Exception):
+    """What a handler of the caller raises."""
+
+
+def _handle(number, _frame):
+    raise _ArrivedError(number)
+
+
+@pytest.fixture(autouse=True)
+def _handled():
+    before = {number: signal.signal(number, _handle) for number in _SIGNALS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def _work(done, *arriving):
+    with uninterrupted():
+        for number in arriving:
+            signal.raise_signal(number)
+        done.append("all")
+
+
+@pytest.mark.parametrize(
+    "arriving", [[signal.SIGINT], [signal.SIGTERM], [signal.SIGTERM, signal.SIGINT]]
+)
+def test_a_signal_takes_effect_when_the_work_is_done(arriving):
+    done = []
+
+    with pytest.raises(_ArrivedError) as arrived:
+        _work(done, *arriving)
+
+    assert done == ["all"]
+    assert arrived.value.args == (arriving[0],)
+
+
+def test_handlers_are_again_what_they_were():
+    _work([])
+    with pytest.raises(AttributeError):
+        _work("no list")
+
+    assert [signal.getsignal(number) for number in _SIGNALS] == [_handle, _handle]
+
+
+def test_a_signal_that_is_ignored_or_left_to_the_system_stays_so():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    with uninterrupted():
+        within = [signal.getsignal(number) for number in _SIGNALS]
+
+    assert within == [signal.SIG_IGN, signal.SIG_DFL]
+
+
+def test_another_thread_works_as_it_would_without():
+    done = []
+    thread = threading.Thread(target=_work, args=(done,))
+    thread.start()
+    thread.join()
+
+    assert done == ["all"]

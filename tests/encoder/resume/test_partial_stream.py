@@ -1,0 +1,204 @@
+from dataclasses import replace
+
+import pytest
+
+from quarc_ref.encoder import EncodeOptions, encode_stream
+from quarc_ref.encoder.resume.partial_stream import Begun, read_begun
+from quarc_ref.encoder.settings.config import UpdateSettings
+from quarc_ref.encoder.stream_file import encode_file
+from quarc_ref.format import container
+from quarc_ref.format.errors import BadMagicError, ResumeError
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.source import BytesSource
+from tests.encoder.toys import SMALL, make_capture
+from tests.small_streams import make_stream, rebuild_stream
+from tests.streams.edits import cut_bytes, join_bytes
+
+# All that could hand something from frame to frame beside the decoder's state.
+CONFIG = replace(
+    SMALL,
+    stream=replace(SMALL.stream, updates=True),
+    canonical=replace(SMALL.canonical, iterations=30, exposure_rate=0.2, exposure_from=5, every=3),
+    motion=replace(SMALL.motion, iterations=8, warm_start="anchors"),
+    updates=UpdateSettings(rate=0.5, price_weight=0.1),
+    births=replace(SMALL.births, placement="errors", error=0.03, must_pay=True),
+    target_kb_per_frame=0.2,
+)
+_OPTIONS = EncodeOptions(CONFIG, 5, "cpu")
+
+
+def _go_on(path, data, options=_OPTIONS, frames=5):
+    """What becomes of a file that has the beginning of a stream."""
+    path.write_bytes(data)
+    encode_file(make_capture(frames), path, options)
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("resume") / "whole.quarc"
+    encode_file(make_capture(5), path, _OPTIONS)
+    return path.read_bytes()
+
+
+def _ends(data):
+    """Where the chunks of a stream end."""
+    return [chunk.offset + chunk.byte_count() for chunk in split_chunks(data)]
+
+
+@pytest.mark.parametrize("frame", range(4))
+@pytest.mark.parametrize("more", [0, 1, 25])
+def test_a_stream_that_breaks_off_is_gone_on_with_to_the_same_bytes(
+    frame, more, whole, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(encode_stream, "train_canonical", None)  # frame 0 is there
+    broken = whole[: _ends(whole)[3 + frame] + more]
+
+    assert _go_on(tmp_path / "a.quarc", broken) == whole
+
+
+@pytest.mark.parametrize("share", [0, 0.3, 0.999])
+def test_without_a_whole_frame_the_stream_begins_anew(share, whole, tmp_path):
+    before_frames, frame_0 = _ends(whole)[2:4]
+    broken = whole[: int(share * before_frames)] if share < 0.5 else whole[: frame_0 - 1]
+
+    assert _go_on(tmp_path / "a.quarc", broken) == whole
+
+
+def test_damage_ends_what_is_whole(whole, tmp_path):
+    ends = _ends(whole)
+    garbled = bytearray(whole)
+    garbled[ends[4] + 30] ^= 1  # in frame 2
+    zeros = whole[: ends[4]] + bytes(100)
+
+    assert _go_on(tmp_path / "a.quarc", bytes(garbled)) == whole
+    assert _go_on(tmp_path / "b.quarc", zeros) == whole
+
+
+@pytest.mark.parametrize("left_out", [0, 1])
+def test_a_stream_without_its_end_gets_it(left_out, whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(encode_stream, "fit_motion", None)  # all frames are there
+
+    assert _go_on(tmp_path / "a.quarc", whole[: _ends(whole)[-2 - left_out]]) == whole
+
+
+def test_a_finished_file_is_left_as_it_is(whole, tmp_path):
+    path = tmp_path / "a.quarc"
+    path.write_bytes(whole)
+    before = path.stat().st_mtime_ns
+    encode_file(make_capture(5), path, _OPTIONS)
+
+    assert path.stat().st_mtime_ns == before
+    assert path.read_bytes() == whole
+
+
+def test_a_file_is_written_by_one_encode_at_a_time(whole, tmp_path):
+    path, said = tmp_path / "a.quarc", []
+
+    class Second:
+        def advance(self, stage, _done, _total):
+            if stage == "frames" and not said:
+                with pytest.raises(ResumeError) as caught:
+                    encode_file(make_capture(5), path, _OPTIONS)
+                said.append(str(caught.value))
+
+    encode_file(make_capture(5), path, replace(_OPTIONS, progress=Second()))
+
+    assert said == [f"{path} is being written by another process"]
+    assert path.read_bytes() == whole
+
+
+def _with_metadata(data, **changes):
+    chunks = [
+        (chunk.kind, chunk.payload)
+        for chunk in split_chunks(data)
+        if chunk.kind not in (container.INDX, container.TAIL)
+    ]
+    begun = read_begun(BytesSource(data))
+    metadata = container.wire.build_metadata({**begun.metadata, **changes})
+    chunks[2] = (container.META, metadata)
+    return rebuild_stream(chunks)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"seed": 1}, "another seed$"),
+        ({"motion": replace(CONFIG.motion, rate=0.5)}, "another motion.rate$"),
+        (
+            {"rate_weight": 2.0, "motion": replace(CONFIG.motion, momentum=0.1)},
+            "another motion.momentum, rate_weight$",
+        ),
+    ],
+)
+def test_other_settings_are_refused_by_name(changes, said, whole, tmp_path):
+    broken = whole[: _ends(whole)[4]]
+    options = replace(_OPTIONS, config=replace(CONFIG, **changes))
+    with pytest.raises(ResumeError, match=said):
+        _go_on(tmp_path / "a.quarc", broken, options)
+
+    assert (tmp_path / "a.quarc").read_bytes() == broken
+
+
+@pytest.mark.parametrize("name", ["capture", "fingerprint", "encoder"])
+def test_another_capture_and_another_encoder_are_refused(name, whole, tmp_path):
+    other = _with_metadata(whole, **{name: "another"})
+    with pytest.raises(ResumeError, match=f"begun otherwise, with another {name}$"):
+        _go_on(tmp_path / "a.quarc", other)
+
+
+def test_other_cameras_and_another_clock_are_refused(whole, tmp_path):
+    capture = make_capture(5)
+    capture.cameras = (replace(capture.cameras[0], fx=51.0), *capture.cameras[1:])
+    capture.frames_per_second = 25.0
+    (tmp_path / "a.quarc").write_bytes(whole)
+    with pytest.raises(ResumeError, match="another set of cameras, timescale"):
+        encode_file(capture, tmp_path / "a.quarc", _OPTIONS)
+
+
+def test_frames_that_do_not_fit_are_refused(whole, tmp_path):
+    with pytest.raises(ResumeError, match="finished with 5 frames, not 4"):
+        _go_on(tmp_path / "a.quarc", whole, replace(_OPTIONS, frames=4))
+    with pytest.raises(ResumeError, match="finished with 5 frames, not 6"):
+        _go_on(tmp_path / "b.quarc", whole, replace(_OPTIONS, frames=6), frames=6)
+    with pytest.raises(ResumeError, match="has 4 frames, not 3"):
+        _go_on(tmp_path / "c.quarc", whole[: _ends(whole)[6]], replace(_OPTIONS, frames=3))
+
+
+def test_an_edited_stream_is_refused(whole, tmp_path):
+    later, twice = cut_bytes(whole, 3), join_bytes(whole, whole)
+    with pytest.raises(ResumeError, match="frame 0 of the stream is not"):
+        _go_on(tmp_path / "a.quarc", later)
+    with pytest.raises(ResumeError, match="frame 5 of the stream is not"):
+        _go_on(tmp_path / "b.quarc", twice, replace(_OPTIONS, frames=10), frames=10)
+
+
+def test_what_is_no_stream_is_left_as_it_is(tmp_path):
+    with pytest.raises(BadMagicError):
+        _go_on(tmp_path / "a.quarc", b"my thesis")
+
+    assert (tmp_path / "a.quarc").read_bytes() == b"my thesis"
+
+
+def test_chunks_that_the_encoder_does_not_write_are_refused():
+    data, _ = make_stream(gaussian_count=8, frame_count=2)
+    kinds = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
+    for place in (1, 2, 4):
+        with pytest.raises(ResumeError, match="does not write"):
+            read_begun(
+                BytesSource(rebuild_stream([*kinds[:place], (b"more", b""), *kinds[place:]]))
+            )
+
+
+def test_what_is_whole_is_told():
+    data, states = make_stream(gaussian_count=8, frame_count=3)
+    ends = _ends(data)
+
+    assert [read_begun(BytesSource(data[:end])) for end in (0, 4, *ends[:3], ends[3] - 1)] == [
+        None
+    ] * 6
+    part, all_ = (read_begun(BytesSource(data[:end])) for end in (ends[4] + 9, ends[-1]))
+    assert isinstance(part, Begun)
+    assert (len(part.frames), part.end, part.is_finished) == (2, ends[4], False)
+    assert (len(all_.frames), all_.end, all_.is_finished) == (3, ends[5], True)
+    assert part.header == states[0].scene.header

@@ -1,0 +1,44 @@
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.encoder.settings.ranges import Amount, Checked, Count, Positive, Share
+
+
+@dataclass(frozen=True, slots=True)
+class _Settings(Checked):
+    steps: Count = 1
+    share: Share = 0.5
+    weight: Positive = 1.0
+    amount: Amount = 0.0
+    name: str = "free"
+
+
+@given(st.integers(-10, 10), st.floats(-1, 2))
+def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, share):
+    if steps >= 0 and 0 <= share <= 1:
+        assert _Settings(steps, share) == _Settings(steps=steps, share=share)
+    else:
+        with pytest.raises(ValueError, match=r"^(steps|share) takes"):
+            _Settings(steps, share)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"weight": 0.0}, "weight takes a number above 0; this is 0.0"),
+        ({"amount": float("inf")}, "amount takes a number from 0 on; this is inf"),
+        ({"share": 2.0}, "share takes a number from 0 to 1; this is 2.0"),
+        ({"steps": -1}, "steps takes a whole number from 0 on; this is -1"),
+    ],
+)
+def test_what_a_number_may_be_is_said_in_words(changes, said):
+    with pytest.raises(ValueError, match=f"^{said}$"):
+        _Settings(**changes)
+
+
+def test_what_is_no_number_is_refused():
+    with pytest.raises(ValueError, match="share"):
+        _Settings(share=float("nan"))

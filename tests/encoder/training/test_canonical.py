@@ -1,0 +1,203 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.training.canonical import rates_at, start_from_points, train_canonical
+from quarc_ref.encoder.training.quantize import quantize_gaussians
+from quarc_ref.encoder.training.straight_through import position_step
+from quarc_ref.format.records import LOG_SCALES, StreamHeader
+from quarc_ref.rendering.raster_numba import NumbaRasterizer
+from tests.encoder.toys import SMALL, make_capture, make_studio
+
+_CPU = torch.device("cpu")
+
+
+def _start(points, **settings):
+    generator = torch.Generator().manual_seed(0)
+    return start_from_points(points, CanonicalSettings(**settings), generator, _CPU)
+
+
+def test_a_gaussian_is_as_large_as_its_point_is_far_from_the_nearest_three():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=np.float32)
+
+    attributes = _start(Points(corners, np.zeros((4, 3), dtype=np.uint8)))
+
+    sizes = {tuple(mean): math.exp(float(scale)) for mean, scale in
+             zip(attributes.means.tolist(), attributes.log_scales[:, 0], strict=True)}  # fmt: skip
+    assert sizes[(0, 0, 0)] == pytest.approx(math.sqrt((1 + 4 + 9) / 3), rel=1e-5)
+
+
+def test_a_gaussian_has_the_color_of_its_point():
+    colors = np.array([[255, 0, 128]], dtype=np.uint8)
+
+    attributes = _start(Points(np.zeros((1, 3), dtype=np.float32), colors))
+
+    shown = 0.5 + 0.28209479177387814 * attributes.sh_dc[0, 0]
+    assert torch.allclose(shown, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
+
+
+def test_too_many_points_are_drawn_from():
+    points = make_capture().points
+
+    attributes = _start(points, initial_gaussians=20)
+
+    assert attributes.means.shape == (20, 3)
+    rows = {tuple(row) for row in points.positions.tolist()}
+    assert {tuple(row) for row in attributes.means.tolist()} <= rows
+
+
+def _errors(studio, attributes):
+    with torch.no_grad():
+        return [
+            float(
+                (studio.render(attributes.activated(), view).image - studio.truth(view, 0))
+                .square()
+                .mean()
+            )
+            for view in range(len(studio.views.cameras))
+        ]
+
+
+def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
+    studio, header = make_studio(), StreamHeader()
+    points = make_capture().points
+    before = start_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
+
+    after = train_canonical(studio, points, SMALL.canonical, header)
+
+    assert np.mean(_errors(studio, after)) < 0.25 * np.mean(_errors(studio, before))
+    again = after.quantized(header)
+    for trained, rounded in zip(after.tensors(), again.tensors(), strict=True):
+        assert torch.allclose(trained, rounded, atol=1e-6)
+    assert quantize_gaussians(after, header).count == after.means.shape[0]
+
+
+def test_half_the_pixels_at_first_and_all_at_last(monkeypatch):
+    widths = []
+    render = NumbaRasterizer.render
+    monkeypatch.setattr(
+        NumbaRasterizer,
+        "render",
+        lambda self, gaussians, camera, background: (
+            widths.append(camera.width) or render(self, gaussians, camera, background)
+        ),
+    )
+    studio, points = make_studio(), make_capture().points
+    settings = replace(SMALL.canonical, halved_until=10)
+    before = start_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
+
+    after = train_canonical(studio, points, settings, StreamHeader())
+
+    whole = studio.camera(0).width
+    assert widths == 10 * [whole // 2] + (settings.iterations - 10) * [whole]
+    assert np.mean(_errors(studio, after)) < 0.25 * np.mean(_errors(studio, before))
+
+
+def test_the_same_seed_gives_the_same_scene_to_the_bit():
+    points, header = make_capture().points, StreamHeader()
+
+    first, second, other = (
+        train_canonical(make_studio(seed), points, SMALL.canonical, header) for seed in (0, 0, 1)
+    )
+
+    assert all(torch.equal(a, b) for a, b in zip(first.tensors(), second.tensors(), strict=True))
+    assert first.means.shape != other.means.shape or not torch.equal(first.means, other.means)
+
+
+def test_without_spherical_harmonics_none_are_trained():
+    header = StreamHeader(sh_degree=0)
+
+    after = train_canonical(make_studio(), make_capture().points, SMALL.canonical, header)
+
+    assert not after.sh_rest.any()
+
+
+def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
+    studio = make_studio()
+    points = make_capture().points
+    priced = replace(SMALL.canonical, opacity_price=1.0, scale_price=1.0)
+
+    free, thin = (
+        train_canonical(studio, points, settings, SMALL.stream)
+        for settings in (SMALL.canonical, priced)
+    )
+
+    assert torch.sigmoid(thin.opacities).mean() < torch.sigmoid(free.opacities).mean()
+    assert torch.exp(thin.log_scales).mean() < torch.exp(free.log_scales).mean()
+
+
+def test_what_the_pictures_do_not_ask_for_fades_away():
+    studio, points = make_studio(), make_capture().points
+    fading = replace(SMALL.canonical, opacity_decay=0.02)
+
+    lasting, faded = (
+        train_canonical(studio, points, settings, SMALL.stream)
+        for settings in (SMALL.canonical, fading)
+    )
+
+    assert torch.sigmoid(faded.opacities).mean() < torch.sigmoid(lasting.opacities).mean()
+    assert np.mean(_errors(studio, faded)) < 1.5 * np.mean(_errors(studio, lasting))
+
+
+def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkeypatch):
+    drawn = []
+    render = NumbaRasterizer.render
+    monkeypatch.setattr(
+        NumbaRasterizer,
+        "render",
+        lambda self, gaussians, camera, background: (
+            drawn.append(gaussians.means.detach().clone())
+            or render(self, gaussians, camera, background)
+        ),
+    )
+    settings = replace(SMALL.canonical, noise=0.0, axis_noise=0.5)
+
+    train_canonical(make_studio(), make_capture().points, settings, StreamHeader())
+
+    quantized = StreamHeader()
+    step = position_step(quantized)
+    on_grid = [bool(torch.allclose(m / step, (m / step).round(), atol=1e-2)) for m in drawn]
+    fine = math.ceil(settings.quantize_from * settings.iterations)
+    assert not any(on_grid[:fine])
+    assert all(on_grid[fine:])
+
+
+def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
+    studio, points = make_studio(), make_capture().points
+    priced = replace(SMALL.canonical, gaussian_price=0.02)
+
+    free, few = (
+        train_canonical(studio, points, settings, SMALL.stream)
+        for settings in (SMALL.canonical, priced)
+    )
+
+    assert few.means.shape[0] < 0.9 * free.means.shape[0]
+    assert np.mean(_errors(studio, few)) < 1.5 * np.mean(_errors(studio, free))
+
+
+def test_rates_fall_to_their_end_over_fine_tuning_alone():
+    settings = replace(SMALL.canonical, rate_end=0.1, quantize_from=0.8)
+
+    shares = [
+        rates_at(settings, 1.0, step)[1] / settings.rotation_rate for step in (0, 79, 80, 90, 100)
+    ]
+
+    assert shares == pytest.approx([1, 1, 1, 0.55, 0.1])
+
+
+def test_codes_are_smaller_where_they_have_a_price():
+    studio, points = make_studio(), make_capture().points
+    priced = replace(SMALL.canonical, code_price=0.01)
+
+    free, cheap = (
+        quantize_gaussians(train_canonical(studio, points, settings, SMALL.stream), SMALL.stream)
+        for settings in (SMALL.canonical, priced)
+    )
+
+    assert cheap.codes[LOG_SCALES].std() < free.codes[LOG_SCALES].std()
+    assert np.abs(cheap.rotations[1:]).mean() < np.abs(free.rotations[1:]).mean()

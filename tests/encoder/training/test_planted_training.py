@@ -1,0 +1,188 @@
+"""A file in the place of a training, put there by someone else: it counts as nothing."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.encoder.resume.array_file import write_arrays
+from quarc_ref.encoder.resume.checkpoint import Checkpoint
+from quarc_ref.encoder.resume.partial_stream import checkpoint
+from quarc_ref.encoder.settings.config import make_header
+from quarc_ref.encoder.training.canonical import train_canonical
+from tests.encoder.resume.saved import read_saved
+from tests.encoder.toys import SMALL, make_capture, make_studio
+
+_CONFIG = replace(
+    SMALL.canonical, iterations=12, densify_from=4, densify_until=9, exposure_rate=0.2,
+    exposure_from=5, sh_from=6,
+)  # fmt: skip
+_STOPPED_AT = 8
+
+
+class _StoppedError(Exception):
+    pass
+
+
+class _Steps:
+    """Progress that notes the first step, and stops the training after one."""
+
+    def __init__(self, last=None):
+        self.first = None
+        self._last = last
+
+    def advance(self, _stage, done, _total):
+        self.first = self.first or done
+        if done == self._last:
+            raise _StoppedError
+
+
+def _train(path, last=None):
+    """Train with a checkpoint; return the attributes and the first step that was taken."""
+    steps = _Steps(last)
+    studio = replace(make_studio(), progress=steps)
+    header = make_header(SMALL, 30.0, 160)
+    trained = train_canonical(
+        studio, make_capture().points, _CONFIG, header, Checkpoint(path, "toy")
+    )
+    return trained, steps.first
+
+
+@pytest.fixture(autouse=True)
+def _every_step(monkeypatch):
+    monkeypatch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """The file that a training has left which was stopped, and the arrays in it."""
+    path = tmp_path_factory.mktemp("training") / "saved"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checkpoint, "_SECONDS_APART", 0.0)
+        with pytest.raises(_StoppedError):
+            _train(path, _STOPPED_AT)
+    return path, read_saved(path)
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checkpoint, "_SECONDS_APART", 1e9)
+        return _train(tmp_path_factory.mktemp("unbroken") / "none")[0]
+
+
+def _plant(path, saved, changes):
+    key = Checkpoint(path, "toy")._key
+    arrays = {name: array for name, array in (saved | changes).items() if array is not None}
+    with path.open("wb") as file:
+        write_arrays(file, key, arrays)
+
+
+def _same(one, other):
+    return all(map(np.array_equal, one.tensors(), other.tensors()))
+
+
+def test_a_training_that_was_saved_is_gone_on_with(saved, unbroken, tmp_path):
+    _plant(tmp_path / "a", saved[1], {})
+    trained, first = _train(tmp_path / "a")
+
+    assert first == _STOPPED_AT + 1
+    assert _same(trained, unbroken)
+
+
+def _ones(*shape, dtype=np.float32):
+    return np.ones(shape, dtype)
+
+
+_CHANGES = {
+    "no name": {"sums": None},
+    "one name more": {"more": _ones(3)},
+    "fewer rows": {"means": _ones(3, 3)},
+    "fewer rows of Adam": {"means.exp_avg": _ones(3, 3)},
+    "doubles": {"means": _ones(103, 3, dtype=np.float64)},
+    "complex numbers": {"means": _ones(103, 3, dtype=np.complex64)},
+    "text": {"means": np.full((103, 3), "a")},
+    "a step that is text": {"step": np.array("3")},
+    "a step that is a list": {"step": np.array([3])},
+    "a step before the first": {"step": np.array(-1)},
+    "a step after the last": {"step": np.array(13)},
+    "a view that there is not": {"left": np.array([99])},
+    "a view below 0": {"left": np.array([-1])},
+    "too many views": {"left": np.zeros(1000, np.int64)},
+    "views in a table": {"left": np.zeros((1, 1), np.int64)},
+    "another generator": {"generator": np.zeros(5056, np.uint8)},
+    "a short generator": {"generator": np.zeros(16, np.uint8)},
+    "gains of other views": {"gains": _ones(9, 3)},
+}
+
+
+@pytest.mark.parametrize("changes", _CHANGES.values(), ids=_CHANGES)
+def test_odd_arrays_begin_the_training_anew(changes, saved, unbroken, tmp_path):
+    _plant(tmp_path / "a", saved[1], changes)
+    trained, first = _train(tmp_path / "a")
+
+    assert first == 1
+    assert _same(trained, unbroken)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("name", ["means", "gains", "log_scales.exp_avg_sq", "sums"])
+def test_numbers_that_are_not_finite_begin_the_training_anew(name, value, saved, tmp_path):
+    odd = saved[1][name].copy()
+    odd.flat[-1] = value
+    _plant(tmp_path / "a", saved[1], {name: odd})
+
+    assert _train(tmp_path / "a")[1] == 1
+
+
+def test_a_mean_square_below_zero_begins_the_training_anew(saved, tmp_path):
+    _plant(tmp_path / "a", saved[1], {"means.exp_avg_sq": -saved[1]["means.exp_avg_sq"]})
+
+    assert _train(tmp_path / "a")[1] == 1
+
+
+@pytest.mark.parametrize("kind", ["link", "folder", "pipe"])
+def test_what_is_no_file_is_as_good_as_none(kind, saved, tmp_path):
+    path, victim = tmp_path / "a", tmp_path / "victim"
+    victim.write_bytes(saved[0].read_bytes())
+    if kind == "link":
+        path.symlink_to(victim)
+    elif kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.mkdir()
+    loaded = Checkpoint(path, "toy").load(None)
+
+    assert loaded is None
+    if kind == "link":
+        assert _train(path)[1] == 1
+        assert victim.read_bytes() == saved[0].read_bytes()
+
+
+def test_a_bomb_is_not_inflated(tmp_path):
+    """500 MB of zeros as NumPy's archive, in half a MB."""
+    path = tmp_path / "a"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("means.npy", "w", force_zip64=True) as member,
+    ):
+        np.lib.format.write_array_header_1_0(
+            member, {"descr": "|u1", "fortran_order": False, "shape": (500 << 20,)}
+        )
+        for _ in range(500):
+            member.write(bytes(1 << 20))
+    program = (
+        "import sys, resource; from pathlib import Path\n"
+        "from quarc_ref.encoder.resume.checkpoint import Checkpoint\n"
+        "kept = Checkpoint(Path(sys.argv[1]), 'toy')\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "assert kept.load(None) is None\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, check=True)
+
+    assert int(done.stdout) < 16 << 10  # KiB

@@ -1,0 +1,71 @@
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+
+from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.training.prices import price_codes, price_haze
+from quarc_ref.encoder.training.trainable import Attributes
+from quarc_ref.format.records import StreamHeader
+
+_HEADER = StreamHeader(rotation_bits=4, sh_rest_step=0.25)
+_BLANK = Attributes(
+    torch.zeros(2, 3),
+    torch.tensor([[2.0, 0, 0, 0], [0, 0, -1.0, 0]]),
+    torch.zeros(2, 3),
+    torch.zeros(2),
+    torch.zeros(2, 1, 3),
+    torch.zeros(2, 3, 3),
+)
+
+
+def _codes(**changed: torch.Tensor) -> float:
+    settings = CanonicalSettings(code_price=2.0)
+    return float(price_codes(replace(_BLANK, **changed), settings, _HEADER))
+
+
+def test_haze_costs_the_mean_opacity_and_the_mean_scale():
+    settings = CanonicalSettings(opacity_price=2.0, scale_price=3.0)
+
+    assert float(price_haze(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
+
+
+def test_nothing_costs_anything_without_a_price():
+    assert price_haze(_BLANK, CanonicalSettings()) == 0
+    assert price_codes(_BLANK, CanonicalSettings(), _HEADER) == 0
+
+
+def test_alike_codes_are_free_and_so_is_the_component_that_is_not_coded():
+    assert _codes() == 0
+
+
+def test_a_code_of_sh_rest_costs_its_logarithm():
+    rest = torch.zeros(2, 3, 3)
+    rest[1, 2, 0] = -0.75
+
+    assert _codes(sh_rest=rest) == pytest.approx(2.0 * math.log(1 + 3) / 2)
+
+
+def test_a_turn_costs_the_logarithm_of_its_smaller_components():
+    rotations = torch.tensor([[2.0, 0, 0, 0], [0.6, 0, 0, -0.8]])
+
+    assert _codes(rotations=rotations) == pytest.approx(2.0 * math.log(1 + 0.6 * 16) / 2)
+
+
+def test_scales_and_colors_cost_the_logarithm_of_their_spread_in_every_row():
+    log_scales = torch.tensor([[1.0, 0, 0], [2.0, 0, 0]])
+    colors = torch.tensor([[0.0, 0, 3.0], [0, 0, -1.0]])[:, None]
+
+    spread = math.log(1 + 0.5 * 16) + math.log(1 + 2.0 * 32)
+    assert _codes(log_scales=log_scales, sh_dc=colors) == pytest.approx(2.0 * spread)
+
+
+def test_turning_less_is_the_way_down():
+    rotations = torch.tensor([[1.0, 0.2, -0.1, 0]]).requires_grad_()
+    attributes = replace(_BLANK.rows(torch.tensor([0])), rotations=rotations)
+
+    loss = price_codes(attributes, CanonicalSettings(code_price=1.0), _HEADER)
+    (gradient,) = torch.autograd.grad(loss, rotations)
+
+    assert gradient[0, 1] > 0 > gradient[0, 2]

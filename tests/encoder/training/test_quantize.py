@@ -1,0 +1,135 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
+from quarc_ref.encoder.training.quantize import (
+    keep_representable,
+    quantize_births,
+    quantize_gaussians,
+)
+from quarc_ref.encoder.training.straight_through import position_step
+from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import StreamHeader
+from tests import strategies
+from tests.small_streams import make_gaussians, make_symbols
+
+
+def _attributes(header, count=20, seed=0):
+    scene = begin_canonical(header, 0, make_gaussians(header, count, seed)).scene
+    return from_splats(dequantize(scene), torch.device("cpu"))
+
+
+@given(st.data())
+def test_a_decoded_scene_quantizes_to_itself(data):
+    header = replace(data.draw(strategies.headers()), rotation_bits=data.draw(st.integers(4, 12)))
+    made = make_gaussians(header, 12)
+
+    again = quantize_gaussians(_attributes(header, 12), header)
+
+    assert again.positions.tolist() == made.positions.tolist()
+    assert again.codes.tolist() == made.codes.tolist()
+    scenes = [begin_canonical(header, 0, g).scene for g in (made, again)]
+    rotations = [scene.rotations.astype(np.int64) for scene in scenes]
+    overlap = np.abs((rotations[0] * rotations[1]).sum(axis=0)) / 2.0**44
+    # The norm of a Q22 quaternion is off by 1e-7 itself.
+    assert (1 - overlap).max() < 2.0 ** (1 - 2 * header.rotation_bits) + 1e-6
+
+
+def test_quantized_attributes_lose_at_most_half_a_step():
+    header = StreamHeader()
+    generator = torch.Generator().manual_seed(0)
+    exact = _attributes(header, 200)
+    noisy = exact.quantized(header)
+    moved = noisy.means + torch.rand(noisy.means.shape, generator=generator) * 0.01
+    noisy = replace(noisy, means=moved)
+
+    splats = dequantize(begin_canonical(header, 0, quantize_gaussians(noisy, header)).scene)
+
+    error = np.abs(splats.positions - moved.numpy()).max()
+    assert error <= position_step(header) / 2 * (1 + 1e-5)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_numbers_that_are_not_finite_cannot_be_written(value):
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.opacities[3] = value
+
+    with pytest.raises(EncodeError, match="finite"):
+        quantize_gaussians(attributes, header)
+
+
+def test_codes_beyond_their_range_cannot_be_written():
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.log_scales[0, 0] = 1e6
+
+    with pytest.raises(EncodeError, match="larger step"):
+        quantize_gaussians(attributes, header)
+
+
+def test_stragglers_off_the_lattice_are_left_out():
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.means[5, 1] = 1e7
+
+    kept = keep_representable(attributes, header)
+
+    assert kept.means.shape[0] == 19
+    quantize_gaussians(kept, header)
+
+
+def test_a_scene_of_which_no_gaussian_can_be_carried_is_an_encode_error():
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.means[:] = 1e30
+
+    with pytest.raises(EncodeError, match="no Gaussian"):
+        keep_representable(attributes, header)
+
+
+def test_a_number_beyond_all_integers_is_an_encode_error():
+    header = StreamHeader()
+    attributes = _attributes(header)
+    attributes.log_scales[3, 1] = -1e30
+
+    with pytest.raises(EncodeError, match="an attribute is beyond"):
+        quantize_gaussians(attributes, header)
+
+
+def test_newborn_come_out_where_they_were_trained():
+    header = StreamHeader()
+    begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
+    moved = move(begun, make_symbols(begun))
+    newborn = _attributes(header, 6, seed=9)
+    parents = np.array([4, 2, 9, 2, 0, 29])
+
+    births = quantize_births(newborn, parents, moved.scene)
+    grown = dequantize(append_births(moved, births).scene)
+
+    order = np.argsort(parents, kind="stable")
+    assert births.parents.tolist() == sorted(parents.tolist())
+    # A parent is not on the newborn's grid, so half a step may be lost.
+    assert np.abs(grown.positions[30:] - newborn.means.numpy()[order]).max() <= (
+        position_step(header) / 2 * (1 + 1e-5)
+    )
+    assert np.array_equal(grown.opacities[30:], newborn.opacities.numpy()[order])
+
+
+def test_a_newborn_too_far_from_its_parent_cannot_be_written():
+    header = StreamHeader()
+    begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 30)), 0)
+    moved = move(begun, make_symbols(begun))
+    newborn = _attributes(header, 1)
+    newborn.means[:] = 100.0
+
+    with pytest.raises(EncodeError, match="place"):
+        quantize_births(newborn, np.array([0]), moved.scene)

@@ -1,0 +1,31 @@
+import pytest
+import torch
+
+from quarc_ref.encoder.training.threads import fixed_threads
+
+
+def _sum_in_pieces(threads):
+    """A sum that torch makes in as many pieces as it has threads, where it may choose."""
+    torch.set_num_threads(threads)
+    numbers = torch.rand(1 << 20, generator=torch.Generator().manual_seed(0))
+    with fixed_threads():
+        return torch.get_num_threads(), float(numbers.sum())
+
+
+@pytest.fixture(autouse=True)
+def _threads_as_they_were():
+    before = torch.get_num_threads()
+    yield
+    torch.set_num_threads(before)
+
+
+def test_sums_do_not_hang_on_the_threads_that_torch_was_given():
+    assert len({_sum_in_pieces(threads) for threads in (1, 2, 3, 4)}) == 1
+
+
+def test_torch_has_its_threads_back_afterwards():
+    torch.set_num_threads(3)
+    with pytest.raises(KeyboardInterrupt), fixed_threads():
+        raise KeyboardInterrupt
+
+    assert torch.get_num_threads() == 3

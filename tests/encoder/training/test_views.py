@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from tests.encoder.toys import make_cameras, make_capture
+
+
+def test_held_out_cameras_are_not_reachable(monkeypatch):
+    capture = make_capture()
+    looked_at = set()
+    image = Capture.image
+    monkeypatch.setattr(
+        Capture,
+        "image",
+        lambda self, camera, frame: looked_at.add(camera) or image(self, camera, frame),
+    )
+    views = TrainingViews(capture, torch.device("cpu"))
+
+    for view in range(len(views.cameras)):
+        views.picture(view, 0)
+
+    assert looked_at == set(capture.training) == {1, 2, 3}
+    assert [camera.name for camera in views.cameras] == ["cam01", "cam02", "cam03"]
+
+
+def test_pictures_are_shares_of_white():
+    capture = make_capture()
+
+    picture = TrainingViews(capture, torch.device("cpu")).picture(0, 1)
+
+    assert np.array_equal(np.round(picture.numpy() * 255), capture.image(1, 1))
+
+
+def test_a_pixel_of_a_halved_picture_is_the_mean_of_four():
+    views = TrainingViews(make_capture(), torch.device("cpu"))
+
+    halved = views.halved()
+
+    whole, half = views.picture(1, 0), halved.picture(1, 0)
+    rows, columns = half.shape[:2]
+    assert (rows, columns) == (whole.shape[0] // 2, whole.shape[1] // 2)
+    squares = whole[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2, 3)
+    assert torch.allclose(half, squares.mean(dim=(1, 3)), atol=1e-6)
+    assert (halved.cameras[1].width, halved.cameras[1].height) == (columns, rows)
+
+
+@given(place=arrays(np.float64, 3, elements=st.floats(-2, 2)))
+def test_a_halved_camera_sees_a_point_at_half_its_place(place):
+    views = TrainingViews(make_capture(), torch.device("cpu"))
+
+    for whole, half in zip(views.cameras, views.halved().cameras, strict=True):
+        assert _project(half, place) == pytest.approx(_project(whole, place) / 2)
+
+
+def _project(camera, place):
+    rotation = np.array(camera.rotation).reshape(3, 3)
+    x, y, z = rotation @ place + np.array(camera.translation)
+    return np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
+
+
+def test_every_view_comes_once_before_any_comes_again():
+    views = TrainingViews(make_capture(), torch.device("cpu"))
+    order = views.shuffled(torch.Generator().manual_seed(0))
+
+    for _ in range(5):
+        assert sorted(next(order) for _ in range(3)) == [0, 1, 2]
+
+
+def test_the_extent_is_the_radius_of_the_cameras_and_a_tenth():
+    cameras = tuple(make_cameras(2))
+    centers = [
+        -np.array(camera.rotation).reshape(3, 3).T @ np.array(camera.translation)
+        for camera in cameras
+    ]
+
+    assert measure_extent(cameras) == pytest.approx(
+        1.1 * np.linalg.norm(centers[0] - centers[1]) / 2
+    )

@@ -1,0 +1,64 @@
+from fractions import Fraction
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.constants import COUNT_LIMIT, WEIGHT_TOTAL
+
+_CONTEXTS = np.array([0, 5, 900])
+_SEEN = st.lists(st.tuples(st.integers(0, 9000), st.integers(0, 9000)), min_size=3, max_size=3)
+
+
+def _after(*planes):
+    counts = ContextCounts()
+    for plane in planes:
+        counts.learn("some", _CONTEXTS, *np.array(plane).T)
+    return counts
+
+
+def _weight(zeros, ones):
+    return int(Fraction(2 * ones + 1, 2 * (zeros + ones) + 2) * WEIGHT_TOTAL)
+
+
+@given(st.lists(_SEEN, max_size=4))
+def test_the_weight_is_that_of_the_counts_halved_when_there_are_too_many(planes):
+    known = [(0, 0)] * 3
+    for plane in planes:
+        known = [_halved(a + c, b + d) for (a, b), (c, d) in zip(known, plane, strict=True)]
+
+    weights = _after(*planes).weights("some", _CONTEXTS)
+
+    assert weights.tolist() == [_weight(*counts) for counts in known]
+
+
+def _halved(zeros, ones):
+    while zeros + ones > COUNT_LIMIT:
+        zeros, ones = zeros // 2, ones // 2
+    return zeros, ones
+
+
+@given(_SEEN)
+def test_a_weight_leaves_room_for_both_bits(plane):
+    weights = _after(plane).weights("some", _CONTEXTS)
+
+    assert 0 < weights.min() <= weights.max() < WEIGHT_TOTAL
+
+
+def test_a_context_that_has_seen_nothing_takes_both_bits_for_alike():
+    assert _after([(9, 0)] * 3).weights("other", np.array([7])).tolist() == [WEIGHT_TOTAL // 2]
+    assert _after([(9, 0)] * 3).weights("some", np.array([6, 9000])).tolist() == (
+        [WEIGHT_TOTAL // 2] * 2
+    )
+
+
+def test_a_copy_goes_its_own_way():
+    first = _after([(3, 1)] * 3)
+    before = first.weights("some", _CONTEXTS).tolist()
+
+    second = first.copy()
+    second.learn("some", _CONTEXTS, np.array([0, 0, 0]), np.array([50, 50, 50]))
+
+    assert first.weights("some", _CONTEXTS).tolist() == before
+    assert second.weights("some", _CONTEXTS).tolist() != before

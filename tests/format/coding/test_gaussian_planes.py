@@ -1,0 +1,117 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.gaussian_planes import (
+    read_births,
+    read_canonical,
+    sort_canonical,
+    write_births,
+    write_canonical,
+)
+from quarc_ref.format.coding.planes import PlaneWriter
+from quarc_ref.format.coding.values import code_unsigned
+from quarc_ref.format.constants import CODE_LIMIT, KEY_CLASS_BITS
+from quarc_ref.format.errors import EncodeError, SymbolRangeError
+from quarc_ref.format.morton import interleave
+from quarc_ref.format.records import SH_DC, Births, CanonicalChunk, StreamHeader
+from tests import strategies
+from tests.small_streams import make_gaussians
+
+
+def _fields(gaussians):
+    return [array.tolist() for array in (gaussians.positions, gaussians.rotations, gaussians.codes)]
+
+
+@given(st.data())
+def test_a_canonical_frame_comes_back_in_morton_order(data):
+    header = data.draw(strategies.headers())
+    drawn = data.draw(strategies.gaussians(header, data.draw(st.integers(1, 30))))
+    origin, axis_bits, ordered = sort_canonical(drawn)
+    sections = write_canonical(ordered, origin)
+    chunk = CanonicalChunk(0, drawn.count, origin, axis_bits, sections, 0)
+
+    decoded = read_canonical(chunk, header.code_planes)
+
+    assert _fields(decoded) == _fields(ordered)
+
+
+@given(st.data())
+def test_sorting_keeps_every_gaussian_whole(data):
+    header = StreamHeader()
+    drawn = data.draw(strategies.gaussians(header, 20))
+    _, _, ordered = sort_canonical(drawn)
+
+    rows = [np.concatenate([g.positions, g.rotations, g.codes]).T for g in (drawn, ordered)]
+
+    assert sorted(map(tuple, rows[0].tolist())) == sorted(map(tuple, rows[1].tolist()))
+
+
+def test_positions_outside_the_box_are_refused():
+    header = StreamHeader()
+    origin, axis_bits, ordered = sort_canonical(make_gaussians(header, 20))
+    sections = write_canonical(ordered, origin)
+    chunk = CanonicalChunk(0, 20, origin, axis_bits - 1, sections, 0)
+
+    with pytest.raises(SymbolRangeError):
+        read_canonical(chunk, header.code_planes)
+
+
+@given(st.data())
+def test_the_newborn_of_a_frame_come_back(data):
+    header = data.draw(strategies.headers())
+    count = data.draw(st.integers(0, 20))
+    drawn = data.draw(strategies.births(header, count, scene_count=50))
+
+    section = write_births(drawn, ContextCounts())
+    decoded, _ = read_births(section, header.code_planes, count, ContextCounts())
+
+    assert decoded.parents.tolist() == drawn.parents.tolist()
+    assert _fields(decoded.newborn) == _fields(drawn.newborn)
+
+
+def test_newborn_like_those_of_the_frame_before_are_cheaper():
+    header, counts = StreamHeader(), ContextCounts()
+    made = make_gaussians(header, 40)
+    births = Births(np.arange(40), replace(made, positions=made.positions % 9))
+    first = write_births(births, counts)
+
+    _, seen = read_births(first, header.code_planes, 40, counts)
+
+    assert write_births(births, seen).byte_count() < first.byte_count()
+
+
+def test_colors_that_are_too_far_apart_cannot_be_written():
+    made = make_gaussians(StreamHeader(), 1)
+    codes = made.codes.copy()
+    codes[SH_DC] = [[CODE_LIMIT], [-CODE_LIMIT], [0]]
+
+    with pytest.raises(EncodeError, match="apart"):
+        write_canonical(replace(made, codes=codes), tuple(made.positions[:, 0].tolist()))
+
+
+def test_a_parent_that_is_farther_than_any_number_may_be_is_refused():
+    writer = PlaneWriter(ContextCounts())
+    far = np.array([1 << 61], dtype=np.int64)
+    code_unsigned(writer, "births parents", np.zeros_like(far), KEY_CLASS_BITS, far)
+
+    with pytest.raises(SymbolRangeError, match="ascending"):
+        read_births(writer.section(), 7, 1, ContextCounts())
+
+
+def test_the_order_of_the_sections_is_by_what_a_picture_needs_first():
+    header = StreamHeader()
+    origin, _, ordered = sort_canonical(make_gaussians(header, 500))
+    blank = write_canonical(
+        type(ordered)(ordered.positions, 0 * ordered.rotations, 0 * ordered.codes), origin
+    )
+    full = write_canonical(ordered, origin)
+
+    grown = [a.byte_count() > b.byte_count() for a, b in zip(full, blank, strict=True)]
+
+    assert grown == [False, True, True, True, True, True]
+    assert np.all(np.diff(interleave(ordered.positions - np.array(origin)[:, None])) >= 0)

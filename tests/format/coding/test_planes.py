@@ -1,0 +1,114 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.entropy import encode_bits
+from quarc_ref.format.coding.planes import PlaneReader, PlaneWriter
+from quarc_ref.format.constants import STATED_WEIGHT, WEIGHT_TOTAL
+from quarc_ref.format.errors import BadProbabilityError, UnconsumedWordsError
+from quarc_ref.format.records import Section
+
+_PLANES = st.lists(
+    st.lists(st.tuples(st.integers(0, 5), st.booleans()), min_size=1, max_size=90).map(np.array),
+    max_size=5,
+)
+
+
+def _write(planes, counts):
+    writer = PlaneWriter(counts)
+    for plane in planes:
+        writer.code("some", plane[:, 0], plane[:, 1].astype(bool))
+    return writer.section()
+
+
+def _read(section, planes, counts):
+    reader = PlaneReader(section, counts)
+    blank = [np.zeros(plane.shape[0], dtype=bool) for plane in planes]
+    answers = [
+        reader.code("some", plane[:, 0], bits).tolist()
+        for plane, bits in zip(planes, blank, strict=True)
+    ]
+    return answers, reader.finish()
+
+
+def _constant(bit, count):
+    return np.stack([np.zeros(count, dtype=int), np.full(count, bit)], axis=1)
+
+
+@given(_PLANES, _PLANES)
+def test_a_reader_gives_the_answers_that_a_writer_was_told(first, second):
+    counts = ContextCounts()
+    for planes in (first, second):
+        answers, counts = _read(_write(planes, counts), planes, counts)
+        assert answers == [plane[:, 1].astype(bool).tolist() for plane in planes]
+
+
+def test_what_a_context_has_seen_makes_the_same_cheaper():
+    rng = np.random.default_rng(0)
+    plane = np.stack([rng.integers(0, 9, 900), rng.random(900) < 0.02], axis=1).astype(int)
+    _, counts = _read(_write([plane], ContextCounts()), [plane], ContextCounts())
+
+    anew, again = (_write([plane], seen).byte_count() for seen in (ContextCounts(), counts))
+
+    assert again < anew
+
+
+def test_a_context_that_turns_states_its_probability():
+    turned, counts = [_constant(1, 4000)], ContextCounts()
+    _, counts = _read(_write([_constant(0, 4000)], counts), [_constant(0, 4000)], counts)
+
+    section = _write(turned, counts)
+
+    assert section.byte_count() < 16  # by its counts it would be 6 KB
+    assert _read(section, turned, counts)[0] == [[True] * 4000]
+
+
+def test_planes_of_one_section_learn_from_each_other():
+    planes = [_constant(0, 200), np.zeros((1, 2), dtype=int)]
+
+    _, counts = _read(_write(planes, ContextCounts()), planes, ContextCounts())
+
+    assert counts.weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 404]
+
+
+def test_a_stated_code_that_is_undefined_is_refused():
+    code = np.array([1, 1, 1, 1, 0, 0, 0, 0], dtype=bool)
+    stated = [(np.array([True]), STATED_WEIGHT), (code, WEIGHT_TOTAL // 2)]
+    reader = PlaneReader(Section(encode_bits(stated)), ContextCounts())
+
+    with pytest.raises(BadProbabilityError, match="240"):
+        reader.code("some", np.array([0]), np.zeros(1, dtype=bool))
+
+
+def test_planes_that_are_not_asked_for_are_refused():
+    rng = np.random.default_rng(0)
+    section = _write(
+        [np.stack([np.zeros(400), rng.integers(0, 2, 400)], axis=1).astype(int)], ContextCounts()
+    )
+    reader = PlaneReader(section, ContextCounts())
+    reader.code("some", np.zeros(10, dtype=int), np.zeros(10, dtype=bool))
+
+    with pytest.raises(UnconsumedWordsError):
+        reader.finish()
+
+
+def test_raw_bits_take_a_bit_each_and_teach_nothing():
+    writer = PlaneWriter(ContextCounts())
+    bits = np.arange(64) % 3 == 0
+    writer.code_raw(bits)
+    section = writer.section()
+    reader = PlaneReader(section, ContextCounts())
+
+    assert section.words.size == 3
+    assert reader.code_raw(np.zeros(64, dtype=bool)).tolist() == bits.tolist()
+    assert reader.finish().weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 2]
+
+
+def test_a_plane_without_elements_takes_nothing():
+    writer = PlaneWriter(ContextCounts())
+    nothing = np.zeros(0, dtype=int)
+    writer.code("some", nothing, nothing.astype(bool))
+
+    assert writer.section().words.size == 0

@@ -1,0 +1,140 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.coding.gaussian_planes import sort_canonical
+from quarc_ref.format.coding.snapshot_planes import (
+    CodedSnapshot,
+    Snapshot,
+    compare,
+    read_snapshot,
+    write_snapshot,
+)
+from quarc_ref.format.errors import EntropyError, SymbolRangeError
+from quarc_ref.format.records import Gaussians, Section, SnapshotChunk, StreamHeader
+from tests import strategies
+
+_HEADER = StreamHeader()
+
+
+def _chunk(coded: CodedSnapshot) -> SnapshotChunk:
+    return SnapshotChunk(
+        1,
+        0,
+        coded.newborn_count,
+        coded.origin,
+        coded.axis_bits,
+        coded.survivors,
+        coded.sections,
+        0,
+    )
+
+
+def _read(coded: CodedSnapshot, canonical: Gaussians) -> Snapshot:
+    return read_snapshot(_chunk(coded), canonical)
+
+
+def _columns(gaussians: Gaussians) -> list[list[int]]:
+    rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
+    return sorted(np.concatenate(rows).T.tolist())
+
+
+def _same(one: Gaussians, other: Gaussians) -> bool:
+    names = ("positions", "rotations", "codes")
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
+
+
+@st.composite
+def _changes(draw):
+    """Gaussians of a CANO, of a later frame, and which are whose."""
+    canonical = sort_canonical(draw(strategies.gaussians(_HEADER, draw(st.integers(1, 12)))))[2]
+    later = draw(strategies.gaussians(_HEADER, draw(st.integers(1, 15))))
+    kept = sorted(draw(st.sets(st.integers(0, min(canonical.count, later.count) - 1))))
+    roots = np.full(later.count, -1, dtype=np.int64)
+    roots[kept] = draw(st.permutations(kept)) if kept else []
+    later.codes[7:, kept] = canonical.codes[7:, roots[kept]]
+    return canonical, later, roots
+
+
+@given(_changes())
+def test_a_frame_comes_back_as_a_canonical_one_would(changes):
+    canonical, later, roots = changes
+
+    coded = write_snapshot(canonical, later, roots)
+    read = _read(coded, canonical)
+
+    assert _same(read.gaussians, coded.gaussians)
+    assert sorted(read.roots.tolist()) == sorted(roots.tolist())
+    assert _same(sort_canonical(read.gaussians)[2], read.gaussians)
+    columns = [
+        np.concatenate([g.positions, g.rotations, g.codes]).T for g in (read.gaussians, later)
+    ]
+    assert sorted(map(tuple, columns[0].tolist())) == sorted(map(tuple, columns[1].tolist()))
+
+
+def _scene(count: int = 400) -> Gaussians:
+    rng = np.random.default_rng(1)
+    rotations = np.concatenate([rng.integers(0, 4, (1, count)), rng.integers(-99, 99, (3, count))])
+    made = Gaussians(
+        rng.integers(-999, 999, (3, count)), rotations, rng.integers(-60, 60, (16, count))
+    )
+    return sort_canonical(made)[2]
+
+
+def test_a_scene_that_stands_still_costs_next_to_nothing():
+    scene = _scene()
+
+    coded = write_snapshot(scene, scene, np.arange(scene.count))
+
+    assert coded.survivors.byte_count() < 40
+    assert not compare(_read(coded, scene), scene).any()
+
+
+def test_neighbors_that_move_alike_are_cheap():
+    scene, rng = _scene(), np.random.default_rng(2)
+    alike = replace(scene, positions=scene.positions + np.array([[9], [-7], [4]]))
+    apart = replace(scene, positions=scene.positions + rng.integers(-9, 10, (3, scene.count)))
+
+    sizes = [
+        write_snapshot(scene, later, np.arange(scene.count)).survivors.byte_count()
+        for later in (alike, apart)
+    ]
+
+    assert 4 * sizes[0] < sizes[1]
+
+
+def test_what_has_changed_too_much_is_newborn():
+    scene = _scene(5)
+    far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 15, 0, 0]]))
+    dull = replace(scene, codes=scene.codes.copy())
+    dull.codes[9, 3] += 1  # SH rest
+
+    for later in (far, dull):
+        coded = write_snapshot(scene, later, np.arange(5))
+        assert coded.newborn_count == 1
+        assert _same(_read(coded, scene).gaussians, coded.gaussians)
+
+
+def test_a_frame_that_is_too_wide_is_refused():
+    scene = _scene(3)
+    far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 20]]))
+
+    with pytest.raises(SymbolRangeError, match="wider"):
+        write_snapshot(scene, far, np.array([0, 1, -1]))
+
+
+@given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12))
+def test_any_words_are_survivors_or_refused(words):
+    scene = _scene(20)
+    coded = write_snapshot(scene, scene, np.arange(20))
+    chunk = replace(_chunk(coded), survivors=Section(np.array(words, dtype=np.uint32)))
+
+    try:
+        snapshot = read_snapshot(chunk, scene)
+    except EntropyError:
+        return
+
+    assert sorted(set(snapshot.roots.tolist())) == sorted(snapshot.roots.tolist())

@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.update_planes import UpdateContext, read_updates, write_updates
+from quarc_ref.format.constants import RESIDUAL_ROWS
+from quarc_ref.format.errors import EncodeError, EntropyError
+from quarc_ref.format.records import Section
+from quarc_ref.format.updates import TURN, Updates
+from tests import strategies
+
+_NEW = ContextCounts()
+
+
+@st.composite
+def _frames(draw):
+    count = draw(st.integers(1, 30))
+    motion = draw(arrays(np.int16, (6, count), elements=st.integers(-3, 3)))
+    recency = draw(arrays(np.int16, count, elements=st.integers(0, 3)))
+    return UpdateContext(motion, recency), draw(strategies.updates(count))
+
+
+def _still(count: int) -> UpdateContext:
+    return UpdateContext(np.zeros((6, count), dtype=np.int16), np.full(count, 3, dtype=np.int16))
+
+
+def _updates(chosen, residuals=None) -> Updates:
+    chosen = np.array(chosen, dtype=np.int64)
+    if residuals is None:
+        residuals = np.ones((RESIDUAL_ROWS, chosen.size), dtype=np.int64)
+    return Updates(chosen, np.zeros(chosen.size, dtype=np.bool_), residuals)
+
+
+def _compare(one: Updates, other: Updates) -> None:
+    assert one.gaussians.tolist() == other.gaussians.tolist()
+    assert one.dies.tolist() == other.dies.tolist()
+    assert one.residuals.tolist() == other.residuals.tolist()
+
+
+@given(_frames())
+def test_the_updates_of_a_frame_come_back(frame):
+    context, updates = frame
+
+    decoded, _ = read_updates(write_updates(context, updates, _NEW), context, _NEW)
+
+    _compare(decoded, updates)
+
+
+@given(_frames())
+def test_counts_go_on_as_the_writer_has_them(frame):
+    context, updates = frame
+    _, counts = read_updates(write_updates(context, updates, _NEW), context, _NEW)
+
+    again, _ = read_updates(write_updates(context, updates, counts), context, counts)
+
+    _compare(again, updates)
+
+
+def test_a_frame_without_updates_costs_nothing_after_another():
+    _, counts = read_updates(write_updates(_still(50), _updates([]), _NEW), _still(50), _NEW)
+
+    assert write_updates(_still(50), _updates([]), counts).words.size == 0
+
+
+def test_the_greatest_residuals_come_back():
+    residuals = np.full((RESIDUAL_ROWS, 2), 32767)
+    residuals[TURN] = -256
+    updates = _updates([0, 2], residuals * [1, -1])
+
+    decoded, _ = read_updates(write_updates(_still(4), updates, _NEW), _still(4), _NEW)
+
+    _compare(decoded, updates)
+
+
+@pytest.mark.parametrize(("row", "value"), [(0, 32768), (12, -32768), (3, 257), (5, -257)])
+def test_a_greater_residual_cannot_be_written(row, value):
+    residuals = np.zeros((RESIDUAL_ROWS, 1), dtype=np.int64)
+    residuals[row] = value
+
+    with pytest.raises(EncodeError, match="beyond"):
+        write_updates(_still(3), _updates([1], residuals), _NEW)
+
+
+def test_what_moved_or_changed_lately_changes_for_less():
+    rng = np.random.default_rng(0)
+    count = 4000
+    chosen = np.flatnonzero(rng.random(count) < 0.05)
+    updates = _updates(chosen)
+    motion, recency = np.zeros((6, count), dtype=np.int16), np.full(count, 3, dtype=np.int16)
+    motion[0, chosen], recency[chosen] = 1, 0
+    blank = write_updates(_still(count), updates, _NEW).byte_count()
+
+    assert write_updates(
+        UpdateContext(motion, _still(count).recency), updates, _NEW
+    ).byte_count() < (0.7 * blank)
+    assert write_updates(
+        UpdateContext(_still(count).motion, recency), updates, _NEW
+    ).byte_count() < (0.7 * blank)
+
+
+@given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12), st.integers(1, 40))
+def test_any_words_are_updates_or_refused(words, count):
+    section = Section(np.array(words, dtype=np.uint32))
+
+    try:
+        updates, _ = read_updates(section, _still(count), _NEW)
+    except EntropyError:
+        return
+
+    assert updates.gaussians.tolist() == sorted(set(updates.gaussians.tolist()))
+    assert updates.gaussians.size == 0 or updates.gaussians.max() < count
+    assert not updates.residuals[:, updates.dies].any()

@@ -1,0 +1,65 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.coding.contexts import ContextCounts
+from quarc_ref.format.coding.planes import PlaneReader, PlaneWriter
+from quarc_ref.format.coding.values import code_fixed, code_signed, code_unsigned
+
+_CLASS_BITS = 4
+_MOST = (1 << 15) - 1
+
+
+def _both_ways(walk, values):
+    """What a reader makes of what a writer made of values."""
+    writer = PlaneWriter(ContextCounts())
+    assert walk(writer, values).tolist() == values.tolist()
+    reader = PlaneReader(writer.section(), ContextCounts())
+    decoded = walk(reader, np.zeros_like(values))
+    reader.finish()
+    return decoded.tolist()
+
+
+def _arrays(least, most):
+    values = st.integers(least, most) | st.integers(max(least, -3), 3)
+    return st.lists(values, max_size=40).map(lambda items: np.array(items, dtype=np.int64))
+
+
+@given(_arrays(0, 31))
+def test_numbers_of_fixed_width_come_back(values):
+    contexts = np.arange(values.size) % 2
+    walk = lambda planes, given: code_fixed(planes, "some", contexts, 5, given)  # noqa: E731
+
+    assert _both_ways(walk, values) == values.tolist()
+
+
+@given(_arrays(0, _MOST))
+def test_numbers_of_0_or_more_come_back(values):
+    contexts = np.arange(values.size) % 3
+    walk = lambda planes, given: code_unsigned(planes, "some", contexts, _CLASS_BITS, given)  # noqa: E731
+
+    assert _both_ways(walk, values) == values.tolist()
+
+
+@given(_arrays(-_MOST, _MOST))
+def test_signed_numbers_come_back(values):
+    contexts = np.arange(values.size) % 3
+    walk = lambda planes, given: code_signed(planes, "some", contexts, _CLASS_BITS, given)  # noqa: E731
+
+    assert _both_ways(walk, values) == values.tolist()
+
+
+def test_the_largest_class_holds_62_bits():
+    values = np.array([(1 << 62) - 1, 0, 1 << 61])
+    contexts = np.zeros(3, dtype=np.int64)
+    walk = lambda planes, given: code_unsigned(planes, "some", contexts, 6, given)  # noqa: E731
+
+    assert _both_ways(walk, values) == values.tolist()
+
+
+def test_equal_small_numbers_cost_next_to_nothing():
+    writer = PlaneWriter(ContextCounts())
+    contexts = np.zeros(10_000, dtype=np.int64)
+    code_signed(writer, "some", contexts, _CLASS_BITS, np.full(10_000, -5))
+
+    assert writer.section().byte_count() < 40

@@ -1,0 +1,81 @@
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.inspection.estimate import (
+    estimate_births,
+    estimate_bits,
+    estimate_gaussians,
+    estimate_motion,
+)
+from tests.small_streams import make_births, make_gaussians, make_stream
+
+_SHAPES = st.tuples(st.integers(1, 5), st.integers(0, 40))
+CHANNELS = _SHAPES.flatmap(lambda shape: arrays(np.int64, shape, elements=st.integers(-4, 4)))
+
+
+def entropy(values):
+    """Bits of a sequence at the shares of its own values, in its plainest form."""
+    values = list(values)
+    shares = {value: count / len(values) for value, count in Counter(values).items()}
+    return -sum(math.log2(shares[value]) for value in values)
+
+
+def _bytes_of(rows):
+    return sum(entropy(row.tolist()) for row in rows) / 8
+
+
+@given(CHANNELS)
+def test_bits_are_the_entropy_of_every_channel_on_its_own(channels):
+    wanted = sum(entropy(channel) for channel in channels.tolist())
+
+    assert estimate_bits(channels) == pytest.approx(wanted, abs=1e-9)
+
+
+@given(CHANNELS, st.randoms(use_true_random=False))
+def test_bits_depend_neither_on_order_nor_on_the_values_themselves(channels, random):
+    order = list(range(channels.shape[1]))
+    random.shuffle(order)
+
+    assert estimate_bits(7 - 3 * channels[:, order]) == pytest.approx(estimate_bits(channels))
+
+
+def test_known_channels_have_known_prices():
+    alternating = np.array([[0, 1] * 32])
+    constant = np.full((3, 64), 9)
+
+    assert estimate_bits(alternating) == 64
+    assert estimate_bits(constant) == 0
+
+
+def test_the_price_of_motion_is_that_of_each_channel_over_all_levels():
+    _, states = make_stream()
+    levels = states[1].symbols
+
+    rows = [np.concatenate([level[channel] for level in levels]) for channel in range(6)]
+    assert estimate_motion(levels) == pytest.approx(_bytes_of(rows))
+    assert estimate_motion(levels) > 0
+
+
+@pytest.mark.parametrize("degree", [0, 1])
+def test_the_price_of_a_canonical_frame_counts_every_number_of_a_gaussian(degree):
+    gaussians = make_gaussians(StreamHeader(sh_degree=degree), 30)
+
+    rows = [*gaussians.positions, *gaussians.rotations, *gaussians.codes]
+    assert len(rows) == (14 if degree == 0 else 23)
+    assert estimate_gaussians(gaussians) == pytest.approx(_bytes_of(rows))
+
+
+def test_the_price_of_the_newborn_counts_their_parents_too():
+    _, states = make_stream()
+    births = make_births(states[0], 20)
+
+    made = births.newborn
+    rows = [births.parents, *made.positions, *made.rotations, *made.codes]
+    assert estimate_births(births) == pytest.approx(_bytes_of(rows))

@@ -1,0 +1,122 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format import container, wire
+from quarc_ref.format.errors import BitstreamError
+from quarc_ref.format.records import Tail
+from quarc_ref.inspection.estimate import estimate_births, estimate_gaussians, estimate_motion
+from quarc_ref.inspection.inspect_stream import count_frames, inspect_stream
+from quarc_ref.inspection.stream_summary import KINDS
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import CAMERA, make_gaussians, make_stream
+
+_DATA, _STATES = make_stream(gaussian_count=40, frame_count=5)
+_SUMMARY = inspect_stream(_DATA)
+_CHUNKS = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")]
+
+
+def test_every_frame_is_told_as_the_decoder_has_it():
+    assert [frame.frame for frame in _SUMMARY.frames] == [0, 1, 2, 3, 4]
+    assert [frame.canonical for frame in _SUMMARY.frames] == [True, False, False, False, False]
+    assert [frame.gaussians for frame in _SUMMARY.frames] == [s.scene.count for s in _STATES]
+    assert [frame.sha256 for frame in _SUMMARY.frames] == [compute_digest(s.scene) for s in _STATES]
+
+
+def test_births_and_deaths_explain_the_number_of_gaussians():
+    assert [frame.births for frame in _SUMMARY.frames] == [0, 3, 0, 3, 0]
+    for earlier, later in zip(_SUMMARY.frames, _SUMMARY.frames[1:], strict=False):
+        assert later.gaussians == earlier.gaussians + later.births - later.deaths
+
+
+def test_bytes_by_kind_are_those_of_the_sections():
+    canonical = wire.parse_canonical(_CHUNKS[0].payload)
+    frames = [wire.parse_frame(chunk.payload) for chunk in _CHUNKS[1:]]
+    sizes = _SUMMARY.coded_bytes()
+
+    assert sizes["canonical"] == sum(section.byte_count() for section in canonical.sections)
+    assert sizes["motion"] == sum(frame.motion.byte_count() for frame in frames)
+    assert sizes["births"] == sum(frame.births.byte_count() for frame in frames)
+
+
+def test_kinds_and_overhead_add_up_to_the_stream():
+    sizes = _SUMMARY.coded_bytes()
+
+    assert sizes["total"] == len(_DATA)
+    assert sizes["overhead"] == len(_DATA) - sum(sizes[kind] for kind in KINDS)
+    assert sizes["overhead"] >= len(_DATA) - sum(chunk.byte_count() for chunk in _CHUNKS)
+
+
+def test_kilobytes_per_frame_are_of_1024_bytes_with_framing():
+    rates = _SUMMARY.kilobytes_per_frame()
+
+    moved = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
+    assert rates["with_canonical"] == len(_DATA) / 5 / 1024
+    assert rates["without_canonical"] == moved / 4 / 1024
+
+
+def test_the_estimate_is_of_the_symbols_of_the_same_frames():
+    header, estimate = _SUMMARY.header, _SUMMARY.estimate_bytes()
+
+    assert estimate["canonical"] == round(estimate_gaussians(make_gaussians(header, 40)))
+    assert estimate["motion"] == round(sum(estimate_motion(s.symbols) for s in _STATES[1:]))
+    prices = [frame.estimate_bytes["births"] for frame in _SUMMARY.frames]
+    assert prices[1::2] == [estimate_births(state.births) for state in _STATES[1::2]]
+    assert prices[::2] == [0, 0, 0]
+    assert min(prices[1::2]) > 0
+
+
+def test_cameras_metadata_and_counts_are_told():
+    printed = _SUMMARY.as_json()
+
+    assert _SUMMARY.cameras == (CAMERA,)
+    assert printed["cameras"] == printed["held_out"] == ["cam00"]
+    assert printed["metadata"] == {"capture": "made by hand"}
+    assert printed["frames"] == 5
+    assert printed["gaussians"] == _STATES[-1].scene.count
+    assert printed["frames_per_second"] == 30
+    assert printed["level"] == 1.0
+
+
+def test_a_stream_of_one_frame_has_no_rate_without_it():
+    data, _ = make_stream(frame_count=1)
+    summary = inspect_stream(data)
+
+    assert summary.kilobytes_per_frame()["without_canonical"] == 0
+    assert summary.anchor_count == 0
+
+
+def test_every_frame_is_noted():
+    told = []
+    inspect_stream(_DATA, lambda *note: told.append(note))
+
+    assert told == [("inspect", done, 5) for done in range(1, 6)]
+
+
+@given(st.integers(0, len(_DATA)))
+def test_the_frames_before_the_end_are_counted_undecoded(size):
+    ends = [chunk.offset + chunk.byte_count() for chunk in _CHUNKS]
+
+    assert count_frames(_DATA[:size]) == sum(end <= size for end in ends)
+
+
+def test_a_stream_that_does_not_decode_is_not_summed_up():
+    with pytest.raises(BitstreamError):
+        inspect_stream(_DATA[:-1])
+
+
+def test_a_canonical_frame_that_comes_again_is_canonical_there_too():
+    again = bytearray(_CHUNKS[0].payload)
+    again[:4] = (5).to_bytes(4, "little")
+    data = _DATA[: _CHUNKS[-1].offset + _CHUNKS[-1].byte_count()]
+    sequence = len(list(split_chunks(_DATA))) - 2
+    data += container.build_chunk(b"CANO", sequence, bytes(again))
+    data += container.build_chunk(b"TAIL", sequence + 1, wire.build_tail(Tail(6, 2, 0)))
+
+    summary = inspect_stream(data)
+
+    assert [frame.canonical for frame in summary.frames] == [True, *[False] * 4, True]
+    moved = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
+    assert summary.kilobytes_per_frame()["without_canonical"] == moved / 4 / 1024
+    assert summary.coded_bytes()["canonical"] == 2 * _SUMMARY.coded_bytes()["canonical"]

@@ -1,0 +1,25 @@
+import subprocess
+import sys
+
+ASK = """
+from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
+bytes([1]) * MEBIBYTES * (1 << 20)
+print(measure_peak_mebibytes())
+"""
+
+
+def _ask_elsewhere(mebibytes):
+    """The peak of a process of its own that needs so much for a moment."""
+    program = ASK.replace("MEBIBYTES", str(mebibytes))
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    return float(done.stdout)
+
+
+def test_what_was_needed_once_is_told():
+    assert _ask_elsewhere(200) > _ask_elsewhere(0) + 150
+
+
+def test_what_the_parent_had_is_not_counted():
+    held = bytes([1]) * (400 << 20)
+
+    assert 5 < _ask_elsewhere(0) < 300 < len(held) >> 20

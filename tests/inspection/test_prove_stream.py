@@ -1,0 +1,81 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format import wire
+from quarc_ref.format.coding import entropy
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.errors import BitstreamError, ProofError, TruncatedError
+from quarc_ref.inspection import prove_stream as proving
+from quarc_ref.inspection.prove_stream import prove_stream
+from quarc_ref.streams import BytesSource, Follow
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import make_stream
+
+_DATA, _STATES = make_stream(gaussian_count=30, frame_count=8, canonical_every=3)
+_CHUNKS = list(split_chunks(_DATA))
+
+
+def test_what_is_said_to_be_proved_is_what_there_is():
+    told = []
+    proof = prove_stream(BytesSource(_DATA), lambda *note: told.append(note))
+
+    births = [wire.parse_frame(chunk.payload) for chunk in _CHUNKS if chunk.kind == b"FRAM"]
+    assert (proof.frames, proof.chunks) == (8, len(_CHUNKS))
+    assert (proof.seek_points, proof.frames_sought) == (3, 8)
+    assert proof.most == {
+        "gaussians": max(state.scene.count for state in _STATES),
+        "births": max(frame.birth_count for frame in births),
+        "chunk_bytes": max(len(chunk.payload) for chunk in _CHUNKS[1:]),
+    }
+    assert proof.allowed == {"gaussians": 65536, "births": 4096, "chunk_bytes": 1 << 22}
+    assert proof.sha256 == compute_digest(_STATES[-1].scene)
+    assert proof.coders == (2 if entropy.HAS_CONSTRICTION else 1)
+    moved = [chunk for chunk in _CHUNKS if chunk.kind == b"FRAM"]
+    assert proof.sections == 6 * 3 + 2 * len(moved)
+    assert proof.bits > 0
+    stages = [stage for stage, _, _ in told]
+    assert stages == ["decode"] * 8 + ["seek"] * 8
+    assert {total for _, _, total in told} == {8}
+
+
+def test_a_stream_without_frames_is_proved_to_have_none():
+    data, _ = make_stream(gaussian_count=5, frame_count=1)
+    chunks = list(split_chunks(data))
+    tail = wire.build_tail(wire.Tail(0, 0, 0))
+    body = data[: chunks[3].offset]
+    proof = prove_stream(BytesSource(body + build_chunk(b"TAIL", 3, tail)))
+
+    assert (proof.frames, proof.sha256, proof.seek_points) == (0, None, 0)
+
+
+def test_a_seek_point_that_leads_to_another_state_is_found(monkeypatch):
+    decode = proving.decode
+
+    def decode_another(source, start, stop):
+        for scene in decode(source, start, stop):
+            codes = scene.codes + (scene.frame == 4)
+            yield replace(scene, codes=codes.astype(np.int16))
+
+    monkeypatch.setattr(proving, "decode", decode_another)
+    with pytest.raises(ProofError, match="frame 4 has another state from seek point 3"):
+        prove_stream(BytesSource(_DATA))
+
+
+@pytest.mark.parametrize("size", range(0, len(_DATA), 211))
+def test_a_stream_that_is_cut_is_not_proved(size):
+    with pytest.raises(TruncatedError):
+        prove_stream(BytesSource(_DATA[:size]))
+    with pytest.raises(TruncatedError):
+        prove_stream(BytesSource(_DATA[:size]), follow=Follow(poll=0.001, patience=0.002))
+
+
+@pytest.mark.parametrize("place", range(30, len(_DATA), 101))
+def test_damage_is_found(place):
+    damaged = bytearray(_DATA)
+    damaged[place] ^= 16
+
+    with pytest.raises(BitstreamError):
+        prove_stream(BytesSource(bytes(damaged)))

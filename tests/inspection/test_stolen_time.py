@@ -1,0 +1,28 @@
+import pytest
+
+from quarc_ref.inspection.stolen_time import ProcessorTime, read_processor_time
+
+LINUX = "cpu  100 20 30 4000 5 6 7 50 8 9\ncpu0 1 2 3 4 5 6 7 8 9 10\n"
+
+
+def test_what_waits_for_a_disk_or_for_work_is_not_work(tmp_path):
+    path = tmp_path / "stat"
+    path.write_text(LINUX)
+
+    assert read_processor_time(path) == ProcessorTime(worked=163, stolen=50)
+
+
+@pytest.mark.parametrize("text", ["", "cpu 1 2 3 4", "cpu a b c d e f g h"])
+def test_a_system_that_does_not_tell_is_no_fault(tmp_path, text):
+    path = tmp_path / "stat"
+    path.write_text(text)
+
+    assert read_processor_time(path) is None
+    assert read_processor_time(tmp_path / "missing") is None
+
+
+def test_the_share_is_of_the_time_that_was_needed():
+    before = ProcessorTime(worked=1000, stolen=100)
+
+    assert ProcessorTime(1300, 200).stolen_share(before) == 0.25
+    assert before.stolen_share(before) == 0

@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format.coding import ans
+from quarc_ref.format.coding.entropy import decoding_with, open_fastest, open_words
+from quarc_ref.format.constants import WEIGHT_TOTAL
+from quarc_ref.format.errors import InvalidWordsError, ProofError, UnconsumedWordsError
+from quarc_ref.inspection import twin_coders
+from quarc_ref.inspection.twin_coders import TwinCoders
+from quarc_ref.streams import decode
+from tests.small_streams import make_stream
+
+_BITS = np.arange(60) % 3 == 0
+_WORDS = np.array(ans.encode_bits([(_BITS, 1 << 22)]), dtype=np.uint32)
+
+
+class _Wrong(ans.PythonBitDecoder):
+    """A decoder with one fault."""
+
+    fault = "bit"
+
+    def take(self, count, weight):
+        bits = super().take(count, weight).copy()
+        if self.fault == "bit":
+            bits[count // 2] ^= True
+        return bits
+
+    def finish(self):
+        if self.fault == "finish":
+            message = "left"
+            raise UnconsumedWordsError(message)
+        super().finish()
+
+
+def _decode(coders):
+    decoder = coders.open(_WORDS)
+    bits = decoder.take(60, 1 << 22)
+    decoder.finish()
+    return bits
+
+
+def test_both_give_the_bits_and_are_counted():
+    coders = TwinCoders()
+
+    assert _decode(coders).tolist() == _BITS.tolist()
+    assert _decode(coders).tolist() == _BITS.tolist()
+    assert (coders.section_count, coders.bit_count) == (2, 120)
+
+
+@pytest.mark.parametrize("fault", ["bit", "finish"])
+def test_what_only_one_of_them_does_is_a_fault_of_ours(fault, monkeypatch):
+    monkeypatch.setattr(twin_coders, "PythonBitDecoder", _Wrong)
+    monkeypatch.setattr(_Wrong, "fault", fault)
+
+    with pytest.raises(ProofError):
+        _decode(TwinCoders())
+
+
+@given(
+    st.lists(st.integers(0, (1 << 32) - 1), max_size=5),
+    st.lists(st.tuples(st.integers(0, 40), st.integers(1, WEIGHT_TOTAL - 1)), max_size=4),
+)
+def test_any_words_are_decoded_alike_or_refused_alike(words, runs):
+    words = np.array(words, dtype=np.uint32)
+
+    def outcome(opener):
+        try:
+            decoder = opener(words)
+            bits = [decoder.take(*run).tolist() for run in runs]
+            decoder.finish()
+        except (InvalidWordsError, UnconsumedWordsError) as error:
+            return error.reject_id
+        return bits
+
+    assert outcome(TwinCoders().open) == outcome(open_fastest) == outcome(ans.PythonBitDecoder)
+
+
+def test_another_decoder_is_opened_only_as_long_as_it_is_asked_for():
+    before = type(open_words(_WORDS))
+    with decoding_with(ans.PythonBitDecoder):
+        assert type(open_words(_WORDS)) is ans.PythonBitDecoder
+        with decoding_with(TwinCoders().open):
+            assert type(open_words(_WORDS)).__name__ == "_TwinBitDecoder"
+        assert type(open_words(_WORDS)) is ans.PythonBitDecoder
+    assert type(open_words(_WORDS)) is before
+
+
+def test_the_streams_of_these_tests_are_decoded_by_both(both_entropy_decoders):
+    before = both_entropy_decoders.section_count
+    data, states = make_stream()
+    list(decode(data))
+
+    assert both_entropy_decoders.section_count >= before + 6 + 2 * (len(states) - 1)

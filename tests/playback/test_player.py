@@ -1,0 +1,232 @@
+import gc
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import compute_digest, dequantize
+from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.format import container
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES
+from quarc_ref.format.errors import BitstreamError, SourceError, StateCrcError
+from quarc_ref.playback import Player, frame_maker
+from quarc_ref.streams import BytesSource, Follow, decode
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.engines import engines
+from tests.small_streams import CountedSource, make_stream, rebuild_stream
+
+_STREAM, _STATES = make_stream(frame_count=12, canonical_every=5)
+_DIGESTS = [compute_digest(state.scene) for state in _STATES]
+
+both = pytest.mark.parametrize("threads", [1, 2])
+
+
+def _numbers(splats):
+    return [
+        getattr(splats, name).tolist()
+        for name in ("positions", "rotations", "log_scales", "opacities", "sh")
+    ]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4])
+@engines
+def test_the_frames_are_those_that_were_encoded(threads, engine):
+    expected = [_numbers(dequantize(state.scene)) for state in _STATES]
+    with decoding_by(engine), Player(_STREAM, threads=threads) as player:
+        for frame, digest, numbers in zip(player, _DIGESTS, expected, strict=True):
+            assert compute_digest(frame.scene) == digest
+            assert _numbers(frame.splats) == numbers
+            assert frame.chunk_bytes > 0
+            assert frame.nanoseconds > 0
+
+
+@both
+def test_a_part_is_played_from_its_seek_point(threads):
+    source = CountedSource(_STREAM)
+    with Player(source, threads=threads) as player:
+        seen = [frame.scene.frame for frame in player.frames(7, 9)]
+
+    assert seen == [7, 8]
+    assert source.byte_count() < len(_STREAM) / 2 + 2000
+
+
+@both
+def test_any_frame_can_be_had_in_any_order(threads):
+    with Player(_STREAM, threads=threads) as player:
+        for ordinal in (11, 3, 4, 6, 6, 0, 11, 2):
+            assert compute_digest(player.frame(ordinal).scene) == _DIGESTS[ordinal]
+        with pytest.raises(LookupError):
+            player.frame(12)
+        assert compute_digest(player.frame(1).scene) == _DIGESTS[1]
+
+
+@both
+def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
+    shown = []
+    with Player(_STREAM, threads=threads) as player:
+        player.play(lambda frame: shown.append((frame.scene.frame, threading.get_ident())), 2, 6)
+
+    assert shown == [(ordinal, threading.get_ident()) for ordinal in range(2, 6)]
+
+
+def _forge(kind_number, change):
+    """The stream with the payload of one chunk changed, its CRC made anew."""
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_STREAM)]
+    kind, payload = chunks[kind_number]
+    chunks[kind_number] = (kind, change(payload))
+    return rebuild_stream(chunks)
+
+
+def _frames_until_refused(player):
+    digests = []
+    with pytest.raises(BitstreamError) as refusal:
+        digests.extend(compute_digest(frame.scene) for frame in player)
+    return digests, refusal.value
+
+
+@both
+@pytest.mark.parametrize("number", [3, 4, 6])
+def test_a_fault_comes_where_its_frame_would_have(number, threads):
+    spoilt = bytearray(_STREAM)
+    chunk = list(split_chunks(_STREAM))[number]
+    spoilt[chunk.offset + CHUNK_HEADER_BYTES + 9] ^= 1
+    expected = _frames_until_refused_by_decode(bytes(spoilt))
+
+    with Player(bytes(spoilt), threads=threads) as player:
+        digests, error = _frames_until_refused(player)
+
+    assert (digests, error.reject_id, error.offset) == expected
+
+
+def _frames_until_refused_by_decode(data):
+    digests = []
+    with pytest.raises(BitstreamError) as refusal:
+        digests.extend(compute_digest(scene) for scene in decode(data))
+    return digests, refusal.value.reject_id, refusal.value.offset
+
+
+@both
+def test_a_state_that_is_not_what_was_encoded_is_never_given_out(threads):
+    number = next(
+        index for index, chunk in enumerate(split_chunks(_STREAM)) if chunk.kind == container.FRAM
+    )
+    reject_ids = set()
+    for position in range(20):
+        forged = _forge(number, lambda p, at=position: _flip(p, at))
+        expected = _frames_or_fault(decode(forged))
+        with Player(forged, threads=threads) as player:
+            assert _frames_or_fault(frame.scene for frame in player) == expected
+        reject_ids.add(expected[1])
+    assert StateCrcError.reject_id in reject_ids
+
+
+def _flip(payload, position):
+    return payload[:position] + bytes([payload[position] ^ 1]) + payload[position + 1 :]
+
+
+def _frames_or_fault(scenes):
+    digests = []
+    try:
+        digests.extend(compute_digest(scene) for scene in scenes)
+    except BitstreamError as error:
+        return digests, error.reject_id, error.offset
+    return digests, None, None
+
+
+@engines
+@pytest.mark.parametrize("ahead", [1, 2])
+def test_arrays_last_for_as_long_as_somebody_has_them(engine, ahead):
+    with decoding_by(engine), Player(_STREAM, threads=2, ahead=ahead) as player:
+        frames = player.frames()
+        first = next(frames)
+        kept = _numbers(first.splats)
+        others = [frame.splats for frame in frames]
+
+        assert _numbers(first.splats) == kept
+        assert not np.array_equal(others[0].positions, kept[0])
+
+
+@both
+def test_after_a_fault_a_frame_can_be_asked_for_again(threads):
+    source = _Broken(_STREAM)
+    with Player(source, threads=threads) as player:
+        player.frame(1)
+        source.is_broken = True
+        with pytest.raises(SourceError):
+            player.frame(9)
+        with pytest.raises(SourceError):
+            player.frame(10)
+        source.is_broken = False
+        assert compute_digest(player.frame(10).scene) == _DIGESTS[10]
+
+
+class _Broken(BytesSource):
+    """A source that may be out of order for a while."""
+
+    is_broken = False
+
+    def read(self, offset, length):
+        if self.is_broken:
+            message = "out of order"
+            raise SourceError(message)
+        return super().read(offset, length)
+
+
+def test_a_player_of_a_stream_that_does_not_grow_closes_at_once():
+    whole = list(split_chunks(_STREAM))[4].offset
+    player = Player(_STREAM[:whole], follow=Follow(poll=0.01, patience=3600))
+    frames = player.frames()
+    next(frames)
+    closer = threading.Thread(target=player.close)
+    closer.start()
+    closer.join(20)
+
+    assert not closer.is_alive()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_player_that_nobody_holds_leaves_no_thread_behind(threads):
+    before = threading.active_count()
+    next(iter(Player(_STREAM, threads=threads)))
+    gc.collect()
+
+    give_up = time.monotonic() + 20
+    while threading.active_count() > before and time.monotonic() < give_up:
+        time.sleep(0.01)
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"ahead": 0}])
+def test_there_must_be_a_thread_and_a_frame(counts):
+    with pytest.raises(ValueError, match="at least"):
+        Player(_STREAM, **counts)
+
+
+def test_what_a_source_takes_is_not_decoding(monkeypatch):
+    source = CountedSource(_STREAM)
+    clock = SimpleNamespace(perf_counter_ns=lambda: len(source.reads))
+    monkeypatch.setattr(frame_maker, "time", clock)
+    with Player(source, threads=1) as player:
+        assert [frame.nanoseconds for frame in player] == [0] * 12
+
+    assert len(source.reads) > 12
+
+
+def test_a_player_that_is_closed_leaves_no_thread_behind():
+    before = threading.active_count()
+    player = Player(BytesSource(_STREAM), threads=2)
+    next(player.frames())
+    assert threading.active_count() > before
+
+    player.close()
+
+    assert threading.active_count() == before
+
+
+def test_the_stages_are_timed():
+    with Player(_STREAM) as player:
+        list(player)
+
+    assert player.times.keys() == {"decode", "floats"}

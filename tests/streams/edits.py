@@ -1,0 +1,35 @@
+"""Streams to be cut and joined, and what must be the same after it."""
+
+import io
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.cut import cut
+from quarc_ref.streams.decode_stream import decode_states
+from quarc_ref.streams.join import join
+from quarc_ref.streams.source import as_source
+
+
+def cut_bytes(data, start=None, stop=None):
+    sink = io.BytesIO()
+    cut(as_source(data), start, stop, sink)
+    return sink.getvalue()
+
+
+def join_bytes(*parts):
+    sink = io.BytesIO()
+    join([as_source(part) for part in parts], sink)
+    return sink.getvalue()
+
+
+def list_all_chunks(data):
+    """Every chunk of a stream, also those of types that are unknown."""
+    reader, chunks = ChunkReader(as_source(data)), []
+    while (header := reader.read_header()) is not None:
+        chunks.append(reader.take(header))
+    return chunks
+
+
+def list_digests(data):
+    """The ordinal and the digest of every frame, from a stream that is decoded to its end."""
+    return [(state.scene.frame, compute_digest(state.scene)) for state in decode_states(data)]

@@ -1,0 +1,159 @@
+import io
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder import StreamDecoder
+from quarc_ref.format import container, wire
+from quarc_ref.format.errors import ChunkOrderError, EditError, FrameOrderError, TruncatedError
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.cut import cut
+from tests.small_streams import CountedSource, make_stream, rebuild_stream
+from tests.streams.edits import cut_bytes, list_all_chunks, list_digests
+
+_DATA, _ = make_stream(gaussian_count=12, frame_count=11, canonical_every=4)
+_DIGESTS = list_digests(_DATA)
+_FRAMES = {b"CANO", b"FRAM"}
+
+
+def _with_notes(data):
+    """The stream with an ancillary chunk of an unknown type behind HEAD and behind every frame."""
+    chunks = []
+    for chunk in split_chunks(data):
+        if chunk.kind in {container.INDX, container.TAIL}:
+            continue
+        chunks.append((chunk.kind, chunk.payload))
+        if chunk.kind in _FRAMES or chunk.kind == container.HEAD:
+            chunks.append((b"nOte", str(len(chunks)).encode()))
+    frames = sum(kind in _FRAMES for kind, _ in chunks)
+    canonical = sum(kind == container.CANO for kind, _ in chunks)
+    tail = wire.build_tail(wire.Tail(frames, canonical, 0))
+    return rebuild_stream([*chunks, (container.TAIL, tail)])
+
+
+@given(st.sampled_from([0, 4, 8]), st.integers(1, 12))
+def test_a_cut_has_the_ordinals_and_digests_of_the_whole(start, length):
+    data = cut_bytes(_DATA, start, start + length)
+
+    assert list_digests(data) == _DIGESTS[start : start + length]
+
+
+@given(st.sampled_from([0, 4, 8]), st.integers(1, 12))
+def test_every_chunk_is_taken_over_as_it_is(start, length):
+    before = {(chunk.kind, chunk.payload) for chunk in list_all_chunks(_with_notes(_DATA))}
+
+    after = list_all_chunks(cut_bytes(_with_notes(_DATA), start, start + length))
+
+    kept = [(chunk.kind, chunk.payload) for chunk in after[:-2]]
+    assert set(kept) <= before
+    assert [chunk.kind for chunk in after[-2:]] == [b"INDX", b"TAIL"]
+    assert [kind for kind, _ in kept[:4]] == [b"HEAD", b"nOte", b"came", b"meta"]
+    frames = min(start + length, 11) - start
+    assert [kind for kind, _ in kept[5::2]] == [b"nOte"] * frames
+
+
+def test_the_whole_can_be_cut_out_and_gives_the_same_bytes():
+    assert cut_bytes(_DATA) == _DATA
+    assert cut_bytes(_DATA, 0, 99) == _DATA
+
+
+def test_a_part_can_be_cut_again():
+    part = cut_bytes(_DATA, 4)
+
+    assert cut_bytes(part, None, 8) == cut_bytes(_DATA, 4, 8)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "message"),
+    [
+        (6, None, "frame 6 is not canonical, .* canonical frames are 4 and 8"),
+        (10, None, "frame 10 is not canonical, .* canonical frame is 8"),
+        (11, None, "no frame 11; the nearest canonical frame is 8"),
+        (4, 4, "no frame from 4"),
+    ],
+)
+def test_a_cut_that_cannot_be_made_says_where_one_can(start, stop, message):
+    sink = io.BytesIO()
+    with pytest.raises(EditError, match=message):
+        cut(CountedSource(_DATA), start, stop, sink)
+
+    assert sink.getvalue() == b""
+
+
+def test_frames_before_the_first_are_not_there():
+    part = cut_bytes(_DATA, 4)
+
+    with pytest.raises(EditError, match="no frame 2; the nearest canonical frame is 4"):
+        cut_bytes(part, 2)
+    with pytest.raises(EditError, match="no frame from 4"):
+        cut_bytes(part, None, 3)
+
+
+def test_a_stream_without_frames_has_none_to_cut_out():
+    chunks = list(split_chunks(_DATA))[:3]
+    tail = (container.TAIL, wire.build_tail(wire.Tail(0, 0, 0)))
+    data = rebuild_stream([*((chunk.kind, chunk.payload) for chunk in chunks), tail])
+
+    with pytest.raises(EditError, match="no frame at all"):
+        cut_bytes(data)
+
+
+def test_the_cameras_and_metadata_that_hold_at_the_first_frame_are_kept():
+    chunks = []
+    for chunk in split_chunks(_DATA):
+        if chunk.kind == container.CANO:
+            place = len(chunks)
+            chunks.append((b"meta", wire.build_metadata({"before": str(place)})))
+        if chunk.kind not in {container.INDX, container.TAIL}:
+            chunks.append((chunk.kind, chunk.payload))
+    chunks.append((container.TAIL, wire.build_tail(wire.Tail(11, 3, 0))))
+    data = rebuild_stream(chunks)
+
+    decoder = StreamDecoder()
+    for chunk in split_chunks(cut_bytes(data, 4, 8)):
+        if chunk.kind == container.CANO:
+            at_first = dict(decoder.metadata)
+        decoder.push(chunk)
+
+    said = [wire.parse_metadata(payload) for kind, payload in chunks if kind == b"meta"]
+    assert at_first == said[2]
+    assert decoder.cameras
+
+
+def test_what_lies_behind_the_frames_may_be_damaged():
+    chunk = [chunk for chunk in split_chunks(_DATA) if chunk.kind in _FRAMES][6]
+    damaged = bytearray(_DATA)
+    damaged[chunk.offset + 30] ^= 1
+
+    assert cut_bytes(bytes(damaged), 0, 6) == cut_bytes(_DATA, 0, 6)
+    assert cut_bytes(bytes(damaged), 8) == cut_bytes(_DATA, 8)
+
+
+def test_of_frames_that_are_passed_over_only_headers_are_read():
+    source = CountedSource(_DATA)
+    cut(source, 8, None, io.BytesIO())
+    passed = [chunk for chunk in split_chunks(_DATA) if chunk.kind in _FRAMES][:8]
+
+    for chunk in passed:
+        inside = range(chunk.offset + 24, chunk.offset + chunk.byte_count())
+        assert not any(offset in inside for offset, _ in source.reads)
+        assert not any(offset < inside[0] < offset + length for offset, length in source.reads)
+
+
+@given(st.integers(0, len(_DATA) - 1))
+def test_a_stream_that_is_cut_gives_no_frames_that_it_does_not_have(size):
+    with pytest.raises(TruncatedError):
+        cut_bytes(_DATA[:size])
+
+
+def _chunks_of(kinds):
+    chunks = {chunk.kind: chunk.payload for chunk in split_chunks(_DATA)}
+    return rebuild_stream([(kind, chunks[kind]) for kind in kinds])
+
+
+def test_frames_out_of_order_are_refused():
+    with pytest.raises(FrameOrderError):
+        cut_bytes(_chunks_of([b"HEAD", b"CANO", b"CANO", b"TAIL"]))
+    with pytest.raises(ChunkOrderError):
+        cut_bytes(_chunks_of([b"HEAD", b"FRAM", b"TAIL"]))

@@ -1,0 +1,275 @@
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.format import container, wire
+from quarc_ref.format.container import Chunk
+from quarc_ref.format.errors import (
+    BitstreamError,
+    ChunkOrderError,
+    ChunkSizeError,
+    CountError,
+    CountLevelError,
+    FieldError,
+    FrameOrderError,
+    IndexMismatchError,
+    LimitError,
+    StateCrcError,
+    TailMismatchError,
+    TrailingDataError,
+    TruncatedError,
+)
+from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
+from quarc_ref.streams import decode
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import CAMERA, make_stream, rebuild_stream
+
+_DATA, _STATES = make_stream()
+_SMALL, _ = make_stream(gaussian_count=5, frame_count=3, canonical_every=2)
+
+
+def _rebuilt(change):
+    """The small stream with its chunks changed by a function of (kind, payload)."""
+    return rebuild_stream(
+        (chunk.kind, change(chunk.kind, chunk.payload)) for chunk in split_chunks(_DATA)
+    )
+
+
+def _chunk(kind):
+    """The first chunk of a type in the small stream."""
+    return next(chunk for chunk in split_chunks(_DATA) if chunk.kind == kind)
+
+
+def _frames(data):
+    """The frames that come out of a stream, and the error that ends it."""
+    frames = []
+    try:
+        for scene in decode(data):
+            frames.append(scene.frame)  # noqa: PERF401, those before the error count
+    except BitstreamError as error:
+        return frames, error
+    return frames, None
+
+
+@pytest.mark.parametrize(
+    ("kind", "place", "value"),
+    [
+        (container.CANO, 4, 0xFFFFFFFF),
+        (container.CANO, 4, (1 << 20) + 1),
+        (container.FRAM, 9, (1 << 16) + 1),
+        (container.FRAM, 9, 0xFFFFFFFF),
+    ],
+)
+def test_what_no_level_bounds_is_declined_and_not_refused(kind, place, value):
+    def change(of, payload):
+        if of == container.HEAD:
+            return payload[:10] + bytes([31]) + payload[11:]
+        return _put_number(payload, place, value) if of == kind else payload
+
+    with pytest.raises(LimitError, match="more than this decoder takes"):
+        list(decode(_rebuilt(change)))
+
+
+def _put_number(payload, place, value):
+    return payload[:place] + value.to_bytes(4, "little") + payload[place + 4 :]
+
+
+def test_a_decoder_has_the_states_that_the_writer_had():
+    digests = [compute_digest(scene) for scene in decode(_DATA)]
+
+    assert digests == [compute_digest(state.scene) for state in _STATES]
+    assert len(set(digests)) == len(_STATES)
+
+
+def test_decoding_twice_is_decoding_once():
+    assert [compute_digest(s) for s in decode(_DATA)] == [compute_digest(s) for s in decode(_DATA)]
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "frames"), [(0, 2, [0, 1]), (2, None, [2, 3]), (9, 10, [])]
+)
+def test_a_range_of_frames_comes_out_alone(start, stop, frames):
+    assert [scene.frame for scene in decode(_DATA, start, stop)] == frames
+
+
+def test_a_flipped_byte_anywhere_is_refused_by_name():
+    unnoticed = []
+    for place in range(len(_SMALL)):
+        damaged = bytearray(_SMALL)
+        damaged[place] ^= 1 << (place % 8)
+        _, error = _frames(bytes(damaged))
+        if error is None or not error.reject_id:
+            unnoticed.append(place)
+
+    assert unnoticed == []
+
+
+def test_a_stream_cut_anywhere_gives_its_whole_frames_and_says_that_it_was_cut():
+    ends = [
+        chunk.offset + chunk.byte_count()
+        for chunk in split_chunks(_SMALL)
+        if chunk.kind in (container.CANO, container.FRAM)
+    ]
+
+    for size in range(len(_SMALL)):
+        frames, error = _frames(_SMALL[:size])
+
+        assert frames == list(range(sum(end <= size for end in ends)))
+        assert isinstance(error, TruncatedError)
+
+
+def test_cameras_and_metadata_are_read():
+    decoder = StreamDecoder()
+    for chunk in split_chunks(_DATA):
+        decoder.push(chunk)
+
+    assert decoder.cameras == (CAMERA,)
+    assert decoder.metadata == {"capture": "made by hand"}
+    index, first = _chunk(container.INDX), _chunk(container.CANO)
+    assert decoder.tail == Tail(4, 1, index.offset)
+    assert list(decoder.index) == [SeekPoint(first.offset, first.sequence, 0)]
+
+
+def test_a_wrong_state_crc_is_refused_after_the_frames_before():
+    def change(kind, payload):
+        return payload[:-4] + b"\0\0\0\0" if kind == container.FRAM else payload
+
+    frames, error = _frames(_rebuilt(change))
+
+    assert frames == [0]
+    assert isinstance(error, StateCrcError)
+
+
+@pytest.mark.parametrize(
+    ("kind", "place", "value", "error"),
+    [
+        (container.CANO, 4, 0, CountError),
+        (container.CANO, 4, (1 << 16) + 1, CountLevelError),
+        (container.FRAM, 0, 7, FrameOrderError),
+        (container.FRAM, 5, 40, CountError),
+        (container.FRAM, 9, (1 << 12) + 1, CountLevelError),
+        (container.TAIL, 0, 3, TailMismatchError),
+        (container.TAIL, 4, 2, TailMismatchError),
+        (container.TAIL, 8, 0, TailMismatchError),
+        (container.TAIL, 12, 1, TailMismatchError),
+        (container.INDX, 0, 0, TrailingDataError),
+        (container.INDX, 0, 2, FieldError),
+        (container.INDX, 4, 9, IndexMismatchError),
+        (container.INDX, 8, 1, IndexMismatchError),
+        (container.INDX, 12, 4, IndexMismatchError),
+        (container.INDX, 16, 1, IndexMismatchError),
+    ],
+)
+def test_counts_are_proved_before_they_are_used(kind, place, value, error):
+    def change(of, payload):
+        number = value.to_bytes(4, "little")
+        return payload[:place] + number + payload[place + 4 :] if of == kind else payload
+
+    assert isinstance(_frames(_rebuilt(change))[1], error)
+
+
+def test_a_frame_before_any_canonical_one_is_refused():
+    decoder = StreamDecoder()
+    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
+
+    with pytest.raises(ChunkOrderError):
+        decoder.push(_chunk(container.FRAM))
+
+
+def test_a_chunk_before_the_header_is_refused():
+    with pytest.raises(ChunkOrderError):
+        StreamDecoder().push(Chunk(container.META, wire.build_metadata({}), 8, 1))
+
+
+def test_a_canonical_frame_may_come_again():
+    chunks = list(split_chunks(_DATA))
+    decoder = StreamDecoder()
+    for chunk in chunks[:-1]:
+        decoder.push(chunk)
+    again = bytearray(_chunk(container.CANO).payload)
+    again[:4] = (4).to_bytes(4, "little")
+
+    state = decoder.push(Chunk(container.CANO, bytes(again), 0, 8))
+
+    assert state is not None
+    assert state.scene.frame == 4
+    assert state.scene.phase == 0
+    assert compute_digest(state.scene) == compute_digest(_STATES[0].scene)
+    with pytest.raises(FrameOrderError):
+        decoder.push(Chunk(container.CANO, bytes(again), 0, 8))
+
+
+def test_no_frame_follows_the_last_ordinal():
+    def change(kind, payload):
+        return b"\xff\xff\xff\xff" + payload[4:] if kind == container.CANO else payload
+
+    frames, error = _frames(_rebuilt(change))
+
+    assert frames == [(1 << 32) - 1]
+    assert isinstance(error, FrameOrderError)
+
+
+def test_an_unknown_chunk_that_is_pushed_all_the_same_changes_nothing():
+    decoder = StreamDecoder()
+    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
+
+    assert decoder.push(Chunk(b"oDds", b"whatever", 0, 1)) is None
+
+
+def test_nothing_is_skipped_where_nothing_was_sought():
+    decoder = StreamDecoder()
+    decoder.skip_to(())
+    for chunk in split_chunks(_DATA):
+        decoder.push(chunk)
+
+    assert decoder.tail is not None
+
+
+def test_a_payload_beyond_the_level_is_refused():
+    decoder = StreamDecoder()
+    decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
+
+    with pytest.raises(ChunkSizeError):
+        decoder.push(Chunk(container.META, bytes((1 << 22) + 1), 8, 1))
+
+
+def test_a_refused_frame_leaves_the_decoder_as_it_was():
+    chunks = list(split_chunks(_DATA))
+    decoder = StreamDecoder()
+    for chunk in chunks[:4]:
+        decoder.push(chunk)
+    broken = Chunk(container.FRAM, chunks[4].payload[:-1] + b"\0", 0, 4)
+    with pytest.raises(BitstreamError):
+        decoder.push(broken)
+
+    state = decoder.push(chunks[4])
+
+    assert state is not None
+    assert compute_digest(state.scene) == compute_digest(_STATES[1].scene)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"sh_degree": 0}, {"rotation_components": 4}, {"level_count": 1}]
+)
+def test_streams_of_other_headers_come_back(changes):
+    data, states = make_stream(StreamHeader(seed=3, **changes))
+
+    assert [compute_digest(s) for s in decode(data)] == [compute_digest(s.scene) for s in states]
+
+
+def test_every_full_crc_interval_the_codes_are_covered_too():
+    header = StreamHeader(full_crc_interval=2)
+    data, _ = make_stream(header, frame_count=5)
+    decoder = StreamDecoder()
+    for chunk in split_chunks(data):
+        state = decoder.push(chunk)
+        if state is None or state.scene.phase == 0:
+            continue
+        crc = int.from_bytes(chunk.payload[-4:], "little")
+        planes = [state.scene.positions, state.scene.rotations]
+        if state.scene.phase % 2 == 0:
+            planes.append(state.scene.codes)
+        parts = [np.array([state.scene.count, state.scene.phase]), state.scene.ids, *planes]
+        serialized = b"".join(part.astype("<i4").tobytes() for part in parts)
+        assert crc == container.zlib.crc32(serialized)

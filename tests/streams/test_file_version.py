@@ -1,0 +1,84 @@
+"""A file on a server that grows, changes or is replaced while it is read."""
+
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format.errors import SourceError
+from quarc_ref.streams import Follow, decode
+from quarc_ref.streams.file_version import Change, FileVersion
+from quarc_ref.streams.http_source import HttpSource
+from tests.streams.hostile_servers import DATA, OTHER, STATES, serve
+
+_ONE = FileVersion(100, '"one"', "Monday")
+_LONGER = bytes(5) + DATA
+_DIGESTS = [compute_digest(state.scene) for state in STATES]
+_MARKS = {
+    "ETag": lambda data: f'ETag: "{hash(data)}"\n',
+    "time": lambda data: f'ETag: W/"same"\nLast-Modified: {hash(data)}\n',
+    "size": lambda _: "",
+}
+
+
+@pytest.mark.parametrize(
+    ("later", "change"),
+    [
+        (_ONE, Change.NONE),
+        (FileVersion(100, '"one"', "Tuesday"), Change.NONE),
+        (FileVersion(100, '"two"', "Monday"), Change.REPLACED),
+        (FileVersion(100, None, "Tuesday"), Change.REPLACED),
+        (FileVersion(100, None, "Monday"), Change.NONE),
+        (FileVersion(), Change.NONE),
+        (FileVersion(None, '"two"'), Change.GROWN),
+        (FileVersion(99, '"one"', "Monday"), Change.REPLACED),
+        (FileVersion(101, '"one"', "Monday"), Change.GROWN),
+        (FileVersion(101, '"two"', "Tuesday"), Change.GROWN),
+    ],
+)
+def test_a_file_is_known_by_its_tag_or_else_its_time_and_by_its_size(later, change):
+    assert _ONE.compare(later) is change
+    assert FileVersion().compare(later) is Change.NONE
+
+
+def test_what_a_later_answer_does_not_say_is_known_still():
+    assert _ONE.updated(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
+    assert _ONE.updated(FileVersion(None, '"two"')) == FileVersion(100, '"two"', "Monday")
+
+
+@pytest.fixture(params=_MARKS)
+def server(request):
+    """A server of what `file` makes of a request; it has an ETag, a time, or a size alone."""
+
+    def answer(asked):
+        data = server.file(asked)
+        asked.answer(data, _MARKS[request.param](data))
+
+    with serve(answer) as server:
+        server.file, server.marks = lambda _: DATA, request.param
+        yield server
+
+
+def test_a_stream_that_grows_is_followed_whatever_its_server_says_of_it(server):
+    server.file = lambda request: DATA[: 20 * request.number]
+    scenes = decode(HttpSource(server.url), follow=Follow(poll=0, patience=20))
+
+    assert [compute_digest(scene) for scene in scenes] == _DIGESTS
+
+
+@pytest.mark.parametrize("data", [OTHER, _LONGER, DATA[:-100], b""])
+def test_a_file_that_is_swapped_while_it_is_read_is_refused(server, data):
+    source = HttpSource(server.url)
+    assert source.read(100, 200) == DATA[100:300]
+    server.file = lambda _: data
+    if server.marks == "size" and len(data) == len(DATA):
+        assert source.read(300, 200) == data[300:500]  # nothing tells it from the first one
+        return
+    with pytest.raises(SourceError, match="it was changed while it was read"):
+        source.read(300, 200)
+
+
+def test_a_file_that_was_shorter_when_it_was_first_asked_for_is_not_another(server):
+    source = HttpSource(server.url)
+    for size in (0, 5, 40, len(DATA)):
+        server.file = lambda _, size=size: DATA[:size]
+        assert source.read(0, 100) == DATA[: min(size, 100)]
+        assert source.size() == size

@@ -1,0 +1,47 @@
+import pytest
+
+from quarc_ref.format.errors import TruncatedError
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.frame_walk import FrameWalk
+from quarc_ref.streams.source import BytesSource
+from tests.small_streams import make_stream
+
+_DATA, _ = make_stream(frame_count=3)
+_CHUNKS = list(split_chunks(_DATA))
+
+
+class _Counting(BytesSource):
+    """A stream that counts how often it is asked for its size, and may grow."""
+
+    def __init__(self, data, *, grows_by=0):
+        super().__init__(data)
+        self.asked, self._grows_by = 0, grows_by
+
+    def size(self):
+        self.asked += 1
+        known = super().size()
+        return known - self._grows_by if self.asked == 1 else known
+
+
+@pytest.mark.parametrize("place", range(1, len(_CHUNKS)))
+def test_a_chunk_that_is_passed_over_must_end_in_the_stream(place):
+    chunk = _CHUNKS[place]
+    end = _CHUNKS[place + 1].offset if place + 1 < len(_CHUNKS) else len(_DATA)
+
+    with pytest.raises(TruncatedError, match="ends inside a chunk") as caught:
+        list(FrameWalk(BytesSource(_DATA[: end - 1])))
+    assert caught.value.offset == chunk.offset
+
+
+def test_the_size_is_asked_for_once():
+    source = _Counting(_DATA)
+
+    assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
+    assert source.asked == 1
+
+
+def test_what_has_come_since_is_there():
+    source = _Counting(_DATA, grows_by=len(_DATA) - _CHUNKS[-3].offset)
+
+    assert len(list(FrameWalk(source))) == len(_CHUNKS) - 3
+    assert source.asked == 2

@@ -1,0 +1,293 @@
+"""Streams on servers that do all they can against whoever reads them."""
+
+import contextlib
+import shutil
+import socket
+import ssl
+import subprocess
+import threading
+import time
+import tracemalloc
+
+import pytest
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format.errors import SourceError
+from quarc_ref.streams import decode
+from quarc_ref.streams.http_client import RedirectError, follow_redirect
+from quarc_ref.streams.http_source import HttpSource
+from tests.streams import hostile_servers
+from tests.streams.hostile_servers import DATA, HOSTILE, STATES, redirect, serve
+
+_SOON = 0.5
+_LATE = f"takes more than {_SOON} seconds to answer"
+_GRACE = 2.0
+_MOST_MEMORY = 64 << 20
+_DIGESTS = [compute_digest(state.scene) for state in STATES]
+
+
+def _refuse(url, timeout=20.0):
+    """Read a stream that is refused, within bounds of time and memory; return what is said."""
+    tracemalloc.start()
+    begun = time.monotonic()
+    try:
+        with pytest.raises(SourceError) as caught:
+            list(decode(HttpSource(url, timeout)))
+        assert time.monotonic() - begun < timeout + _GRACE
+        assert tracemalloc.get_traced_memory()[1] < _MOST_MEMORY
+    finally:
+        tracemalloc.stop()
+    return str(caught.value)
+
+
+def _decode(url):
+    return [compute_digest(scene) for scene in decode(HttpSource(url, timeout=20))]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_server_is_given_up_in_time_with_a_sentence(name):
+    answer, fault = HOSTILE[name]
+    with serve(answer) as server:
+        said = _refuse(server.url, _SOON)
+
+    assert said.startswith(f"the server of {server.url} ")
+    assert fault in said
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory):
+    """A certificate of this machine, signed by itself, and its key."""
+    if shutil.which("openssl") is None:
+        pytest.skip("no openssl here to make a certificate")
+    folder = tmp_path_factory.mktemp("certificate")
+    made = folder / "certificate.pem", folder / "key.pem"
+    request = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2"]
+    names = ["-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"]
+    files = ["-out", str(made[0]), "-keyout", str(made[1])]
+    subprocess.run([*request, *names, *files], check=True, capture_output=True)
+    return made
+
+
+@pytest.fixture
+def tls(certificate, monkeypatch):
+    """The context of a server with a certificate that is trusted here."""
+    monkeypatch.setenv("SSL_CERT_FILE", str(certificate[0]))
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(*certificate)
+    return context
+
+
+def test_a_stream_is_read_over_tls(tls):
+    with serve(hostile_servers.Request.answer, tls) as server:
+        assert _decode(server.url) == _DIGESTS
+
+
+def test_a_redirect_out_of_tls_is_refused(tls):
+    with (
+        serve(hostile_servers.Request.answer) as plain,
+        serve(lambda request: redirect(request, plain.url), tls) as server,
+    ):
+        assert f"redirects from https to '{plain.url}'" in _refuse(server.url)
+        assert plain.asked == []
+
+
+def test_a_certificate_that_nobody_knows_is_refused(tls, monkeypatch):
+    monkeypatch.delenv("SSL_CERT_FILE")
+    with serve(hostile_servers.Request.answer, tls) as server:
+        assert "certificate" in _refuse(server.url)
+
+
+def test_a_body_at_a_byte_a_time_is_given_up_over_tls_too(tls):
+    with serve(hostile_servers.drip, tls) as server:
+        assert _LATE in _refuse(server.url, _SOON)
+
+
+def test_a_handshake_at_a_byte_a_time_is_given_up():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=_drip_handshake, args=(server,))
+        thread.start()
+        assert _LATE in _refuse(f"https://127.0.0.1:{server.getsockname()[1]}/", _SOON)
+        thread.join()
+
+
+def _drip_handshake(server):
+    connection, _ = server.accept()
+    with connection, contextlib.suppress(OSError):
+        connection.sendall(b"\x16\x03\x03\x40\x00")  # a record of 16384 bytes
+        while not time.sleep(hostile_servers.PAUSE):
+            connection.sendall(b"\x02")
+
+
+def test_the_body_of_a_redirect_is_not_read():
+    def answer(request):
+        if request.path == "/stream":
+            redirect(request, "there")
+        request.answer()
+
+    with serve(answer) as server:
+        assert _decode(server.url) == _DIGESTS
+
+
+def test_a_few_redirects_are_followed_and_more_are_not():
+    def answer(request):
+        number = int(request.path[1:].replace("stream", "0"))
+        if number == server.last:
+            request.answer()
+        else:
+            redirect(request, f"/{number + 1}")
+
+    with serve(answer) as server:
+        server.last = 5
+        assert _decode(server.url) == _DIGESTS
+        server.last = 6
+        assert "redirects more than 5 times" in _refuse(server.url)
+
+
+def test_one_deadline_is_for_all_redirects():
+    def answer(request):
+        request.let_go.wait(0.4 * _SOON)
+        redirect(request, f"{request.path}x")
+
+    with serve(answer) as server:
+        assert _LATE in _refuse(server.url, _SOON)
+    assert 2 <= len(server.asked) <= 3
+
+
+@pytest.mark.parametrize(
+    ("location", "target"),
+    [
+        ("there", "https://a.org/streams/there"),
+        ("/there", "https://a.org/there"),
+        ("//b.org/c", "https://b.org/c"),
+        ("HTTPS://b.org/c?d=e#f", "https://b.org/c?d=e"),
+        ("a b\xe9", "https://a.org/streams/a%20b%E9"),
+    ],
+)
+def test_a_redirect_leads_to_a_url(location, target):
+    assert follow_redirect("https://a.org/streams/here?x=y", location) == target
+    assert follow_redirect("http://a.org/", "https://b.org/") == "https://b.org/"
+
+
+@pytest.mark.parametrize(
+    "location",
+    [None, "", "http://a.org/", "HTTP:there", "file:///etc/passwd", "ftp://a.org/", "data:,x"],
+)
+def test_a_redirect_to_no_server_or_out_of_tls_is_refused(location):
+    with pytest.raises(RedirectError):
+        follow_redirect("https://a.org/", location)
+
+
+def test_a_chunked_answer_is_read_where_it_is_the_range_asked_for():
+    def answer(request):
+        body = request.send_head(more="Transfer-Encoding: chunked\n\n")
+        for place in range(0, len(body), 7):
+            piece = body[place : place + 7]
+            request.send(f"{len(piece):x};extension\n", piece)
+            request.send("\n")
+        request.send("0\nTrailer: x\n\n")
+
+    with serve(answer) as server:
+        source = HttpSource(server.url)
+        assert source.read(3, 100) == DATA[3:103]
+        assert source.size() == len(DATA)
+
+
+@pytest.mark.parametrize("end", ["5\nabc", "0\n\n", ""])
+def test_a_chunked_answer_that_ends_too_early_is_refused(end):
+    def answer(request):
+        request.send_head(more="Transfer-Encoding: chunked\n\n")
+        request.send(f"3\nabc\n{end}")
+
+    with serve(answer) as server:
+        assert f"stops after {6 if 'abc' in end else 3} bytes of 8" in _refuse(server.url)
+
+
+@pytest.mark.parametrize("length", ["Content-Length: 9\n", ""])
+def test_a_body_that_is_longer_than_its_range_is_refused(length):
+    def answer(request):
+        request.send("", request.send_head(more=f"{length}\n"))
+        request.send_for_ever(b"more")
+
+    with serve(answer) as server:
+        assert "sends more than the 8 bytes that are due" in _refuse(server.url)
+
+
+def test_a_server_that_denies_bytes_that_it_has_is_refused():
+    def answer(request):
+        request.send(f"HTTP/1.1 416 No\nContent-Range: bytes */{len(DATA)}\n\n")
+
+    with serve(answer) as server:
+        assert f"does not answer byte 0 of {len(DATA)}" in _refuse(server.url)
+
+
+def test_the_first_address_that_answers_is_read_from(monkeypatch):
+    with socket.socket() as closed, serve(hostile_servers.Request.answer) as server:
+        closed.bind(("127.0.0.1", 0))
+        kind = (socket.AF_INET, socket.SOCK_STREAM, 0, "")
+        found = [(*kind, closed.getsockname()), (*kind, server.server_address)]
+        monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+        assert _decode(server.url) == _DIGESTS
+
+
+def test_a_name_that_is_not_found_in_time_is_given_up(monkeypatch):
+    let_go = threading.Event()
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: let_go.wait(30))
+    said = _refuse("http://example.org/stream", _SOON)
+    let_go.set()
+
+    assert said == f"the server of http://example.org/stream {_LATE}"
+
+
+@pytest.fixture
+def through_proxy(monkeypatch):
+    """Have a proxy asked for all servers."""
+
+    def set_proxy(url):
+        for name in ("no_proxy", "NO_PROXY", "http_proxy", "https_proxy"):
+            monkeypatch.delenv(name, raising=False)
+            monkeypatch.delenv(name.upper(), raising=False)
+        for name in ("http_proxy", "https_proxy"):
+            monkeypatch.setenv(name, url)
+
+    return set_proxy
+
+
+def test_a_proxy_of_the_environment_is_asked(through_proxy):
+    with serve(hostile_servers.Request.answer) as proxy:
+        through_proxy(proxy.url)
+        assert _decode("http://example.org/stream") == _DIGESTS
+
+    assert all(head.startswith("GET http://example.org/stream ") for head in proxy.asked)
+
+
+def test_a_stream_is_read_over_tls_through_a_tunnel(through_proxy, tls):
+    def answer(request):
+        host, port = request.path.split(":")
+        with socket.create_connection((host, int(port))) as there:
+            request.send("HTTP/1.0 200 Connected\n\n")
+            back = threading.Thread(target=_pump, args=(there, request.connection))
+            back.start()
+            _pump(request.connection, there)
+            back.join()
+
+    with serve(hostile_servers.Request.answer, tls) as server, serve(answer) as proxy:
+        through_proxy(proxy.url)
+        assert _decode(server.url) == _DIGESTS
+    assert all(head.startswith("CONNECT 127.0.0.1:") for head in proxy.asked)
+
+
+def _pump(source, sink):
+    """Send on what comes, and its end."""
+    while piece := source.recv(1 << 16):
+        sink.sendall(piece)
+    sink.shutdown(socket.SHUT_WR)
+
+
+def test_a_tunnel_at_a_byte_a_time_is_given_up(through_proxy):
+    def answer(request):
+        request.send("HTTP/1.0 200 OK\nX: ")
+        request.send_for_ever(b"x", hostile_servers.PAUSE)
+
+    with serve(answer) as proxy:
+        through_proxy(proxy.url)
+        assert _LATE in _refuse("https://example.org/stream", _SOON)

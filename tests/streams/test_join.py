@@ -1,0 +1,203 @@
+import io
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quarc_ref.decoder import StreamDecoder, compute_digest
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import COUNTER_LIMIT
+from quarc_ref.format.errors import BadMagicError, EditError, PayloadCrcError, TruncatedError
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams import decode
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.join import join
+from quarc_ref.streams.source import BytesSource
+from tests.small_streams import CAMERA, make_stream, rebuild_stream
+from tests.streams.edits import cut_bytes, join_bytes, list_all_chunks, list_digests
+
+_HEADER = StreamHeader(seed=7, gaussians_per_anchor=4)
+_DATA, _ = make_stream(_HEADER, gaussian_count=12, frame_count=11, canonical_every=4)
+_SHORT, _ = make_stream(_HEADER, gaussian_count=9, frame_count=3)
+_DIGESTS, _SHORT_DIGESTS = list_digests(_DATA), list_digests(_SHORT)
+
+
+def _replaced(data, changes):
+    """The stream with the payloads of some kinds replaced; None leaves the chunk out."""
+    chunks = [(chunk.kind, changes.get(chunk.kind, chunk.payload)) for chunk in split_chunks(data)]
+    chunks = [(kind, payload) for kind, payload in chunks if payload is not None]
+    tail = wire.parse_tail(chunks[-1][1])
+    chunks = [*chunks[:-2], (b"TAIL", wire.build_tail(replace(tail, index_offset=0)))]
+    return rebuild_stream(chunks)
+
+
+def _read(data):
+    decoder = StreamDecoder()
+    for chunk in split_chunks(data):
+        decoder.push(chunk)
+    return decoder
+
+
+def test_the_parts_of_a_stream_joined_are_the_stream():
+    parts = [cut_bytes(_DATA, 0, 4), cut_bytes(_DATA, 4, 8), cut_bytes(_DATA, 8)]
+
+    assert join_bytes(*parts) == _DATA
+    assert join_bytes(_DATA) == _DATA
+
+
+@given(st.lists(st.sampled_from([(0, 2), (4, 7), (8, 11), (0, 11)]), min_size=1, max_size=4))
+@settings(max_examples=15)
+def test_any_parts_in_any_order_decode_to_the_digests_of_the_parts(ranges):
+    data = join_bytes(*(cut_bytes(_DATA, *each) for each in ranges))
+
+    digests = [digest for start, stop in ranges for _, digest in _DIGESTS[start:stop]]
+    first = ranges[0][0]
+    assert list_digests(data) == list(enumerate(digests, first))
+    decoder = _read(data)
+    assert decoder.tail.frame_count == len(digests)
+    canonical = {_DIGESTS[place][1] for place in (0, 4, 8)}
+    assert [point.frame for point in decoder.index] == [
+        frame for frame, digest in enumerate(digests, first) if digest in canonical
+    ]
+
+
+def test_only_the_ordinals_of_canonical_frames_change():
+    before = list(split_chunks(_DATA)) + list(split_chunks(_SHORT))
+    kinds = {container.CANO, container.FRAM}
+    before = [chunk for chunk in before if chunk.kind in kinds]
+
+    after = [chunk for chunk in split_chunks(join_bytes(_DATA, _SHORT)) if chunk.kind in kinds]
+
+    changed = [
+        (mine.payload[:4], other.payload[:4])
+        for mine, other in zip(before, after, strict=True)
+        if mine.payload != other.payload
+    ]
+    assert changed == [(bytes(4), (11).to_bytes(4, "little"))]
+    assert all(a.payload[4:] == b.payload[4:] for a, b in zip(before, after, strict=True))
+
+
+def test_every_frame_of_a_joined_stream_can_be_sought():
+    data = join_bytes(_SHORT, _DATA)
+    digests = [digest for _, digest in (*_SHORT_DIGESTS, *_DIGESTS)]
+
+    for frame, digest in enumerate(digests):
+        (scene,) = decode(data, frame, frame + 1)
+        assert (scene.frame, compute_digest(scene)) == (frame, digest)
+
+
+def test_the_greatest_level_is_taken():
+    header = wire.build_stream_header(replace(_HEADER, level=20))
+
+    joined = join_bytes(_SHORT, _replaced(_SHORT, {b"HEAD": header}), _SHORT)
+
+    assert _read(joined).header == replace(_HEADER, level=20)
+
+
+def test_headers_that_differ_are_named_field_by_field():
+    other, _ = make_stream(replace(_HEADER, position_step=5, timescale=25), frame_count=2)
+
+    with pytest.raises(EditError, match=r"stream 2 differs .*timescale .30 and 25.*position_step"):
+        join_bytes(_SHORT, other)
+
+
+def test_features_that_this_version_does_not_know_must_be_the_same():
+    head = bytearray(wire.build_stream_header(_HEADER))
+    head[6] = 1
+    other = _replaced(_SHORT, {b"HEAD": bytes(head)})
+
+    with pytest.raises(EditError, match="stream 3 differs from the first in compatible_features"):
+        join_bytes(_SHORT, _SHORT, other)
+    assert list_all_chunks(join_bytes(other, other))[0].payload == head
+
+
+@pytest.mark.parametrize("cameras", [(), (replace(CAMERA, fx=51.0),), (CAMERA, CAMERA)])
+def test_cameras_must_be_the_same(cameras):
+    other = _replaced(_SHORT, {b"came": wire.build_cameras(cameras)})
+
+    with pytest.raises(EditError, match="other cameras"):
+        join_bytes(_SHORT, other)
+
+
+def test_metadata_that_all_say_alike_is_kept():
+    said = [{"a": "1", "b": "2", "c": "3"}, {"c": "3", "b": "0", "a": "1"}, {"a": "1", "c": "3"}]
+    parts = [_replaced(_SHORT, {b"meta": wire.build_metadata(each)}) for each in said]
+
+    assert _read(join_bytes(*parts)).metadata == {"a": "1", "c": "3"}
+    assert _read(join_bytes(*parts, _replaced(_SHORT, {b"meta": None}))).metadata == {}
+
+
+def test_without_cameras_and_metadata_there_is_none():
+    bare = _replaced(_SHORT, {b"meta": None, b"came": None})
+
+    kinds = [chunk.kind for chunk in list_all_chunks(join_bytes(bare, bare))]
+    assert kinds == [b"HEAD", *[b"CANO", b"FRAM", b"FRAM"] * 2, b"INDX", b"TAIL"]
+
+
+def test_unknown_ancillary_chunks_are_kept_and_what_all_begin_with_once():
+    def noted(first, last):
+        chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_SHORT)][:-2]
+        tail = (b"TAIL", wire.build_tail(wire.Tail(3, 1, 0)))
+        return rebuild_stream([chunks[0], (b"note", first), *chunks[1:], (b"note", last), tail])
+
+    joined = join_bytes(noted(b"same", b"x"), noted(b"same", b"x"), noted(b"other", b"y"))
+
+    notes = [chunk.payload for chunk in list_all_chunks(joined) if chunk.kind == b"note"]
+    assert notes == [b"same", b"x", b"x", b"other", b"y"]
+
+
+def test_ordinals_end_where_their_field_does():
+    late = list(split_chunks(_SHORT))
+    cano = (COUNTER_LIMIT - 1).to_bytes(4, "little") + late[3].payload[4:]
+    tail = wire.build_tail(wire.Tail(1, 1, 0))
+    chunks = [(chunk.kind, chunk.payload) for chunk in late[:3]]
+    last = rebuild_stream([*chunks, (b"CANO", cano), (b"TAIL", tail)])
+
+    assert [frame for frame, _ in list_digests(join_bytes(last))] == [COUNTER_LIMIT - 1]
+    assert list_digests(join_bytes(last, last))[-1][0] == COUNTER_LIMIT
+    with pytest.raises(EditError, match="no ordinals left"):
+        join_bytes(last, last, last)
+
+
+def test_nothing_at_all_cannot_be_joined():
+    with pytest.raises(EditError, match="nothing"):
+        join_bytes()
+
+
+@given(st.integers(0, len(_SHORT) - 1))
+def test_a_part_that_is_cut_is_refused(size):
+    with pytest.raises(TruncatedError, match="stream 2: the stream ends ") as caught:
+        join_bytes(_DATA, _SHORT[:size])
+    assert caught.value.offset <= size
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_what_is_no_stream_is_named(number):
+    parts = [_SHORT, _SHORT]
+    parts.insert(number - 1, b"this is text")
+
+    with pytest.raises(BadMagicError, match=f"^bad-magic at byte 0: stream {number}: this is no"):
+        join_bytes(*parts)
+
+
+def test_a_fault_of_what_is_only_copied_is_named():
+    place = list_all_chunks(_SHORT)[3].offset + 40  # in the payload of the canonical frame
+    damaged = _SHORT[:place] + bytes([_SHORT[place] ^ 1]) + _SHORT[place + 1 :]
+
+    with pytest.raises(PayloadCrcError, match="stream 2: "):
+        join_bytes(_SHORT, damaged)
+
+
+class _Unsized(BytesSource):
+    """A stream that does not say how long it is."""
+
+    def size(self):
+        return None
+
+
+def test_a_stream_that_does_not_say_how_long_it_is_is_joined_all_the_same():
+    sink = io.BytesIO()
+    join([_Unsized(_DATA), _Unsized(_SHORT)], sink)
+
+    assert sink.getvalue() == join_bytes(_DATA, _SHORT)

@@ -1,0 +1,322 @@
+import io
+import itertools
+import random
+import zlib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, MAGIC, SYNC
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.errors import BitstreamError, TruncatedError, UnknownCriticalError
+from quarc_ref.format.records import Tail
+from quarc_ref.streams import BytesSource, Follow, Gap, PipeSource, decode, recover
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import CountedSource, make_stream, rebuild_stream
+
+_DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
+_CHUNKS = list(split_chunks(_DATA))
+_PIECES = [_DATA[c.offset : c.offset + c.byte_count()] for c in _CHUNKS]
+_DIGESTS = [compute_digest(state.scene) for state in _STATES]
+_FIRST = next(c.sequence for c in _CHUNKS if c.kind == container.CANO)
+_KINDS = [c.kind for c in _CHUNKS]
+
+
+def _recover(data, **options):
+    """The frames and the gaps of a stream; every scene is one that the encoder had."""
+    frames, gaps = [], []
+    for event in recover(data, **options):
+        if isinstance(event, Gap):
+            gaps.append(event)
+        else:
+            assert compute_digest(event) == _DIGESTS[event.frame]
+            frames.append(event.frame)
+    return frames, gaps
+
+
+def _joined(pieces):
+    return MAGIC + b"".join(pieces)
+
+
+def _from(frame):
+    """Frames from the next canonical one on."""
+    return list(range(-(-frame // 3) * 3, 9))
+
+
+def test_a_whole_stream_has_no_gaps():
+    assert _recover(_DATA) == (list(range(9)), [])
+    assert _recover(PipeSource(io.BytesIO(_DATA))) == (list(range(9)), [])
+
+
+def test_a_stream_cut_anywhere_gives_its_whole_frames_and_says_that_it_was_cut():
+    data, _ = make_stream(gaussian_count=3, frame_count=3, canonical_every=2)
+    chunks = list(split_chunks(data))
+    ends = [c.offset + c.byte_count() for c in chunks if c.kind in (b"CANO", b"FRAM")]
+    for size in range(len(data)):
+        if size < chunks[1].offset:
+            with pytest.raises(TruncatedError):
+                list(recover(data[:size]))
+            continue
+        events = list(recover(data[:size]))
+        gaps = [event for event in events if isinstance(event, Gap)]
+
+        assert len(events) - len(gaps) == sum(end <= size for end in ends)
+        assert [gap.reject_id for gap in gaps] == ["truncated"]
+        assert gaps[0].offset + gaps[0].byte_count == size
+
+
+@pytest.mark.parametrize("lost", range(1, len(_CHUNKS)))
+def test_a_single_lost_chunk_costs_the_frames_up_to_the_next_canonical_one(lost):
+    pieces = _PIECES[:lost] + _PIECES[lost + 1 :]
+    frame = max(0, lost - _FIRST)
+    kept = list(range(min(frame, 9)))
+
+    frames, gaps = _recover(_joined(pieces))
+
+    if _KINDS[lost] == container.TAIL:
+        assert frames == list(range(9))
+        assert [gap.reject_id for gap in gaps] == ["truncated"]
+        return
+    resumed = 0 if lost < _FIRST else -(-(frame + 1) // 3) * 3
+    assert frames == kept + list(range(resumed, 9))
+    assert [gap.reject_id for gap in gaps] == ["sequence"]
+    known = None if lost <= _FIRST else min(resumed, 9) - len(kept)
+    assert gaps[0].frames_lost == known
+
+
+@pytest.mark.parametrize("damaged", range(_FIRST, _FIRST + 9))
+@pytest.mark.parametrize(
+    ("place", "reject_id"), [(0, "bad-sync"), (9, "header-crc"), (21, "payload-crc")]
+)
+def test_damage_costs_the_frames_up_to_the_next_canonical_one(damaged, place, reject_id):
+    data = bytearray(_DATA)
+    data[_CHUNKS[damaged].offset + place] ^= 1
+    frame = damaged - _FIRST
+
+    frames, gaps = _recover(bytes(data))
+
+    assert frames == list(range(frame)) + _from(frame + 1)
+    assert [gap.reject_id for gap in gaps] == [reject_id]
+    assert gaps[0].offset == _CHUNKS[damaged].offset
+    going_on = _FIRST + -(-(frame + 1) // 3) * 3
+    end = _CHUNKS[going_on].offset if going_on < _FIRST + 9 else _CHUNKS[-1].offset
+    assert gaps[0].byte_count == end - gaps[0].offset
+    lost = min(going_on - damaged, _FIRST + 9 - damaged)
+    assert gaps[0].frames_lost == (lost if frame else None)
+
+
+@pytest.mark.parametrize("junk", [bytes(1 << 20), SYNC * (1 << 18), b"\x9e" * (1 << 20)])
+@pytest.mark.parametrize("source", [BytesSource, lambda data: PipeSource(io.BytesIO(data))])
+def test_a_megabyte_of_junk_between_chunks_is_skipped_and_reported(junk, source):
+    place = _CHUNKS[_FIRST + 4].offset
+
+    frames, gaps = _recover(source(_DATA[:place] + junk + _DATA[place:]))
+
+    assert frames == [0, 1, 2, 3, 6, 7, 8]
+    rest = _CHUNKS[_FIRST + 6].offset - place
+    (gap,) = gaps
+    assert (gap.offset, gap.byte_count, gap.frames_lost) == (place, len(junk) + rest, 2)
+
+
+@given(st.permutations(range(_FIRST, len(_CHUNKS))))
+@settings(max_examples=25)
+def test_reordered_chunks_never_let_a_wrong_or_an_earlier_frame_out(order):
+    frames, gaps = _recover(_joined(_PIECES[:_FIRST] + [_PIECES[i] for i in order]))
+
+    assert frames == sorted(set(frames))
+    assert bool(gaps) == (order != sorted(order))
+
+
+def test_swapped_chunks_cost_the_frames_up_to_the_next_canonical_one():
+    order = [*range(_FIRST + 1), _FIRST + 2, _FIRST + 1, *range(_FIRST + 3, len(_CHUNKS))]
+
+    frames, gaps = _recover(_joined([_PIECES[i] for i in order]))
+
+    assert frames == [0, 3, 4, 5, 6, 7, 8]
+    assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("sequence", 2)]
+
+
+def test_a_canonical_chunk_after_a_lost_one_is_gone_on_at_itself():
+    pieces = _PIECES[: _FIRST + 2] + _PIECES[_FIRST + 3 :]
+
+    frames, gaps = _recover(_joined(pieces))
+
+    assert frames == [0, 1, 3, 4, 5, 6, 7, 8]
+    assert [(gap.byte_count, gap.frames_lost) for gap in gaps] == [(0, 1)]
+
+
+def _changed(change):
+    """The stream with the payloads of some chunks changed, their CRCs made anew."""
+    return rebuild_stream(
+        (c.kind, change.get(c.sequence, lambda payload: payload)(c.payload)) for c in _CHUNKS
+    )
+
+
+def test_a_payload_that_is_refused_is_a_gap_as_well():
+    data = _changed({_FIRST + 3: lambda payload: payload[:-1] + bytes([payload[-1] ^ 1])})
+
+    frames, gaps = _recover(data)
+
+    assert frames == [0, 1, 2, 6, 7, 8]
+    assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("state-crc", 3)]
+    assert gaps[0].offset == _CHUNKS[_FIRST + 3].offset
+
+
+def test_frames_between_two_refused_canonical_chunks_are_counted_once():
+    def spoil(payload):
+        return payload[:-1] + bytes([payload[-1] ^ 1])
+
+    frames, gaps = _recover(_changed({_FIRST + 1: spoil, _FIRST + 3: spoil, _FIRST + 6: spoil}))
+
+    assert frames == [0]
+    assert [gap.frames_lost for gap in gaps] == [2, 3, 3]
+
+
+@pytest.mark.parametrize("sequence", [1, 2])
+def test_an_ancillary_chunk_that_is_damaged_is_left_out_alone(sequence):
+    damaged = bytearray(_DATA)
+    damaged[_CHUNKS[sequence].offset + 20] ^= 1
+    spoilt = _changed({sequence: lambda payload: payload[:-1] + b"\xff"})
+
+    for data, reject_id in ((bytes(damaged), "payload-crc"), (spoilt, "field")):
+        frames, gaps = _recover(data)
+        assert frames == list(range(9))
+        assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [(reject_id, 0)]
+
+
+def test_a_private_chunk_that_is_damaged_is_left_out_alone():
+    odd = build_chunk(b"oDds", _FIRST, b"whatever")
+    pieces = [*_PIECES[:_FIRST], odd[:-1] + bytes([odd[-1] ^ 1])]
+    pieces += [build_chunk(c.kind, c.sequence + 1, c.payload) for c in _CHUNKS[_FIRST:-2]]
+
+    frames, gaps = _recover(_joined(pieces))
+
+    assert frames == list(range(9))
+    assert [gap.reject_id for gap in gaps] == ["payload-crc", "truncated"]
+
+
+def test_an_index_that_lies_costs_no_frame():
+    frames, gaps = _recover(_changed({len(_CHUNKS) - 2: lambda payload: payload[:4] + bytes(48)}))
+
+    assert frames == list(range(9))
+    assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("index-mismatch", 0)]
+
+
+@pytest.mark.parametrize(("frame_count", "lost"), [(12, 4), (3, None)])
+def test_what_the_tail_says_is_believed_after_damage_unless_it_cannot_be(frame_count, lost):
+    def say(_):
+        return wire.build_tail(Tail(frame_count, 3, 0))
+
+    data = bytearray(_changed({len(_CHUNKS) - 1: say}))
+    data[_CHUNKS[_FIRST + 8].offset + 20] ^= 1
+
+    frames, gaps = _recover(bytes(data))
+
+    assert frames == list(range(8))
+    assert [(gap.reject_id, gap.frames_lost) for gap in gaps] == [("payload-crc", lost)]
+
+
+def test_the_tail_tells_nothing_where_the_first_frame_is_lost():
+    pieces = [*_PIECES[:_FIRST], *_PIECES[_FIRST + 1 : _FIRST + 8], *_PIECES[_FIRST + 9 :]]
+
+    frames, gaps = _recover(_joined(pieces))
+
+    assert frames == [3, 4, 5, 6, 7]
+    assert [gap.frames_lost for gap in gaps] == [None, None]
+
+
+def _forge_header(kind, sequence, length):
+    """A chunk header whose CRC holds, of a payload that is not there."""
+    header = build_chunk(kind, sequence, bytes(0))[:12] + length.to_bytes(4, "little")
+    return header + zlib.crc32(header).to_bytes(4, "little")
+
+
+def _forge_nested_chunks(kind, count, canonical):
+    """Pairs of a small CANO and a header whose payload reaches to the end of them all."""
+    unit = len(build_chunk(b"CANO", 0, canonical)) + CHUNK_HEADER_BYTES
+    for pair in range(count):
+        rest = (count - pair - 1) * unit + 1000
+        yield build_chunk(b"CANO", _FIRST + 2 * pair, pair.to_bytes(4, "little") + canonical[4:])
+        yield _forge_header(kind, _FIRST + 2 * pair + 1, rest)
+
+
+@pytest.mark.parametrize("kind", [b"CANO", b"FRAM"])
+@pytest.mark.parametrize("canonical", [bytes(2000), _CHUNKS[_FIRST].payload])
+def test_what_is_proved_in_vain_has_one_budget_for_the_whole_stream(kind, canonical):
+    chunks = _forge_nested_chunks(kind, 1024, canonical)
+    source = CountedSource(_joined([*_PIECES[:_FIRST], *chunks, bytes(2100)]))
+    limit = LEVELS[10].chunk_bytes
+
+    assert Gap in {type(event) for event in recover(source)}
+    assert source.byte_count() < 16 * (source.size() + limit) + 8 * source.size() + limit
+
+
+@pytest.mark.parametrize("source", [BytesSource, lambda data: PipeSource(io.BytesIO(data))])
+def test_bytes_after_the_tail_are_a_gap(source):
+    frames, gaps = _recover(source(_DATA + b"more"))
+
+    assert frames == list(range(9))
+    (gap,) = gaps
+    assert (gap.reject_id, gap.offset, gap.frames_lost) == ("trailing-data", len(_DATA), None)
+    assert gap.byte_count == (4 if source is BytesSource else None)
+
+
+def test_damage_up_to_the_end_of_a_cut_stream_says_both():
+    damaged = bytearray(_DATA[: _CHUNKS[-2].offset])
+    damaged[_CHUNKS[_FIRST + 7].offset + 21] ^= 1
+
+    frames, gaps = _recover(bytes(damaged))
+
+    assert frames == list(range(7))
+    assert [gap.reject_id for gap in gaps] == ["payload-crc", "truncated"]
+    assert [gap.offset + gap.byte_count for gap in gaps] == [len(damaged)] * 2
+
+
+def test_bytes_lost_from_within_a_chunk_do_not_hide_the_next():
+    place = _CHUNKS[_FIRST + 5].offset + 30
+
+    frames, _ = _recover(_DATA[:place] + _DATA[place + 5 :])
+
+    assert frames == [0, 1, 2, 3, 4, 6, 7, 8]
+
+
+def test_what_cannot_be_recovered_is_refused():
+    with pytest.raises(BitstreamError):
+        _recover(_DATA[:9] + b"\0" + _DATA[10:])
+    with pytest.raises(BitstreamError):
+        _recover(_joined(_PIECES[1:]))
+    with pytest.raises(UnknownCriticalError):
+        _recover(_joined(_PIECES[:1]) + build_chunk(b"SNAP", 1, b""))
+
+
+def test_a_stream_that_stops_growing_is_given_up():
+    frames, gaps = _recover(_DATA[:-50], follow=Follow(poll=0.001, patience=0.01))
+
+    assert frames == list(range(9))
+    assert [gap.reject_id for gap in gaps] == ["truncated"]
+
+
+def test_every_byte_is_in_a_chunk_or_in_a_gap():
+    rng = random.Random(5)
+    for _ in range(40):
+        data = bytearray(_DATA)
+        for place in rng.sample(range(_CHUNKS[1].offset, len(data)), 3):
+            data[place] ^= 1 << rng.randrange(8)
+        frames, gaps = _recover(bytes(data))
+
+        assert gaps
+        assert frames == sorted(set(frames))
+        for before, after in itertools.pairwise(gaps):
+            assert before.offset + before.byte_count <= after.offset
+        taken = [scene.frame for scene in _undamaged(bytes(data))]
+        assert frames[: len(taken)] == taken
+
+
+def _undamaged(data):
+    try:
+        yield from decode(data)
+    except BitstreamError:
+        return

@@ -1,0 +1,103 @@
+import time
+import zlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.format import wire
+from quarc_ref.format.constants import SYNC
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.errors import TruncatedError
+from quarc_ref.format.records import Tail
+from quarc_ref.streams import resync
+from quarc_ref.streams.resync import WINDOW_BYTES, Effort, Search, find_resumption
+from tests.small_streams import CountedSource
+
+_CANO = build_chunk(b"CANO", 9, (30).to_bytes(4, "little") + b"rest of the frame")
+_TAIL = build_chunk(b"TAIL", 9, wire.build_tail(Tail(3, 1, 0)))
+_MEGABYTE = 1 << 20
+
+
+def _find(data: bytes, **changes):
+    search = {"offset": 0, "sequence": 5, "frame": 10, "limit": 1000} | changes
+    search["effort"] = Effort(search["limit"])
+    return find_resumption(CountedSource(data), Search(**search))
+
+
+@given(st.binary(max_size=200), st.binary(max_size=200))
+def test_a_canonical_chunk_is_found_in_any_junk(before, after):
+    chunk = _find(before + _CANO + after)
+
+    assert (chunk.offset, chunk.sequence) == (len(before), 9)
+    assert chunk.end - chunk.offset == len(_CANO)
+
+
+@pytest.mark.parametrize("shift", [-len(_CANO), -20, -19, -4, -3, -1, 0, 1, 20])
+def test_a_chunk_on_the_edge_of_a_window_is_found(shift):
+    place = WINDOW_BYTES + shift
+
+    assert _find(bytes(place) + _CANO).offset == place
+
+
+@pytest.mark.parametrize("changes", [{"sequence": 10}, {"frame": 31}, {"limit": 20}, {"offset": 1}])
+def test_a_chunk_that_may_not_come_is_passed_by(changes):
+    assert _find(_CANO).offset == 0
+    with pytest.raises(TruncatedError) as caught:
+        _find(_CANO, **changes)
+    assert caught.value.offset == len(_CANO)
+
+
+def test_other_chunks_are_passed_by():
+    others = build_chunk(b"FRAM", 7, b"x" * 20) + build_chunk(b"CANO", 8, b"abc")
+
+    assert _find(others + _CANO).offset == len(others)
+
+
+def test_a_tail_is_taken_at_the_very_end_alone():
+    assert _find(b"junk" + _TAIL).kind == b"TAIL"
+    assert _find(_TAIL + b"junk" + _CANO).kind == b"CANO"
+    assert _find(build_chunk(b"TAIL", 9, b"short") + _CANO).kind == b"CANO"
+
+
+def test_a_damaged_or_cut_chunk_is_passed_by():
+    damaged = _CANO[:-1] + bytes([_CANO[-1] ^ 1])
+
+    assert _find(damaged + _CANO).offset == len(_CANO)
+    assert _find(_CANO[:30] + _CANO).offset == 30
+    with pytest.raises(TruncatedError):
+        _find(_CANO[:-1])
+
+
+def _forge_headers(count: int, length: int) -> bytes:
+    """Headers that hold, one after the other, of payloads that do not."""
+    header = bytearray(build_chunk(b"CANO", 9, b"")[:16])
+    header[12:16] = length.to_bytes(4, "little")
+    return (bytes(header) + zlib.crc32(header).to_bytes(4, "little")) * count
+
+
+@pytest.mark.parametrize(
+    ("junk", "seconds"),
+    [
+        (bytes(_MEGABYTE), 0.5),
+        (SYNC * (_MEGABYTE // 4), 1),
+        (SYNC[:1] * _MEGABYTE, 0.5),
+        (_forge_headers(_MEGABYTE // 20, 0), 4),
+        (_forge_headers(_MEGABYTE // 20, _MEGABYTE // 2), 4),
+        (_forge_headers(_MEGABYTE // 20, _MEGABYTE * 3), 4),
+    ],
+    ids=["zeros", "sync words", "half sync words", "headers", "long headers", "longer headers"],
+)
+def test_a_megabyte_of_junk_is_passed_in_no_time(junk, seconds):
+    source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
+    begun = time.process_time()
+
+    chunk = find_resumption(source, Search(0, 5, 10, 4 * _MEGABYTE, Effort(4 * _MEGABYTE)))
+
+    assert chunk.offset == len(junk) + _MEGABYTE
+    assert time.process_time() - begun < seconds
+    assert source.byte_count() < 200 * _MEGABYTE
+
+
+def test_the_ordinal_of_a_frame_is_its_first_field():
+    assert resync.canonical_frame((1 << 31).to_bytes(4, "little") + b"more") == 1 << 31

@@ -1,0 +1,277 @@
+import time
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format import container, wire
+from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.container import build_chunk
+from quarc_ref.format.errors import (
+    BitstreamError,
+    IndexMismatchError,
+    PayloadCrcError,
+    TailMismatchError,
+    TruncatedError,
+)
+from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
+from quarc_ref.streams import PipeSource, decode
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import CountedSource, make_stream, rebuild_stream
+
+_DATA, _STATES = make_stream(gaussian_count=12, frame_count=60, canonical_every=20)
+_CHUNKS = list(split_chunks(_DATA))
+_DIGESTS = [compute_digest(state.scene) for state in _STATES]
+_CANONICAL = [chunk for chunk in _CHUNKS if chunk.kind == container.CANO]
+_INDEX = wire.parse_index(_CHUNKS[-2].payload)
+_END = {"frame_count": 60, "canonical_count": 3, "index_offset": _CHUNKS[-2].offset}
+
+
+def _without_index() -> bytes:
+    tail = wire.build_tail(Tail(60, 3, 0))
+    body = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
+    return rebuild_stream([*body, (container.TAIL, tail)])
+
+
+def _with_end(index: list[SeekPoint], **changes: int) -> bytes:
+    """The stream with another INDX and another TAIL."""
+    body = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
+    tail = wire.build_tail(Tail(**(_END | changes)))
+    return rebuild_stream(
+        [*body, (container.INDX, wire.build_index(index)), (container.TAIL, tail)]
+    )
+
+
+def _drain(data: bytes, start: int) -> list[int] | None:
+    """The frames that come out of a stream that is cut; None if it does not say so."""
+    frames = []
+    try:
+        for scene in decode(data, start):
+            frames.append(scene.frame)  # noqa: PERF401, those before the error count
+    except TruncatedError:
+        return frames
+    return None
+
+
+class _Endless(CountedSource):
+    """A stream whose length cannot be told."""
+
+    def size(self):
+        return None
+
+
+_FORMS = {
+    "index": CountedSource(_DATA),
+    "no index": CountedSource(_without_index()),
+    "cut": CountedSource(_DATA[: _CHUNKS[-2].offset]),
+    "endless": _Endless(_DATA),
+}
+
+
+def test_the_index_names_every_canonical_frame():
+    assert [point.frame for point in _INDEX] == [0, 20, 40]
+    assert [point.offset for point in _INDEX] == [chunk.offset for chunk in _CANONICAL]
+    assert [point.sequence for point in _INDEX] == [chunk.sequence for chunk in _CANONICAL]
+
+
+@pytest.mark.parametrize("form", _FORMS)
+@given(st.data())
+@settings(max_examples=10)
+def test_every_range_comes_out_as_it_does_of_the_whole(form, data):
+    start = data.draw(st.integers(0, 59))
+    stop = data.draw(st.integers(start, 60))
+
+    scenes = list(decode(_FORMS[form], start, stop))
+
+    assert [scene.frame for scene in scenes] == list(range(start, stop))
+    assert [compute_digest(scene) for scene in scenes] == _DIGESTS[start:stop]
+
+
+@pytest.mark.parametrize("data", [_DATA, _without_index()], ids=["index", "no index"])
+def test_less_than_half_of_the_bytes_is_read_for_a_frame(data):
+    source = CountedSource(data)
+
+    (scene,) = decode(source, 40, 41)
+
+    assert compute_digest(scene) == _DIGESTS[40]
+    assert source.byte_count() < len(data) / 2
+
+
+def test_with_an_index_only_the_chunks_on_the_way_are_read():
+    source = CountedSource(_DATA)
+    list(decode(source, 23, 25))
+
+    wanted = {chunk.offset for chunk in _CHUNKS if chunk.kind == container.CANO}
+    first = next(chunk.sequence for chunk in _CANONICAL if chunk.offset == _INDEX[1].offset)
+    wanted = {chunk.offset for chunk in _CHUNKS[first : first + 5]}
+    wanted |= {_CHUNKS[0].offset, _CHUNKS[-2].offset, _CHUNKS[-1].offset}
+    owners = {
+        chunk.offset
+        for chunk in _CHUNKS
+        for offset, length in source.reads
+        if length and chunk.offset <= offset < chunk.offset + chunk.byte_count()
+    }
+    assert owners == wanted
+
+
+def test_without_an_index_of_other_chunks_only_headers_are_read():
+    source = CountedSource(_without_index())
+    list(decode(source, 41, 42))
+
+    passed = [chunk for chunk in _CHUNKS[1:] if chunk.offset < _CANONICAL[2].offset]
+    for chunk in passed:
+        inside = [
+            length
+            for offset, length in source.reads
+            if chunk.offset + 20 <= offset < chunk.offset + chunk.byte_count()
+        ]
+        assert inside == ([4] if chunk.kind == container.CANO else [])
+
+
+def test_beyond_the_last_frame_there_is_nothing():
+    assert list(decode(_DATA, 60)) == []
+    assert list(decode(_without_index(), 70, 80)) == []
+
+
+@pytest.mark.parametrize(
+    "index",
+    [
+        [_INDEX[0], SeekPoint(_INDEX[1].offset, _INDEX[1].sequence, 21), _INDEX[2]],
+        [_INDEX[0], SeekPoint(_INDEX[1].offset + 1, _INDEX[1].sequence, 20), _INDEX[2]],
+        [_INDEX[0], SeekPoint(_INDEX[1].offset, _INDEX[1].sequence + 1, 20), _INDEX[2]],
+        [_INDEX[0], SeekPoint(_CHUNKS[30].offset, 30, 20), _INDEX[2]],
+        [_INDEX[0], SeekPoint(1 << 60, 30, 20), _INDEX[2]],
+        [_INDEX[0], _INDEX[1]],
+        [_INDEX[0], _INDEX[1], _INDEX[2], _INDEX[2]],
+    ],
+    ids=["frame", "offset", "sequence", "no canonical", "far away", "too few", "too many"],
+)
+def test_an_index_that_lies_is_refused_by_name_on_the_way_and_in_passing(index):
+    data = _with_end(index)
+
+    with pytest.raises(IndexMismatchError):
+        list(decode(data, 22, 23))
+    with pytest.raises(IndexMismatchError):
+        list(decode(data))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"index_offset": 1},
+        {"index_offset": _CHUNKS[-1].offset},
+        {"index_offset": _CHUNKS[-3].offset},
+        {"index_offset": 1 << 63},
+        {"canonical_count": 2},
+    ],
+)
+def test_a_tail_that_lies_about_the_index_is_refused_by_name(changes):
+    data = _with_end(list(_INDEX), **changes)
+
+    with pytest.raises(IndexMismatchError):
+        list(decode(data, 22, 23))
+    with pytest.raises(TailMismatchError):
+        list(decode(data))
+
+
+@pytest.mark.parametrize("start", [0, 1])
+def test_a_million_seek_points_that_are_not_there_are_refused_at_once(start):
+    count = (1 << 20) - 1  # as many as level 2.0 has room for
+    data, _ = make_stream(StreamHeader(level=20), gaussian_count=5, frame_count=2)
+    *chunks, indx, _ = split_chunks(data)
+    beside = SeekPoint(chunks[-1].offset, 1, 0)
+    index = count.to_bytes(4, "little") + wire.build_index([beside])[4:] * count
+    tail = wire.build_tail(Tail(2, count, indx.offset))
+    body = [(chunk.kind, chunk.payload) for chunk in chunks]
+    lying = rebuild_stream([*body, (container.INDX, index), (container.TAIL, tail)])
+
+    begun = time.monotonic()
+    with pytest.raises(IndexMismatchError):
+        list(decode(lying, start))
+    assert time.monotonic() - begun < 2
+
+
+def test_an_index_that_does_not_end_at_the_tail_is_refused():
+    index = wire.build_index(_INDEX)
+    body = MAGIC + b"".join(
+        build_chunk(chunk.kind, chunk.sequence, chunk.payload) for chunk in _CHUNKS[:-2]
+    )
+    indx = build_chunk(container.INDX, _CHUNKS[-2].sequence, index)
+    tail = build_chunk(
+        container.TAIL, _CHUNKS[-1].sequence, wire.build_tail(Tail(60, 3, len(body)))
+    )
+
+    with pytest.raises(IndexMismatchError):
+        list(decode(body + indx + bytes(3) + tail, 22, 23))
+
+
+def test_who_reads_on_from_a_seek_point_still_checks_the_end():
+    assert len(list(decode(_with_end(list(_INDEX)), 45))) == 15
+    with pytest.raises(TailMismatchError):
+        list(decode(_with_end(list(_INDEX), frame_count=59), 45))
+    with pytest.raises(TailMismatchError):
+        list(decode(_without_index()[:-40] + _tail(59, _CHUNKS[-2].sequence), 45))
+
+
+def _tail(frames: int, sequence: int) -> bytes:
+    return build_chunk(container.TAIL, sequence, wire.build_tail(Tail(frames, 3, 0)))
+
+
+def test_what_is_read_is_proved():
+    for chunk in (_CANONICAL[1], _CHUNKS[_CANONICAL[1].sequence + 1], _CHUNKS[-2]):
+        damaged = bytearray(_DATA)
+        damaged[chunk.offset + 30] ^= 1
+
+        with pytest.raises(PayloadCrcError):
+            list(decode(bytes(damaged), 22, 23))
+
+
+@given(st.integers(0, len(_DATA) - 1), st.integers(0, 59))
+@settings(max_examples=25)
+def test_a_stream_that_is_cut_gives_the_same_frames_when_sought(size, start):
+    whole = _drain(_DATA[:size], 0)
+
+    assert _drain(_DATA[:size], start) == [frame for frame in whole if frame >= start]
+
+
+def test_a_canonical_frame_that_is_cut_in_its_ordinal_is_no_seek_point():
+    size = _CANONICAL[1].offset + 20 + 2
+
+    assert _drain(_DATA[:size], 15) == [15, 16, 17, 18, 19]
+    assert _drain(_DATA[:size], 25) == []
+
+
+@given(st.integers(0, len(_DATA) - 1), st.integers(1, 255))
+@settings(max_examples=25)
+def test_damage_never_lets_another_scene_out(place, mask):
+    damaged = bytearray(_DATA)
+    damaged[place] ^= mask
+    try:
+        for scene in decode(bytes(damaged), 25, 45):
+            assert compute_digest(scene) == _DIGESTS[scene.frame]
+    except BitstreamError:
+        return
+
+
+def test_a_stream_that_begins_with_a_later_ordinal_can_be_sought():
+    part = _CHUNKS[_CANONICAL[1].sequence : -2]
+    data = rebuild_stream([(c.kind, c.payload) for c in (_CHUNKS[0], *part)])
+
+    for start in (5, 20, 41):
+        assert _drain(data, start) == list(range(max(20, start), 60))
+
+
+def test_a_chunk_that_only_is_as_long_as_a_tail_is_none():
+    body = [(chunk.kind, chunk.payload) for chunk in _CHUNKS[:-2]]
+    data = rebuild_stream([*body, (b"oDds", bytes(16))])
+
+    assert _drain(data, 57) == [57, 58, 59]
+
+
+def test_a_pipe_goes_forward_only(tmp_path):
+    (tmp_path / "stream").write_bytes(_DATA)
+    with (tmp_path / "stream").open("rb") as file:
+        scenes = list(decode(PipeSource(file, kept_bytes=0), 41, 43))
+
+    assert [compute_digest(scene) for scene in scenes] == _DIGESTS[41:43]

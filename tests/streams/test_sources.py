@@ -1,0 +1,165 @@
+import io
+import os
+import sys
+import threading
+import time
+import types
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from quarc_ref.decoder import compute_digest
+from quarc_ref.format.errors import SourceError, TruncatedError
+from quarc_ref.streams import BytesSource, FileSource, Follow, PipeSource, decode, open_source
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.small_streams import make_stream
+
+_DATA, _STATES = make_stream(gaussian_count=12, frame_count=6, canonical_every=3)
+_DIGESTS = [compute_digest(state.scene) for state in _STATES]
+_BYTES = bytes(range(256)) * 3
+_PLACES = st.integers(0, 1000)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("sources") / "bytes"
+    path.write_bytes(_BYTES)
+    return path
+
+
+@given(_PLACES, _PLACES)
+def test_a_source_reads_as_a_slice_does(path, offset, length):
+    expected = _BYTES[offset : offset + length]
+
+    with path.open("rb") as file:
+        assert FileSource(file).read(offset, length) == expected
+    assert BytesSource(_BYTES).read(offset, length) == expected
+    assert PipeSource(io.BytesIO(_BYTES)).read(offset, length) == expected
+
+
+def test_the_size_is_told_where_it_is_known(path):
+    with open_source(str(path)) as source:
+        assert source.size() == len(_BYTES)
+    assert BytesSource(_BYTES).size() == len(_BYTES)
+    assert PipeSource(io.BytesIO(_BYTES)).size() is None
+
+
+def test_far_beyond_the_end_of_a_file_there_is_nothing(path):
+    with open_source(str(path)) as source:
+        assert source.read(1 << 63, 1 << 40) == b""
+        assert source.read(len(_BYTES) - 1, 1 << 40) == _BYTES[-1:]
+
+
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
+def test_a_pipe_goes_back_as_far_as_it_keeps_bytes(steps):
+    source, farthest = PipeSource(io.BytesIO(_BYTES), kept_bytes=60), 0
+    for back, length in steps:
+        offset = max(0, farthest - back)
+        assert source.read(offset, length) == _BYTES[offset : offset + length]
+        farthest = max(farthest, min(offset + length, len(_BYTES)))
+
+
+def test_a_pipe_that_must_go_back_farther_says_so():
+    source = PipeSource(io.BytesIO(bytes(1 << 20)), kept_bytes=100)
+    source.read((1 << 20) - 10, 10)
+
+    assert len(source._kept) <= 100 + (1 << 16)
+    with pytest.raises(SourceError, match="back"):
+        source.read(0, 1)
+
+
+def test_a_claim_of_four_billion_bytes_makes_no_room_for_them(path):
+    with open_source(str(path)) as source:
+        assert source.read(0, (1 << 32) - 1) == _BYTES
+    assert PipeSource(io.BytesIO(_BYTES)).read(0, (1 << 32) - 1) == _BYTES
+
+
+def test_standard_input_is_a_source(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(_DATA)))
+
+    with open_source("-") as source:
+        assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+def test_a_named_pipe_is_a_source(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_bytes, args=(_DATA,))
+    writer.start()
+
+    with open_source(str(path)) as source:
+        assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
+    writer.join()
+
+
+def test_a_file_of_which_the_system_gives_a_piece_at_a_time_is_read_whole(path):
+    class Slow(io.FileIO):
+        def read(self, size):
+            return super().read(min(size, 7))
+
+    with Slow(path) as file:
+        assert FileSource(file).read(5, 500) == _BYTES[5:505]
+
+
+def test_frames_come_out_of_a_pipe_before_it_ends():
+    reading, writing = os.pipe()
+    half = next(chunk.offset for chunk in list(split_chunks(_DATA))[5:])
+    os.write(writing, _DATA[:half])
+    with os.fdopen(reading, "rb") as pipe:
+        scenes = decode(PipeSource(pipe))
+        assert compute_digest(next(scenes)) == _DIGESTS[0]
+        assert compute_digest(next(scenes)) == _DIGESTS[1]
+        os.write(writing, _DATA[half:])
+        os.close(writing)
+        assert [compute_digest(scene) for scene in scenes] == _DIGESTS[2:]
+
+
+def test_a_file_can_be_played_while_it_grows(tmp_path):
+    path, seen = tmp_path / "growing", threading.Event()
+    path.write_bytes(b"")
+    third = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][2]
+
+    def write():
+        with path.open("ab", buffering=0) as file:
+            for place in range(0, len(_DATA), 150):
+                if place > third.offset:
+                    assert seen.wait(30)
+                file.write(_DATA[place : place + 150])
+                time.sleep(0.001)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    with open_source(str(path)) as source:
+        scenes = decode(source, follow=Follow(poll=0.002, patience=30))
+        first = next(scenes)
+        seen.set()
+        digests = [compute_digest(scene) for scene in (first, *scenes)]
+    writer.join()
+
+    assert digests == _DIGESTS
+
+
+def test_a_frame_of_a_file_that_still_grows_can_be_sought(tmp_path):
+    path = tmp_path / "growing"
+    fifth = [chunk for chunk in split_chunks(_DATA) if chunk.kind in (b"CANO", b"FRAM")][4]
+    path.write_bytes(_DATA[: fifth.offset + 30])
+
+    with open_source(str(path)) as source:
+        scenes = decode(source, 3, follow=Follow(poll=0.002, patience=30))
+        digests = [compute_digest(next(scenes))]
+        path.write_bytes(_DATA)
+        digests += [compute_digest(scene) for scene in scenes]
+
+    assert digests == _DIGESTS[3:]
+
+
+def test_a_file_that_stops_growing_is_cut(tmp_path):
+    path = tmp_path / "cut"
+    path.write_bytes(_DATA[:-1])
+    begun = time.monotonic()
+    with open_source(str(path)) as source, pytest.raises(TruncatedError):
+        list(decode(source, follow=Follow(poll=0.01, patience=0.1)))
+
+    assert time.monotonic() - begun >= 0.1

@@ -1,0 +1,122 @@
+import io
+
+import pytest
+
+from quarc_ref.format import wire
+from quarc_ref.format.constants import LEVELS, Level
+from quarc_ref.format.records import SeekPoint, StreamHeader
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.stream_writer import StreamWriter
+from tests.small_streams import make_stream
+
+_DATA, _ = make_stream(gaussian_count=8, frame_count=5, canonical_every=2)
+_CHUNKS = list(split_chunks(_DATA))
+_BODY = _CHUNKS[1:-2]
+
+
+class _Sink(io.BytesIO):
+    """Keeps what had been written whenever it was flushed."""
+
+    def __init__(self):
+        super().__init__()
+        self.flushed = []
+
+    def flush(self):
+        self.flushed.append(len(self.getvalue()))
+
+
+def _write(sink, body, check=None):
+    writer = StreamWriter(sink, _CHUNKS[0].payload, check)
+    for chunk in body:
+        writer.write(chunk.kind, chunk.payload)
+    return writer
+
+
+def test_the_chunks_of_a_stream_written_again_are_the_stream():
+    sink = io.BytesIO()
+    writer = _write(sink, _BODY)
+    writer.finish()
+
+    assert sink.getvalue() == _DATA
+    assert (writer.offset, writer.sequence) == (len(_DATA), len(_CHUNKS))
+    assert writer.frame_count == 5
+
+
+@pytest.mark.parametrize("count", range(1, len(_BODY) + 2))
+def test_chunks_that_the_sink_has_already_are_counted_and_not_written(count):
+    held = _CHUNKS[count].offset
+    sink = io.BytesIO(_DATA[:held])
+    sink.seek(held)
+    writer = StreamWriter(sink, _CHUNKS[0].payload, held=held)
+    for chunk in _BODY:
+        writer.write(chunk.kind, chunk.payload)
+    writer.finish()
+
+    assert sink.getvalue() == _DATA
+
+
+def test_every_chunk_is_flushed_whole():
+    sink = _Sink()
+    _write(sink, _BODY).finish()
+
+    assert sink.flushed == [chunk.offset + chunk.byte_count() for chunk in _CHUNKS]
+
+
+def test_what_is_checked_is_what_is_read_and_comes_before_it_is_written():
+    sink, seen = io.BytesIO(), []
+
+    def check(chunk):
+        assert len(sink.getvalue()) == (chunk.offset if seen else 0)
+        seen.append(chunk)
+
+    _write(sink, _BODY, check).finish()
+
+    assert seen == _CHUNKS
+
+
+@pytest.mark.parametrize("refused", [0, 3, len(_CHUNKS) - 2])
+def test_what_is_refused_is_not_written_and_leaves_no_trace(refused):
+    sink, answers = io.BytesIO(), iter([*[True] * refused, False])
+
+    def check(_chunk):
+        if not next(answers, True):
+            raise KeyError
+
+    if refused == 0:
+        with pytest.raises(KeyError):
+            StreamWriter(sink, _CHUNKS[0].payload, check)
+        assert sink.getvalue() == b""
+        return
+    done = _BODY[: refused - 1]
+    writer = _write(sink, done, check)
+    written = sink.getvalue()
+    with pytest.raises(KeyError):
+        writer.write(_BODY[refused - 1].kind, b"") if refused < len(_BODY) else writer.finish()
+
+    assert sink.getvalue() == written
+    for chunk in _BODY[refused - 1 :]:
+        writer.write(chunk.kind, chunk.payload)
+    writer.finish()
+    assert sink.getvalue() == _DATA
+
+
+@pytest.mark.parametrize("room", [4 + 16 * 3, 4 + 16 * 3 - 1])
+def test_an_index_that_the_level_does_not_allow_is_left_out(room, monkeypatch):
+    monkeypatch.setitem(LEVELS, 10, Level(100, 100, room))
+    sink = io.BytesIO()
+    writer = StreamWriter(sink, wire.build_stream_header(StreamHeader()))
+    for frame in range(3):
+        writer.write(b"CANO", frame.to_bytes(4, "little"))
+    writer.finish()
+
+    *_, before, last = split_chunks(sink.getvalue())
+    tail = wire.parse_tail(last.payload)
+    assert (tail.frame_count, tail.canonical_count) == (3, 3)
+    if room < 4 + 16 * 3:
+        assert (before.kind, tail.index_offset) == (b"CANO", 0)
+        return
+    assert (before.kind, tail.index_offset) == (b"INDX", before.offset)
+    canonical = [chunk for chunk in split_chunks(sink.getvalue()) if chunk.kind == b"CANO"]
+    assert list(wire.parse_index(before.payload)) == [
+        SeekPoint(chunk.offset, chunk.sequence, frame) for frame, chunk in enumerate(canonical)
+    ]

@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+
+from quarc_ref.synth.furniture import make_cabinet, make_room, make_screen, share_open
+from quarc_ref.synth.paints import choose_palette
+
+_PALETTE = choose_palette(0)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
+def test_the_door_is_shut_at_first_and_open_before_the_default_clip_ends(delay):
+    assert share_open(0.0, delay) == 0
+    assert share_open(0.75 * 23 / 30, delay) > 0.8
+
+
+def test_the_door_shuts_again_and_the_show_repeats():
+    assert share_open(2.9, 0.0) == 0
+    assert share_open(3.4, 0.1) == pytest.approx(share_open(0.4, 0.1))
+
+
+def test_only_the_door_of_the_cabinet_moves_and_along_itself():
+    shut, wide = (make_cabinet(share, 0.2, _PALETTE) for share in (0.0, 1.0))
+    moves = [b.matrix - a.matrix for a, b in zip(shut, wide, strict=True)]
+    moved = [index for index, move in enumerate(moves) if move.any()]
+    door = shut[moved[0]]
+
+    assert len(moved) == 1
+    assert np.linalg.norm(moves[moved[0]]) == pytest.approx(2 * door.sizes[0])
+    assert abs(moves[moved[0]][:3, 3] @ door.matrix[:3, 0]) == pytest.approx(2 * door.sizes[0] ** 2)
+
+
+def test_the_screen_stays_where_it_is_and_shows_how_far_the_wipe_is():
+    (before,), (after,) = make_screen(0.0, _PALETTE), make_screen(0.75, _PALETTE)
+
+    np.testing.assert_array_equal(before.matrix, after.matrix)
+    assert (before.paint.phase, after.paint.phase) == (0.0, 0.75)
+
+
+def test_lamps_are_within_the_room_and_shine_along_their_normals():
+    room = make_room(0.0, _PALETTE)
+    low, high = room.faces[::2], room.faces[1::2]
+    for lamp in room.lights:
+        normal = np.cross(lamp[3:6], lamp[6:9])
+
+        assert ((lamp[:3] > low) & (lamp[:3] < high)).all()
+        np.testing.assert_allclose(normal / np.linalg.norm(normal), lamp[12:])

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from quarc_ref.synth.furniture import make_room
+from quarc_ref.synth.paints import Paint, choose_palette
+from quarc_ref.synth.solids import at, ball, box, turn_y
+from quarc_ref.synth.stage import pack_stage
+
+_PAINT = Paint(3, (0.1,) * 3, (0.2,) * 3, (0.3,) * 3)
+_FIRST = ball(at(1.0, 1.0, 0.0), 0.5, _PAINT)
+_SECOND = box(at(-1.0, 1.0, 0.0) @ turn_y(0.3), (0.1, 0.2, 0.3), _PAINT)
+_THIRD = ball(at(0.0, 2.0, 0.0), 0.1, _PAINT)
+
+
+@pytest.fixture(scope="module")
+def stage():
+    return pack_stage([[_FIRST, _SECOND], [_THIRD]], make_room(0.0, choose_palette(0)))
+
+
+def test_groups_follow_one_another(stage):
+    assert stage.groups[:, 4:].tolist() == [[0, 2], [2, 3]]
+
+
+def test_the_sphere_of_a_group_is_around_its_solids(stage):
+    center, radius = stage.groups[0, :3], stage.groups[0, 3]
+    reaches = np.linalg.norm(stage.solids[:2, :3] - center, axis=1) + stage.solids[:2, 3]
+
+    assert (reaches <= radius + 1e-12).all()
+    assert radius < 2
+
+
+def test_matrices_lead_from_the_world_to_the_shape(stage):
+    corner = _SECOND.matrix @ (1.0, 1.0, -1.0, 1.0)
+    inverse = stage.solids[1, 4:16].reshape(3, 4)
+
+    np.testing.assert_allclose(inverse @ corner, (1, 1, -1), atol=1e-12)
+
+
+def test_paints_of_the_room_come_after_those_of_the_solids(stage):
+    assert stage.paints.shape == (3 + 6, 14)
+    assert (stage.paints[:3, 13] == 3).all()
+    assert (stage.paints[3:, 13] != 3).all()

@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+
+from quarc_ref.synth.furniture import make_room
+from quarc_ref.synth.options import SynthOptions, make_generator
+from quarc_ref.synth.paints import Paint, choose_palette
+from quarc_ref.synth.render_kernels import measure
+from quarc_ref.synth.rig import place_cameras
+from quarc_ref.synth.scene import make_scene
+from quarc_ref.synth.solids import at, ball, box
+from quarc_ref.synth.stage import pack_stage
+from quarc_ref.synth.tracer import join_points, trace_points, trace_view
+
+_OPTIONS = SynthOptions(width=64, height=48)
+_CENTER = np.array([0.3, 0.9, 0.2])
+_RED = Paint(0, (0.9, 0.02, 0.02), (0.0,) * 3, (0.0,) * 3, gloss=0.2)
+
+
+@pytest.fixture(scope="module")
+def stage():
+    return _stage([ball(at(*_CENTER), 0.3, _RED)])
+
+
+@pytest.fixture(scope="module")
+def cameras():
+    return place_cameras(_OPTIONS)
+
+
+def _stage(*groups):
+    return pack_stage(groups, make_room(0.5, choose_palette(0)))
+
+
+def _project(camera, point):
+    x, y, depth = camera.axes @ (point - camera.center)
+    column = camera.focal * x / depth + camera.width / 2
+    row = camera.focal * y / depth + camera.height / 2
+    return int(row), int(column), depth
+
+
+def test_a_ball_is_seen_by_every_camera_where_its_center_projects_to(stage, cameras):
+    for camera in cameras:
+        row, column, depth = _project(camera, _CENTER)
+        red, green, blue = trace_view(stage, camera).picture[row, column].astype(int)
+        measured = np.empty(1)
+        measure(stage, camera.as_row(), np.array([[column + 0.5, row + 0.5]]), measured)
+
+        assert red > 2 * max(green, blue)
+        assert measured[0] == pytest.approx(depth - 0.3, abs=0.01)
+
+
+def test_depths_are_from_the_floor_before_the_camera_to_the_wall_behind(stage, cameras):
+    view = trace_view(stage, cameras[0])
+    corners = np.array([(x, y, -2.7) for x in (-3.7, 3.7) for y in (0, 3.2)])
+    depths = (corners - cameras[0].center) @ cameras[0].axes[2]
+
+    assert 2 < view.least < 3
+    assert depths.min() < view.most < depths.max()
+
+
+def test_points_lie_on_the_surfaces_and_have_their_colors(stage, cameras):
+    picture = trace_view(stage, cameras[2]).picture
+    points = trace_points(stage, cameras[2], picture, 3000, make_generator(0, "points"))
+    colors = points.colors.astype(int)
+    red = points.positions[colors[:, 0] > 3 * colors[:, 1:].max(axis=1)]
+    distances = np.linalg.norm(red - _CENTER, axis=1)
+
+    assert len(red) > 30  # enough to judge by
+    # Not all: a pixel at the ball's edge may be red with its middle beside the ball.
+    assert (np.abs(distances - 0.3) < 0.01).mean() > 0.8
+
+
+def test_points_keep_to_the_noise_of_two_millimeters(stage, cameras):
+    picture = trace_view(stage, cameras[2]).picture
+    points = trace_points(stage, cameras[2], picture, 3000, make_generator(0, "points"))
+    heights = points.positions[points.positions[:, 1] < 0.008, 1]
+
+    assert heights.std() == pytest.approx(0.002, rel=0.2)
+    assert abs(heights.mean()) < 0.001
+
+
+def test_a_thing_keeps_the_light_off_the_floor_below_it(cameras):
+    camera = cameras[0]
+    hidden, lit = (
+        _stage([box(at(0, 0.5, 0), (0.3, 0.02, 0.3), _RED)]),
+        _stage([box(at(0, 3.19, 3), (0.3, 0.02, 0.3), _RED)]),
+    )
+    row, column, _ = _project(camera, np.array([0.1, 0.0, -0.1]))
+    dark, bright = (trace_view(s, camera).picture[row, column].mean() for s in (hidden, lit))
+
+    assert dark < 0.85 * bright
+
+
+def test_what_is_left_out_of_the_lists_does_not_change_a_picture(cameras):
+    stage = make_scene(2).at_time(0.6)
+    solids, groups = stage.solids.copy(), stage.groups.copy()
+    solids[:, 3] = groups[:, 3] = 50.0
+    everywhere = stage._replace(solids=solids, groups=groups)
+    for camera in (cameras[0], cameras[1]):
+        listed, whole = trace_view(stage, camera), trace_view(everywhere, camera)
+
+        np.testing.assert_array_equal(listed.picture, whole.picture)
+
+
+def test_parts_are_joined_in_their_order(stage, cameras):
+    picture = trace_view(stage, cameras[1]).picture
+    parts = [
+        trace_points(stage, cameras[1], picture, count, make_generator(0, "points"))
+        for count in (2, 3)
+    ]
+    joined = join_points(parts)
+
+    np.testing.assert_array_equal(joined.positions[2:], parts[1].positions)
+    assert joined.colors.shape == (5, 3)

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from quarc_ref.synth.options import SynthOptions
+from quarc_ref.synth.rig import place_cameras
+from quarc_ref.synth.scene import make_scene
+from quarc_ref.synth.tracer import trace_view
+from quarc_ref.synth.variants import VARIANTS
+
+
+def _trace(variant, time=0.3, camera=0, width=96):
+    """The picture of a variant, as floats from 0 to 255."""
+    options = SynthOptions(width=width, height=3 * width // 4, variant=variant)
+    scene = make_scene(options.seed, options.scene)
+    return trace_view(scene.at_time(time), place_cameras(options)[camera]).picture.astype(float)
+
+
+def _find_subject(time):
+    """Where the robot is in the picture of the stage: where two moments differ much."""
+    change = np.abs(_trace("dark-stage", time) - _trace("dark-stage", time + 0.25))
+    return change.max(axis=2) > 40
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_variant_is_a_picture_that_differs_from_the_playrooms(variant):
+    picture = _trace(variant)
+
+    assert picture.std() > 15
+    assert (variant == "playroom") == np.array_equal(picture, _trace("playroom"))
+
+
+def test_a_variant_that_does_not_exist_is_refused_with_those_that_do():
+    with pytest.raises(ValueError, match="'night', not one of playroom, bright-stage"):
+        SynthOptions(variant="night")
+
+
+def test_the_subject_of_the_stages_is_small():
+    assert 0.005 < _find_subject(0.3).mean() < 0.06
+
+
+def test_the_subject_has_the_same_light_in_the_dark_and_in_the_bright():
+    dark, bright = (_trace(f"{light}-stage", width=288) for light in ("dark", "bright"))
+    lit = dark.max(axis=2) > 60
+    shifts = [(x, y) for x in (-3, 0, 3) for y in (-3, 0, 3)]
+    inside = np.all([np.roll(lit, shift, axis=(0, 1)) for shift in shifts], axis=0)
+
+    assert inside.sum() > 200
+    same = (dark == bright).all(axis=2)[inside]
+    assert same.mean() > 0.95  # all but some slits between limbs, where the hall is seen
+
+
+def test_the_dark_stage_is_black_but_for_the_subject_and_the_lamps():
+    dark, bright = _trace("dark-stage"), _trace("bright-stage")
+
+    assert np.median(dark) < 25 < 80 < np.median(bright)
+    assert (dark.min(axis=2) > 200).any()
+
+
+def test_cameras_differ_in_gain_and_color_in_one_variant_alone():
+    films = np.stack([each.film for each in place_cameras(SynthOptions(variant="mixed-cameras"))])
+    gains = np.diagonal(films, axis1=1, axis2=2)
+
+    assert 0.15 < np.log(gains).std(axis=0).mean() < 0.4
+    assert 0.02 < np.log(gains).std(axis=1).mean() < 0.15
+    assert all(np.array_equal(each.film, np.eye(3)) for each in place_cameras(SynthOptions()))
+
+
+def test_what_is_fast_is_where_the_playroom_is_three_times_as_late():
+    np.testing.assert_array_equal(_trace("fast", 0.2), _trace("playroom", 0.6))
+
+
+def test_the_visitor_appears_and_leaves():
+    seen = [
+        np.abs(_trace("visitor", time) - _trace("playroom", time)).max(axis=2) > 30
+        for time in (0.0, 0.35, 0.5, 0.79)
+    ]
+
+    assert [part.mean() > 0.01 for part in seen] == [False, True, True, False]
+    assert not (seen[1] & seen[2]).any()

@@ -1,0 +1,128 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.datasets.points_ply import read_points_ply
+from quarc_ref.datasets.video import VideoReader
+from quarc_ref.files import MARKER
+from quarc_ref.synth import write_capture
+from quarc_ref.synth.rig import place_cameras
+from quarc_ref.synth.write_capture import write_synthetic_capture
+
+_VIDEOS = ["cam00.mp4", "cam01.mp4", "cam02.mp4", "cam03.mp4", "cam04.mp4"]
+
+
+def test_a_capture_has_a_video_to_each_camera_and_poses_and_points(folder):
+    names = sorted(path.name for path in folder.iterdir())
+
+    assert names == [MARKER, *_VIDEOS, "points3D_init.ply", "poses_bounds.npy"]
+
+
+def test_every_video_has_the_size_pace_and_frames_that_were_asked_for(folder, options):
+    readers = [VideoReader(folder / name) for name in _VIDEOS]
+
+    assert {(r.width, r.height) for r in readers} == {(options.width, options.height)}
+    assert {r.frames_per_second for r in readers} == {30.0}
+    assert {r.frame_count for r in readers} == {options.frames}
+
+
+def test_poses_have_a_row_of_seventeen_to_a_camera(folder):
+    poses = np.load(folder / "poses_bounds.npy")
+
+    assert poses.shape == (5, 17)
+    assert poses.dtype == np.float64
+
+
+def test_the_bounds_of_a_pose_hold_all_that_its_camera_sees(folder):
+    poses = np.load(folder / "poses_bounds.npy")
+
+    assert (poses[:, 15] > 1).all()
+    assert (poses[:, 15] < poses[:, 16]).all()
+    assert (poses[:, 16] < 10).all()
+
+
+def test_points_are_about_eight_thousand_within_the_room(folder):
+    points = read_points_ply(folder / "points3D_init.ply")
+
+    assert len(points.positions) == 8000
+    assert np.abs(points.positions).max() < 4.05
+
+
+def test_the_loader_of_the_layout_opens_it_with_the_first_camera_held_out(folder, options):
+    capture = open_capture(folder)
+
+    assert capture.held_out == (0,)
+    assert capture.frame_count == options.frames
+    assert capture.image(2, 1).shape == (options.height, options.width, 3)
+
+
+def test_points_have_the_colors_that_other_cameras_see_there(folder, options):
+    points = read_points_ply(folder / "points3D_init.ply")
+    matches = []
+    for index, camera in enumerate(place_cameras(options)):
+        picture = VideoReader(folder / f"cam{index:02}.mp4").read(0)
+        x, y, depth = camera.axes @ (points.positions - camera.center).T
+        column = np.floor(camera.focal * x / depth + options.width / 2).astype(int)
+        row = np.floor(camera.focal * y / depth + options.height / 2).astype(int)
+        seen = (depth > 0) & (column >= 0) & (column < 48) & (row >= 0) & (row < 36)
+        colors = picture[row[seen], column[seen]].astype(float)
+        matches.append(np.abs(colors - points.colors[seen]).mean(axis=1))
+
+    # Edges of small pictures and what hides behind something differ; most does not.
+    assert all(np.median(match) < 20 for match in matches)
+
+
+def test_the_same_options_give_the_same_bytes(folder, options, tmp_path):
+    write_synthetic_capture(tmp_path / "again", options)
+
+    for path in folder.iterdir():
+        assert (tmp_path / "again" / path.name).read_bytes() == path.read_bytes()
+
+
+def test_another_seed_gives_another_scene(folder, options, tmp_path):
+    write_synthetic_capture(tmp_path / "other", replace(options, frames=1, seed=1))
+    first, other = VideoReader(folder / "cam00.mp4"), VideoReader(tmp_path / "other" / "cam00.mp4")
+
+    assert np.abs(first.read(0).astype(float) - other.read(0)).mean() > 5
+
+
+def test_progress_counts_every_picture(options, tmp_path):
+    told = []
+    write_synthetic_capture(tmp_path / "c", replace(options, frames=2), lambda *p: told.append(p))
+
+    assert told == [(done, 10) for done in range(1, 11)]
+
+
+def test_a_folder_with_something_in_it_is_refused_and_left_as_it_is(options, tmp_path):
+    (tmp_path / "mine.txt").write_text("keep")
+    with pytest.raises(FileExistsError, match=r"mine\.txt"):
+        write_synthetic_capture(tmp_path, options)
+
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_file_of_that_name_is_refused(options, tmp_path):
+    (tmp_path / "taken").write_text("keep")
+    with pytest.raises(FileExistsError, match="taken"):
+        write_synthetic_capture(tmp_path / "taken", options)
+
+
+def test_an_empty_folder_is_taken(options, tmp_path):
+    (tmp_path / "empty").mkdir()
+    write_synthetic_capture(tmp_path / "empty", replace(options, frames=1))
+
+    assert (tmp_path / "empty" / "cam04.mp4").is_file()
+
+
+def test_a_capture_that_cannot_be_finished_leaves_nothing(options, tmp_path, monkeypatch):
+    def fail(*_arguments):
+        message = "disk full"
+        raise OSError(message)
+
+    monkeypatch.setattr(write_capture, "write_points_ply", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_synthetic_capture(tmp_path / "half", replace(options, frames=1))
+
+    assert list(tmp_path.iterdir()) == []
