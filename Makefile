@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test check lint types imports docs core conformance mutants clean
+.PHONY: help setup lock outdated locked demo test check lint types imports docs core player conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -46,7 +46,7 @@ demo: $(READY) $(CORE) ## Trace a scene, encode it, decode it, measure it: demo/
 test: $(READY) $(CORE) ## Run all tests.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
 
-check: locked lint types imports docs core test ## Everything that CI runs: versions, lint, types, import rules, docs, tests.
+check: locked lint types imports docs core test player ## Everything that CI runs: versions, lint, types, import rules, docs, tests.
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -75,6 +75,11 @@ core: ## Format, lints and tests of core/.
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
+player: ## Build and test player/: quarc-player.js.
+	@if ! command -v npm >/dev/null; then echo "no npm here: player/ is left out"; \
+	elif ! core/wasm/build.sh; then echo "no module for the web: player/ is left out"; \
+	else cd player && { [ -d node_modules ] || npm ci --silent; } && npm test --silent; fi
+
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
 
@@ -88,6 +93,9 @@ conformance: $(READY) $(CORE) ## Test vectors: reference decoder and encoder, an
 	else echo "no cargo here: core/ is left out"; fi
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --timeout 300 --memory 2048 \
 	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
+	@if command -v node >/dev/null && core/wasm/build.sh && core/wasm/build.sh --conformance; then \
+	  $(BIN)/python conformance/run.py --decoder "node core/wasm/conformance.mjs"; \
+	else echo "no Node, or no module for it: core/wasm is left out"; fi
 	@if command -v npm >/dev/null; then \
 	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm run --silent build && cd - >/dev/null && \
 	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; \
