@@ -118,6 +118,9 @@ typedef struct {
   uint32_t up_axis;
   // Size of a world unit; 0 where unknown.
   float meters_per_unit;
+  // 1 if frames may change the codes of single Gaussians, else 0: then a Gaussian keeps its
+  // codes up to the next canonical frame.
+  uint32_t updates;
 } quarc_head_info;
 
 // A state in floats (SPEC 10.1), a row to a Gaussian as 3DGS stores it: not activated.

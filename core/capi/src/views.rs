@@ -41,6 +41,9 @@ pub struct HeadView {
     pub up_axis: u32,
     /// Size of a world unit; 0 where unknown.
     pub meters_per_unit: f32,
+    /// 1 if frames may change the codes of single Gaussians, else 0: then a Gaussian keeps its
+    /// codes up to the next canonical frame.
+    pub updates: u32,
 }
 
 impl HeadView {
@@ -58,6 +61,7 @@ impl HeadView {
             right_handed: header.right_handed.into(),
             up_axis: header.up_axis.into(),
             meters_per_unit: header.meters_per_unit,
+            updates: header.updates.into(),
         }
     }
 }

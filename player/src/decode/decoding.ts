@@ -95,6 +95,7 @@ class Playing {
   readonly #reader: PartReader;
   readonly #slots = new Slots();
   #decoder: Decoder | null = null;
+  #hasUpdates = false;
 
   constructor(run: Run, stream: Stream, post: Post) {
     this.#run = run;
@@ -127,6 +128,7 @@ class Playing {
         await this.#readOn(decoder);
         continue;
       }
+      if (this.frame === null) this.#hasUpdates = decoder.hasUpdates;
       if (this.#stream.firstFrame === null) this.#tellInfo(decoder, found);
       const end = decoder.offset;
       this.#tellFrame(found, begin === null ? 0 : end - begin, decodeMs);
@@ -226,7 +228,7 @@ class Playing {
     const run = this.#run.number;
     const begun = performance.now();
     const { frame } = state;
-    const taken = this.#slots.take(state, { run, bytes, decodeMs });
+    const taken = this.#slots.take(state, this.#hasUpdates, { run, bytes, decodeMs });
     const packet = { ...taken, decodeMs: decodeMs + performance.now() - begun };
     this.frame = frame;
     this.#run.credit -= 1;

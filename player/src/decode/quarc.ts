@@ -185,6 +185,13 @@ export class Decoder {
     return readHead(this.#memory, scratch);
   }
 
+  /** Whether frames may change the codes of Gaussians that live on. */
+  get hasUpdates(): boolean {
+    const { scratch } = this.#quarc;
+    this.#check(this.#call.quarc_head(this.#handle, scratch));
+    return this.#quarc.view(Uint32Array, scratch, 13)[12] === 1;
+  }
+
   get cameras(): CaptureCamera[] {
     const { scratch } = this.#quarc;
     const cameras: CaptureCamera[] = [];
@@ -254,7 +261,9 @@ export class Decoder {
 }
 
 async function compile(): Promise<WebAssembly.Module> {
-  const bytes = Uint8Array.from(atob(compressed), (letter) => letter.charCodeAt(0));
+  const letters = atob(compressed);
+  const bytes = new Uint8Array(letters.length);
+  for (let at = 0; at < bytes.length; at++) bytes[at] = letters.charCodeAt(at);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return WebAssembly.compile(await new Response(stream).arrayBuffer());
 }

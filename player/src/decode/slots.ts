@@ -4,7 +4,6 @@ import type { FramePacket } from "../protocol.js";
 import type { State } from "./quarc.js";
 
 const NO_SLOT = 0xffff_ffff;
-const POSITION_PLANES = 3;
 const MOTION_PLANES = 7;
 
 /** What a packet tells beside the Gaussians. */
@@ -13,42 +12,46 @@ export type Extras = Pick<FramePacket, "run" | "bytes" | "decodeMs">;
 export class Slots {
   #ids = new Uint32Array(0);
   #rows = new Uint32Array(0); // the slot of each row of the state
+  #births: number[] = []; // rows whose Gaussian is new
   #free: number[] = [];
   #limit = 0;
   #isFull = true;
   // By slot: what is known of it, and what this frame did to it.
-  #motion: Int32Array[] = [];
+  #motion = new Int32Array(0);
   #codes: Int16Array[] = [];
   #isMoved = new Uint8Array(0);
   #isCoded = new Uint8Array(0);
 
   /** The packet of the next state; that of the first one is full. */
-  take(state: State, extras: Extras): FramePacket {
-    const freed = this.#assign(state.ids);
+  take(state: State, hasUpdates: boolean, extras: Extras): FramePacket {
+    const freedSlots = this.#assign(state.ids);
     this.#grow(state.codes.length);
     this.#isMoved.fill(0);
     this.#isCoded.fill(0);
-    const [births, known] = [this.#births, this.#rows];
-    for (const slot of births) this.#isMoved[slot] = this.#isCoded[slot] = 1;
-    const motion = [...state.positions, ...state.rotations];
-    motion.forEach((plane, row) => update(plane, known, at(this.#motion, row), this.#isMoved));
-    state.codes.forEach((plane, row) => update(plane, known, at(this.#codes, row), this.#isCoded));
+    for (const row of this.#births) {
+      const slot = this.#rows[row] as number;
+      this.#isMoved[slot] = this.#isCoded[slot] = 1;
+    }
+    updateMotion(state, this.#rows, this.#motion, this.#isMoved);
+    this.#updateCodes(state, hasUpdates);
     const [movedSlots, codedSlots] = [list(this.#isMoved), list(this.#isCoded)];
     const packet = {
       ...{ frame: state.frame, ...extras, isFull: this.#isFull },
       ...{ count: state.count, slotLimit: this.#limit, isCanonical: state.phase === 0 },
-      movedSlots,
-      positions: gather(Int32Array, this.#motion.slice(0, POSITION_PLANES), movedSlots),
-      rotations: gather(Int32Array, this.#motion.slice(POSITION_PLANES), movedSlots),
-      codedSlots,
-      codes: gather(Int16Array, this.#codes, codedSlots),
-      freedSlots: freed,
+      ...{ movedSlots, ...gatherMotion(this.#motion, movedSlots) },
+      ...{ codedSlots, codes: gatherCodes(this.#codes, codedSlots), freedSlots },
     };
     this.#isFull = false;
     return packet;
   }
 
-  #births: number[] = [];
+  #updateCodes({ phase, codes }: State, hasUpdates: boolean): void {
+    codes.forEach((plane, at) => {
+      const known = this.#codes[at] as Int16Array;
+      if (phase === 0 || hasUpdates) updatePlane(plane, this.#rows, known, this.#isCoded);
+      else for (const row of this.#births) known[this.#rows[row] as number] = plane[row] as number;
+    });
+  }
 
   /** Give every row its slot; returns the slots that nobody has any longer. Ids ascend. */
   #assign(ids: Uint32Array): Uint32Array {
@@ -66,7 +69,8 @@ export class Slots {
     }
     while (old < before.length) left.push(known[old++] as number);
     const free = this.#free.concat(left);
-    this.#births = births.map((row) => (rows[row] = free.pop() ?? this.#limit++));
+    for (const row of births) rows[row] = free.pop() ?? this.#limit++;
+    this.#births = births;
     this.#free = free;
     this.#ids = ids.slice();
     this.#rows = rows;
@@ -78,9 +82,7 @@ export class Slots {
   #grow(codePlanes: number): void {
     if (this.#limit <= this.#isMoved.length && this.#codes.length === codePlanes) return;
     const room = Math.ceil(1.25 * this.#limit);
-    this.#motion = Array.from({ length: MOTION_PLANES }, (_, at) =>
-      enlarge(Int32Array, this.#motion[at], room),
-    );
+    this.#motion = enlarge(Int32Array, this.#motion, MOTION_PLANES * room);
     this.#codes = Array.from({ length: codePlanes }, (_, at) =>
       enlarge(Int16Array, this.#codes[at], room),
     );
@@ -89,23 +91,49 @@ export class Slots {
   }
 }
 
-type Numbers = Int32Array | Int16Array;
-
-/** Bring what is known of a plane up to date, and mark the slots where it was not. */
-function update(plane: Numbers, slots: Uint32Array, known: Numbers, marks: Uint8Array): void {
-  for (let row = 0; row < plane.length; row++) {
+/** Bring what is known of places and rotations up to date, and mark the slots where it was not. */
+function updateMotion(state: State, slots: Uint32Array, known: Int32Array, marks: Uint8Array): void {
+  const [x, y, z] = state.positions as [Int32Array, Int32Array, Int32Array];
+  const [w, i, j, k] = state.rotations as [Int32Array, Int32Array, Int32Array, Int32Array];
+  for (let row = 0; row < slots.length; row++) {
     const slot = slots[row] as number;
-    const number = plane[row] as number;
-    if (known[slot] !== number) {
-      known[slot] = number;
-      marks[slot] = 1;
+    const at = MOTION_PLANES * slot;
+    if (
+      known[at] === x[row] &&
+      known[at + 1] === y[row] &&
+      known[at + 2] === z[row] &&
+      known[at + 3] === w[row] &&
+      known[at + 4] === i[row] &&
+      known[at + 5] === j[row] &&
+      known[at + 6] === k[row]
+    ) {
+      continue;
     }
+    marks[slot] = 1;
+    known[at] = x[row] as number;
+    known[at + 1] = y[row] as number;
+    known[at + 2] = z[row] as number;
+    known[at + 3] = w[row] as number;
+    known[at + 4] = i[row] as number;
+    known[at + 5] = j[row] as number;
+    known[at + 6] = k[row] as number;
+  }
+}
+
+/** The same of a plane of codes. */
+function updatePlane(plane: Int16Array, slots: Uint32Array, known: Int16Array, marks: Uint8Array): void {
+  for (let row = 0; row < slots.length; row++) {
+    const slot = slots[row] as number;
+    const code = plane[row] as number;
+    if (known[slot] === code) continue;
+    known[slot] = code;
+    marks[slot] = 1;
   }
 }
 
 /** The slots that are marked, ascending. */
 function list(marks: Uint8Array): Uint32Array {
-  const slots = new Uint32Array(marks.length);
+  const slots = new Uint32Array(marks.length + 1); // written to before it is known whether to stay
   let count = 0;
   for (let slot = 0; slot < marks.length; slot++) {
     slots[count] = slot;
@@ -114,24 +142,33 @@ function list(marks: Uint8Array): Uint32Array {
   return slots.slice(0, count);
 }
 
-/** A row to each of some slots. */
-function gather<T extends Numbers>(type: new (length: number) => T, planes: T[], slots: Uint32Array): T {
-  const width = planes.length;
-  const rows = new type(slots.length * width);
+type Motion = Pick<FramePacket, "positions" | "rotations">;
+
+function gatherMotion(known: Int32Array, slots: Uint32Array): Motion {
+  const positions = new Int32Array(3 * slots.length);
+  const rotations = new Int32Array(4 * slots.length);
+  for (let place = 0; place < slots.length; place++) {
+    const at = MOTION_PLANES * (slots[place] as number);
+    for (let axis = 0; axis < 3; axis++) positions[3 * place + axis] = known[at + axis] as number;
+    for (let part = 0; part < 4; part++) rotations[4 * place + part] = known[at + 3 + part] as number;
+  }
+  return { positions, rotations };
+}
+
+function gatherCodes(planes: readonly Int16Array[], slots: Uint32Array): Int16Array {
+  const codes = new Int16Array(planes.length * slots.length);
   planes.forEach((plane, column) => {
-    for (let at = 0, place = column; at < slots.length; at++, place += width) {
-      rows[place] = plane[slots[at] as number] as number;
+    for (let at = 0, place = column; at < slots.length; at++, place += planes.length) {
+      codes[place] = plane[slots[at] as number] as number;
     }
   });
-  return rows;
+  return codes;
 }
+
+type Numbers = Int32Array | Int16Array;
 
 function enlarge<T extends Numbers>(type: new (length: number) => T, known: T | undefined, room: number): T {
   const larger = new type(room);
   if (known !== undefined) larger.set(known);
   return larger;
-}
-
-function at<T>(planes: readonly T[], at: number): T {
-  return planes[at] as T;
 }
