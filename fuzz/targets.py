@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import cast
 
 from quarc_ref.datasets import colmap, n3dv, transforms_json
+from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.named_files import NamedFiles
 from quarc_ref.datasets.points_ply import read_points_ply
@@ -119,6 +120,12 @@ def transforms(data: bytes) -> None:
                 NamedFiles(path).find(entry.path)
 
 
+def notes(data: bytes) -> None:
+    """Read the notes of a capture, and apply them to its cameras."""
+    with _file(NOTES_NAME, data) as path, suppress(CaptureError):
+        read_capture_notes(path.parent).first_frames(["cam00", "cam01"])
+
+
 def stills(data: bytes) -> None:
     """Read the header of a picture file."""
     with suppress(ValueError):
@@ -173,6 +180,7 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "poses": poses,
     "ply": ply,
     "transforms": transforms,
+    "notes": notes,
     "stills": stills,
     "colmap": colmap_model,
     "training": training,

@@ -12,6 +12,7 @@
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
     ├── UnreadablePoseError     a pose file is malformed, or its numbers no pose
+    ├── UnreadableNotesError    quarc-capture.json is malformed
     ├── UnsupportedCameraError  a camera model that cannot be made a pinhole
     └── UnreadablePointsError   initial points are malformed, or cannot be found
 
@@ -65,6 +66,10 @@ class UnreadableVideoError(CaptureError):
 
 class UnreadablePoseError(CaptureError):
     """A pose file is malformed, or its numbers are no pose."""
+
+
+class UnreadableNotesError(CaptureError):
+    """The notes of a capture, `quarc-capture.json`, are malformed."""
 
 
 class UnsupportedCameraError(CaptureError):

@@ -158,6 +158,7 @@ def files() -> Iterator[tuple[str, bytes]]:
     yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
     pictures = scenes.picture_document(shots, frames=1)
     yield "transforms/pictures.json", json.dumps(pictures).encode()
+    yield "notes/all.json", _NOTES
     exif = forgeries.forge_exif(6)
     yield "stills/turned.png", forgeries.forge_png(8, 4, exif)
     yield "stills/turned.jpg", forgeries.add_exif(_JPEG_HEADER, exif)
@@ -171,6 +172,7 @@ def files() -> Iterator[tuple[str, bytes]]:
     yield "marker/three.txt", marker.getvalue()
 
 
+_NOTES = b"""{"offsets": {"cam00": 4, "cam01": 1.5}, "up": [0, -1, 0.1], "meters_per_unit": 1}"""
 _JPEG_HEADER = bytes.fromhex("ffd8 ffe00004abcd ffc0000b08000400080101 1100 ffda0002 ffd9")
 _PROPERTIES = b"".join(
     [*(b"property float %c\n" % axis for axis in b"xyz")]

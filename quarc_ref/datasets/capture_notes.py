@@ -1,0 +1,173 @@
+"""`quarc-capture.json`: what a layout of poses has no place for.
+
+The file lies in the folder of a capture, beside the files of any layout:
+
+    {"offsets": {"cam03": 4, "cam07": 0.5}, "up": [0, -1, 0], "meters_per_unit": 1}
+
+Every key may be left out. `calibrate` writes the file; loading applies the
+offsets, and encoding writes direction and scale into the stream.
+"""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from quarc_ref.datasets.errors import MissingCameraError, MissingFileError, UnreadableNotesError
+from quarc_ref.files import write_file
+
+NOTES_NAME = "quarc-capture.json"
+_KEYS = ("offsets", "up", "meters_per_unit")
+_MOST_BYTES = 1 << 20
+_MOST_FRAMES = 1e7  # of an offset: a day at 100 frames per second
+_MOST_METERS = 1e6  # of `meters_per_unit`, as in the header of a stream (SPEC 5.3)
+
+Direction = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureNotes:
+    """Offsets, direction and scale of a capture.
+
+    Attributes:
+        offsets: Frames by the name of the camera: frame `t` of the capture is
+            frame `t + offset` of the camera's own recording. A camera that is
+            not named has an offset of 0. Only differences count.
+        up: Unit vector that points up in the world; None if it is unknown.
+        meters_per_unit: Size of a world unit; None if it is unknown.
+
+    Raises:
+        ValueError: A number is not finite or out of range.
+    """
+
+    offsets: Mapping[str, float] = field(default_factory=dict)
+    up: Direction | None = None
+    meters_per_unit: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, offset in self.offsets.items():
+            if not abs(offset) <= _MOST_FRAMES:
+                message = f"the offset of camera {name} is {offset}, not a number of frames"
+                raise ValueError(message)
+        if self.up is not None:
+            object.__setattr__(self, "up", _normalize(self.up))
+        if self.meters_per_unit is not None and not 0 < self.meters_per_unit <= _MOST_METERS:
+            message = f"meters_per_unit is {self.meters_per_unit}, not above 0 and at most 1000000"
+            raise ValueError(message)
+
+    def first_frames(self, cameras: Iterable[str]) -> dict[str, int]:
+        """Return the frame of each camera's recording that is frame 0 of the capture.
+
+        Offsets are rounded to whole frames, and shifted so that the least is 0.
+
+        Args:
+            cameras: Names of all cameras of the capture, at least one.
+
+        Raises:
+            MissingCameraError: An offset is of a camera that is not among them.
+        """
+        names = list(cameras)
+        unknown = sorted(set(self.offsets) - set(names))
+        if unknown:
+            message = (
+                f"{NOTES_NAME} has an offset of camera {', '.join(unknown)}, but the cameras are "
+                f"{', '.join(names)}: correct the name, or remove the offset"
+            )
+            raise MissingCameraError(message)
+        rounded = {name: round(self.offsets.get(name, 0)) for name in names}
+        least = min(rounded.values())
+        return {name: offset - least for name, offset in rounded.items()}
+
+
+def read_capture_notes(folder: Path) -> CaptureNotes:
+    """Return the notes of a capture; empty ones if the folder has no such file.
+
+    Args:
+        folder: Of the capture.
+
+    Raises:
+        MissingFileError: The file is there and cannot be read.
+        UnreadableNotesError: The file is malformed.
+    """
+    path = folder / NOTES_NAME
+    if not path.is_file():
+        return CaptureNotes()
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        return _parse(data)
+    except OSError as error:
+        message = f"{path} cannot be read: {error}"
+        raise MissingFileError(message) from error
+    except (OverflowError, RecursionError, TypeError, ValueError) as error:
+        message = f"{path}: {error}"
+        raise UnreadableNotesError(message) from error
+
+
+def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
+    """Write notes as a file, which `read_capture_notes` reads; one that is there is replaced.
+
+    Args:
+        path: Of the file, named `NOTES_NAME`.
+        notes: What to write; what is unknown is left out.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    known: dict[str, object] = {"offsets": dict(notes.offsets)}
+    if notes.up is not None:
+        known["up"] = list(notes.up)
+    if notes.meters_per_unit is not None:
+        known["meters_per_unit"] = notes.meters_per_unit
+    write_file(path, json.dumps(known, indent=2, allow_nan=False).encode() + b"\n")
+
+
+def _parse(data: bytes) -> CaptureNotes:
+    if len(data) > _MOST_BYTES:
+        message = f"the file has more than {_MOST_BYTES:,} bytes"
+        raise ValueError(message)
+    document = json.loads(data)
+    if not isinstance(document, dict):
+        message = "the file is not a JSON object"
+        raise TypeError(message)
+    unknown = sorted(set(document) - set(_KEYS))
+    if unknown:
+        message = f"unknown key {', '.join(map(repr, unknown))}; known are {', '.join(_KEYS)}"
+        raise ValueError(message)
+    offsets = document.get("offsets", {})
+    if not isinstance(offsets, dict):
+        message = "'offsets' is not an object of cameras and frames"
+        raise TypeError(message)
+    return CaptureNotes(
+        {name: _number(offset, f"the offset of {name}") for name, offset in offsets.items()},
+        _parse_up(document["up"]) if "up" in document else None,
+        _number(document["meters_per_unit"], "meters_per_unit")
+        if "meters_per_unit" in document
+        else None,
+    )
+
+
+def _parse_up(value: object) -> Direction:
+    if not isinstance(value, list) or len(value) != 3:
+        message = "'up' is not a list of three numbers"
+        raise TypeError(message)
+    x, y, z = (_number(number, "'up'") for number in value)
+    return x, y, z
+
+
+def _number(value: object, what: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        message = f"{what} is not a number"
+        raise TypeError(message)
+    return float(value)
+
+
+def _normalize(up: Direction) -> Direction:
+    largest = max(map(abs, up))
+    if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
+        message = f"'up' is {list(up)}, which is no direction"
+        raise ValueError(message)
+    x, y, z = (number / largest for number in up)  # so that no square overflows
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length

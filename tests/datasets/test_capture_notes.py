@@ -1,0 +1,75 @@
+import json
+import math
+
+import pytest
+
+from quarc_ref.datasets.capture_notes import (
+    NOTES_NAME,
+    CaptureNotes,
+    read_capture_notes,
+    write_capture_notes,
+)
+from quarc_ref.datasets.errors import MissingCameraError, UnreadableNotesError
+
+
+def test_notes_are_read_as_they_were_written(tmp_path):
+    notes = CaptureNotes({"cam01": 2.5, "cam02": -3}, (0.0, -1.0, 0.0), 0.25)
+
+    write_capture_notes(tmp_path / NOTES_NAME, notes)
+
+    assert read_capture_notes(tmp_path) == notes
+
+
+def test_a_capture_without_the_file_has_empty_notes(tmp_path):
+    assert read_capture_notes(tmp_path) == CaptureNotes({}, None, None)
+
+
+def test_what_is_unknown_is_left_out_of_the_file(tmp_path):
+    write_capture_notes(tmp_path / NOTES_NAME, CaptureNotes({"a": 1}))
+
+    assert json.loads((tmp_path / NOTES_NAME).read_text()) == {"offsets": {"a": 1}}
+
+
+def test_up_has_unit_length():
+    assert CaptureNotes(up=(0, -3, 4)).up == pytest.approx((0, -0.6, 0.8))
+    assert CaptureNotes(up=(1e300, 0, 1e300)).up == pytest.approx(
+        (math.sqrt(0.5), 0, math.sqrt(0.5))
+    )
+
+
+def test_first_frames_are_rounded_offsets_of_which_the_least_is_0():
+    notes = CaptureNotes({"a": -2.4, "b": 3.6})
+
+    assert notes.first_frames(["a", "b", "c"]) == {"a": 0, "b": 6, "c": 2}
+    assert CaptureNotes({"a": 5, "b": 7}).first_frames(["a", "b"]) == {"a": 0, "b": 2}
+
+
+def test_an_offset_of_an_unknown_camera_is_refused_by_name():
+    with pytest.raises(MissingCameraError, match="cam9, but the cameras are cam0, cam1"):
+        CaptureNotes({"cam9": 1}).first_frames(["cam0", "cam1"])
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("[]", "not a JSON object"),
+        ("{", "Expecting"),
+        ('{"ofsets": {}}', "unknown key 'ofsets'; known are offsets, up, meters_per_unit"),
+        ('{"offsets": [1]}', "'offsets' is not an object"),
+        ('{"offsets": {"cam00": true}}', "the offset of cam00 is not a number"),
+        ('{"offsets": {"cam00": 1e9}}', "not a number of frames"),
+        ('{"offsets": {"cam00": NaN}}', "not a number of frames"),
+        ('{"up": [0, 1]}', "'up' is not a list of three numbers"),
+        ('{"up": [0, 0, 0]}', "no direction"),
+        ('{"up": [0, Infinity, 0]}', "no direction"),
+        ('{"meters_per_unit": 0}', "meters_per_unit is 0"),
+        ('{"meters_per_unit": "1"}', "meters_per_unit is not a number"),
+        ("[" * 10**5, "recursion"),
+        (" " * (1 << 20) + "{}", "more than 1,048,576 bytes"),
+    ],
+)
+def test_malformed_notes_are_refused_by_name(tmp_path, text, fault):
+    (tmp_path / NOTES_NAME).write_text(text)
+
+    with pytest.raises(UnreadableNotesError, match=fault):
+        read_capture_notes(tmp_path)
