@@ -54,7 +54,7 @@ def test_an_offset_of_an_unknown_camera_is_refused_by_name():
     [
         ("[]", "not a JSON object"),
         ("{", "Expecting"),
-        ('{"ofsets": {}}', "unknown key 'ofsets'; known are offsets, up, meters_per_unit"),
+        ('{"shifts": {}}', "unknown key 'shifts'; known are offsets, up, meters_per_unit"),
         ('{"offsets": [1]}', "'offsets' is not an object"),
         ('{"offsets": {"cam00": true}}', "the offset of cam00 is not a number"),
         ('{"offsets": {"cam00": 1e9}}', "not a number of frames"),
