@@ -22,6 +22,7 @@ from quarc_ref.datasets.still_header import read_still_header
 from quarc_ref.datasets.transforms_entries import read_transforms
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.encoder.resume.array_file import ArrayFileError, Layout, read_arrays
+from quarc_ref.export.gaussian_ply import parse_ply
 from quarc_ref.files import MARKER, PlaceError, grown_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
@@ -110,6 +111,12 @@ def ply(data: bytes) -> None:
         read_points_ply(path)
 
 
+def gaussians(data: bytes) -> None:
+    """Read a PLY of Gaussians."""
+    with suppress(ValueError):
+        parse_ply(data)
+
+
 def transforms(data: bytes) -> None:
     """Read `transforms.json`, make a rig of it, and look for the files that it names."""
     with _file("transforms.json", data) as path, suppress(CaptureError):
@@ -179,6 +186,7 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "streams": streams,
     "poses": poses,
     "ply": ply,
+    "gaussians": gaussians,
     "transforms": transforms,
     "notes": notes,
     "stills": stills,

@@ -9,13 +9,13 @@ from pathlib import Path
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
-from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.encode_stream import suit_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.jobs import Job, JobsError, Where
 from studies import Row, note, run_waiting

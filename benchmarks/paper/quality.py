@@ -7,9 +7,9 @@ from statistics import fmean
 
 import numpy as np
 
-from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.decoder import Splats
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.views import View, measure_views
 from quarc_ref.format.cameras import Camera

@@ -18,7 +18,6 @@ from paper.float_bytes import summarize_floats
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
 from paper.unquantized import encode_unquantized, open_studio
-from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Splats, dequantize
@@ -26,6 +25,7 @@ from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.encoder.training.threads import fixed_threads
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.inspection.inspect_stream import inspect_stream

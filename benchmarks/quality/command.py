@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from perceptual import Lpips
 from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
@@ -16,6 +15,7 @@ from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.jobs import Job, JobsError, Where
 from studies import Row, note, run_waiting
 

@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from statistics import fmean
 
 from paper.quality import fit_slope
-from perceptual import Lpips
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import Measures
 from quarc_ref.evaluation.color_correction import GAIN
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.quality import finite
 from quarc_ref.evaluation.views import View
 from quarc_ref.format import container

@@ -7,13 +7,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from kept_files import keep_file
-from perceptual import Lpips
 from quality.figures import measure_stream
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.protocol import describe_protocol
 from studies import ProgressLines, Row, keep_row, recall_row, sum_seconds
 

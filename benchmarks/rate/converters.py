@@ -5,22 +5,17 @@ gives back is drawn by the renderer that draws the stream's own frames.
 """
 
 import os
-import re
 import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.export.gaussian_ply import build_ply
+from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 
 PACKAGE = "@playcanvas/splat-transform@3.7.0"
 _SECONDS = 600
-_PLY = re.compile(rb"ply\r?\nformat binary_little_endian 1\.0\r?\n(.*?)end_header\r?\n", re.DOTALL)
-_VERTEX = re.compile(rb"element vertex (\d+)\r?\n((?:property float \S+\r?\n)+)\Z")
 _SPZ_MAGIC = b"NGSP"
 
 
@@ -96,57 +91,6 @@ def name_spz(data: bytes) -> str:
     if data[:4] == _SPZ_MAGIC:
         return f"SPZ v{int.from_bytes(data[4:8], 'little')}"
     return "SPZ, gzipped, v3 or older"
-
-
-def parse_ply(data: bytes) -> Splats:
-    """Return the scene of a 3DGS PLY; of its SH, no more than degree 1.
-
-    Args:
-        data: Binary, little-endian, vertices alone, all properties float, as
-            `build_ply` and splat-transform write it.
-
-    Raises:
-        ValueError: It is no such file.
-    """
-    columns = _read_columns(data)
-
-    def stack(*names: str) -> np.ndarray:
-        return np.stack([columns[name] for name in names], axis=1)
-
-    rest = sum(name.startswith("f_rest_") for name in columns) // 3
-    sh = [stack("f_dc_0", "f_dc_1", "f_dc_2")]
-    sh += [
-        stack(*(f"f_rest_{color * rest + coefficient}" for color in range(3)))
-        for coefficient in range(min(rest, 3))
-    ]
-    rotations = stack("rot_0", "rot_1", "rot_2", "rot_3")
-    return Splats(
-        stack("x", "y", "z"),
-        rotations / np.linalg.norm(rotations, axis=1, keepdims=True),
-        stack("scale_0", "scale_1", "scale_2"),
-        columns["opacity"],
-        np.stack(sh, axis=1),
-    )
-
-
-def _read_columns(data: bytes) -> dict[str, np.ndarray]:
-    head = _PLY.match(data)
-    body = head and _VERTEX.search(
-        b"".join(
-            line + b"\n"
-            for line in head[1].splitlines()
-            if not line.startswith((b"comment", b"obj_info"))
-        )
-    )
-    if head is None or body is None:
-        message = "not a binary little-endian PLY of vertices with float properties"
-        raise ValueError(message)
-    names = [line.split()[2].decode() for line in body[2].splitlines()]
-    table = np.frombuffer(data[head.end() :], dtype="<f4")
-    if table.size != int(body[1]) * len(names):
-        message = f"{table.size} numbers are not {int(body[1])} rows of {len(names)}"
-        raise ValueError(message)
-    return dict(zip(names, table.reshape(-1, len(names)).T.astype(np.float32), strict=True))
 
 
 def _run(command: list[str | Path]) -> str:

@@ -8,7 +8,14 @@ coordinates are the stream's (SPEC 10, Annex on mappings).
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.datasets.ply_table import parse_ply_header, read_ply_columns
 from quarc_ref.decoder.dequantize import Splats
+
+_REST_COUNTS = (0, 9, 24, 45)
+_REQUIRED = (
+    *("x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2"),
+    *("rot_0", "rot_1", "rot_2", "rot_3"),
+)
 
 
 def build_ply(splats: Splats) -> bytes:
@@ -37,3 +44,66 @@ def _columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
         for names, array in groups.items()
         for column, name in enumerate(names)
     }
+
+
+def parse_ply(data: bytes) -> Splats:
+    """Return the Gaussians of a 3DGS PLY, whoever wrote it.
+
+    Args:
+        data: The whole file: ascii or little-endian, with SH of degree 0 to 3.
+
+    Returns:
+        Rotations of unit length; `sh` is `[N, K, 3]`, K being 1, 4, 9 or 16.
+
+    Raises:
+        ValueError: It is no such file, or a number of it is not finite.
+    """
+    header = parse_ply_header(data)
+    rest = sum(name.startswith("f_rest_") for name in header.types)
+    if rest not in _REST_COUNTS:
+        counts = ", ".join(map(str, _REST_COUNTS))
+        message = f"it has {rest} properties f_rest_*, and SH have {counts}"
+        raise ValueError(message)
+    names = [*_REQUIRED, *_name_rest(rest)]
+    missing = [name for name in names if header.types.get(name) not in ("f4", "f8")]
+    if missing:
+        message = f"its vertices have no property {missing[0]}: it is not a PLY of 3D Gaussians"
+        raise ValueError(message)
+    columns = read_ply_columns(data, header)
+    return _build_splats({name: _to_float32(columns[name]) for name in names}, rest)
+
+
+def _build_splats(numbers: dict[str, NDArray[np.float32]], rest: int) -> Splats:
+    def stack(*names: str) -> NDArray[np.float32]:
+        return np.stack([numbers[name] for name in names], axis=1)
+
+    rotations = stack(*(f"rot_{i}" for i in range(4)))
+    lengths = np.linalg.norm(rotations.astype(np.float64), axis=1, keepdims=True)
+    if not lengths.all():
+        message = "a rotation is the quaternion 0"
+        raise ValueError(message)
+    count = len(rotations)
+    sh = stack(*(f"f_dc_{i}" for i in range(3)))[:, None]
+    if rest:
+        by_channel = stack(*_name_rest(rest)).reshape(count, 3, rest // 3)
+        sh = np.concatenate([sh, by_channel.transpose(0, 2, 1)], axis=1)
+    return Splats(
+        stack("x", "y", "z"),
+        (rotations / lengths).astype(np.float32),
+        stack(*(f"scale_{i}" for i in range(3))),
+        numbers["opacity"],
+        np.ascontiguousarray(sh),
+    )
+
+
+def _to_float32(column: NDArray[np.generic]) -> NDArray[np.float32]:
+    with np.errstate(over="ignore"):
+        numbers = np.ascontiguousarray(column, dtype=np.float32)
+    if not np.isfinite(numbers).all():
+        message = "a number is not finite"
+        raise ValueError(message)
+    return numbers
+
+
+def _name_rest(count: int) -> list[str]:
+    return [f"f_rest_{i}" for i in range(count)]

@@ -7,7 +7,8 @@ import numpy as np
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.bands import draw_bands
-from quarc_ref.rendering.pipeline import project, sort_nearest
+from quarc_ref.rendering.harmonics import fold_harmonics
+from quarc_ref.rendering.pipeline import locate_camera, project, sort_nearest
 from quarc_ref.rendering.pipeline_data import Drawn, Float32, Projection
 
 OPACITY_MOST = 0.99
@@ -18,7 +19,7 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
     """Return `[H, W, 3]` the picture that a camera sees, before a black background.
 
     Args:
-        splats: A frame's scene in floats.
+        splats: A frame's scene in floats; of another method's, with SH up to degree 3.
         camera: Gaussians nearer than a fraction of its near bound are not drawn (SPEC 10.3).
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
@@ -48,8 +49,11 @@ def _project(splats: Splats, camera: Camera) -> Projection:
     with np.errstate(over="ignore"):  # what is not finite is not drawn
         opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(OPACITY_MOST))
         scales = np.exp(splats.log_scales)
-    missing = SH_COEFFICIENTS - splats.sh.shape[1]
-    sh = np.pad(splats.sh, ((0, 0), (0, missing), (0, 0))) if missing else splats.sh
+    sh = splats.sh
+    if sh.shape[1] > SH_COEFFICIENTS:
+        sh = fold_harmonics(sh, splats.positions, locate_camera(camera))
+    missing = SH_COEFFICIENTS - sh.shape[1]
+    sh = np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing else sh
     drawn = Drawn(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, drawn)
     return projection.take(sort_nearest(projection))

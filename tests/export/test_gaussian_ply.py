@@ -5,7 +5,8 @@ import struct
 import numpy as np
 import pytest
 
-from quarc_ref.export.gaussian_ply import build_ply
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from tests.export.frames import make_frame
 
 _POSITION = ["x", "y", "z", "nx", "ny", "nz"]
@@ -89,3 +90,76 @@ def test_quaternions_are_unit_and_begin_with_w():
     quaternions = np.array([[vertex[f"rot_{i}"] for i in range(4)] for vertex in vertices])
     assert np.linalg.norm(quaternions, axis=1) == pytest.approx(1, abs=1e-6)
     assert np.array_equal(np.round(quaternions.T * 2**22), scene.rotations)
+
+
+@pytest.mark.parametrize("degree", [0, 1])
+def test_a_written_frame_is_read_back(degree):
+    _, splats = make_frame(degree)
+    read = parse_ply(build_ply(splats))
+
+    for field in ("positions", "log_scales", "opacities", "sh"):
+        assert np.array_equal(getattr(read, field), getattr(splats, field))
+    assert np.allclose(read.rotations, splats.rotations, atol=1e-6)
+
+
+@pytest.mark.parametrize("coefficients", [9, 16])
+def test_harmonics_of_other_methods_are_read_in_full(coefficients):
+    _, splats = make_frame(0)
+    count = len(splats.positions)
+    sh = np.random.default_rng(0).normal(size=(count, coefficients, 3)).astype(np.float32)
+    written = build_ply(
+        Splats(splats.positions, splats.rotations, splats.log_scales, splats.opacities, sh)
+    )
+
+    assert np.array_equal(parse_ply(written).sh, sh)
+
+
+def test_rotations_come_back_as_units_and_numbers_may_be_doubles_or_text():
+    _, splats = make_frame(0)
+    doubled = Splats(
+        splats.positions, 2 * splats.rotations, splats.log_scales, splats.opacities, splats.sh
+    )
+    lines, vertices = _read(build_ply(doubled))
+    text = "\n".join(lines).replace("binary_little_endian", "ascii").replace("float", "double")
+    rows = [" ".join(map(str, vertex.values())) for vertex in vertices]
+    read = parse_ply("\n".join([text, "end_header", *rows, ""]).encode())
+
+    assert np.allclose(read.rotations, splats.rotations, atol=1e-6)
+    assert np.array_equal(read.positions, splats.positions)
+
+
+def _with_number(value):
+    _, splats = make_frame(0)
+    opacities = splats.opacities.copy()
+    opacities[0] = value
+    return build_ply(
+        Splats(splats.positions, splats.rotations, splats.log_scales, opacities, splats.sh)
+    )
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (lambda good: good[:-1], "ends before the last"),
+        (lambda _: b"", "does not begin with the header"),
+        (lambda good: good.replace(b"float rot_3", b"float turn"), "no property rot_3"),
+        (lambda good: good.replace(b"float rot_3", b"uchar rot_3"), "no property rot_3"),
+        (lambda good: good.replace(b"float nx", b"float f_rest_0"), "1 properties f_rest"),
+        (lambda _: _with_number(np.inf), "not finite"),
+    ],
+)
+def test_what_is_not_a_ply_of_gaussians_is_refused_by_name(data, said):
+    with pytest.raises(ValueError, match=said):
+        parse_ply(data(build_ply(make_frame(0)[1])))
+
+
+def test_a_rotation_of_zeros_is_refused():
+    _, splats = make_frame(0)
+    turned = np.zeros_like(splats.rotations)
+
+    with pytest.raises(ValueError, match="quaternion 0"):
+        parse_ply(
+            build_ply(
+                Splats(splats.positions, turned, splats.log_scales, splats.opacities, splats.sh)
+            )
+        )

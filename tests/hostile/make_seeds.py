@@ -14,12 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
+from quarc_ref.decoder import Splats
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.resume.array_file import write_arrays
+from quarc_ref.export.gaussian_ply import build_ply
 from quarc_ref.files.marker import append_line, begin_marker
 from quarc_ref.format import container, wire
 from quarc_ref.format.coding.gaussian_planes import write_births
@@ -67,6 +69,14 @@ def _make(
             loop.commit_births(newborn)
     loop.finish()
     return sink.getvalue()
+
+
+def _make_splats(coefficients: int) -> Splats:
+    """Return two Gaussians with so many harmonics."""
+    rows = np.arange(6, dtype=np.float32).reshape(2, 3)
+    rotations = np.array([[1, 0, 0, 0], [0, 0.6, 0.8, 0]], dtype=np.float32)
+    sh = np.arange(6 * coefficients, dtype=np.float32).reshape(2, coefficients, 3) / 8
+    return Splats(rows, rotations, -rows, rows[:, 0], sh)
 
 
 def _bare(stream: bytes) -> bytes:
@@ -154,6 +164,8 @@ def files() -> Iterator[tuple[str, bytes]]:
     np.save(poses, np.array([scenes.poses_row(shot) for shot in shots]))
     yield "poses/two.npy", poses.getvalue()
     yield "ply/ascii.ply", _ASCII_PLY
+    yield "gaussians/degree-0.ply", build_ply(_make_splats(1))
+    yield "gaussians/degree-1.ply", build_ply(_make_splats(4))
     yield "ply/binary.ply", _BINARY_PLY + bytes(range(15)) + bytes(15)
     yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
     pictures = scenes.picture_document(shots, frames=1)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-import perceptual
-from perceptual import Lpips, WeightsError
+from quarc_ref.evaluation import lpips as module
+from quarc_ref.evaluation.lpips import Lpips, WeightsError
 
 _WIDTHS = (4, 5, 6, 7, 8)
 
@@ -17,7 +17,7 @@ def weights():
         "scaling_layer.scale": torch.tensor([0.46, 0.45, 0.45])[None, :, None, None],
     }
     channels = 3
-    for place, (width, layers) in enumerate(zip(_WIDTHS, perceptual._SLICES, strict=True)):
+    for place, (width, layers) in enumerate(zip(_WIDTHS, module._SLICES, strict=True)):
         for layer in layers:
             kernel = torch.randn(width, channels, 3, 3, generator=generator) / (3 * channels**0.5)
             state[f"net.slice{place + 1}.{layer}.weight"] = kernel

@@ -1,0 +1,131 @@
+"""PLY files as tables: a row to each vertex, a column to each property.
+
+Reads ascii and little-endian binary files whose first element is the vertex. The size of
+every array is proved against the bytes that are there before it is made.
+"""
+
+import re
+from dataclasses import dataclass
+from itertools import takewhile
+
+import numpy as np
+from numpy.typing import NDArray
+
+_HEADER_LIMIT = 1 << 16
+_HEADER = re.compile(rb"ply\r?\n(.*?)^end_header\r?\n", re.DOTALL | re.MULTILINE)
+_TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "<i2",
+    "int16": "<i2",
+    "ushort": "<u2",
+    "uint16": "<u2",
+    "int": "<i4",
+    "int32": "<i4",
+    "uint": "<u4",
+    "uint32": "<u4",
+    "float": "<f4",
+    "float32": "<f4",
+    "double": "<f8",
+    "float64": "<f8",
+}
+
+Columns = dict[str, NDArray[np.generic]]
+
+
+@dataclass(frozen=True, slots=True)
+class PlyHeader:
+    """How the vertices of a file are written, and where they begin.
+
+    Attributes:
+        is_ascii: Whether they are text.
+        count: How many there are.
+        row: The properties of a vertex: names and types.
+        start: Offset of the first vertex, bytes.
+    """
+
+    is_ascii: bool
+    count: int
+    row: np.dtype[np.void]
+    start: int
+
+    @property
+    def types(self) -> dict[str, str]:
+        """The type of each property as NumPy has it without byte order, such as `f4`."""
+        return {name: self.row[name].str[1:] for name in self.row.names or ()}
+
+
+def parse_ply_header(data: bytes) -> PlyHeader:
+    """Return the header of a PLY file.
+
+    Args:
+        data: The whole file, or its beginning.
+
+    Raises:
+        ValueError: It is no such file, or has no vertices.
+    """
+    head = _HEADER.match(data[:_HEADER_LIMIT])
+    if head is None:
+        message = "it does not begin with the header of a PLY file"
+        raise ValueError(message)
+    lines = [line.split() for line in head[1].decode("latin-1").splitlines()]
+    lines = [words for words in lines if words and words[0] not in ("comment", "obj_info")]
+    if not lines or lines[0][:2] not in (["format", "ascii"], ["format", "binary_little_endian"]):
+        message = "its format is neither ascii nor binary_little_endian"
+        raise ValueError(message)
+    if len(lines) < 2 or lines[1][:2] != ["element", "vertex"]:
+        message = "its first element is not the vertex"
+        raise ValueError(message)
+    count = " ".join(lines[1][2:])
+    if not count.isdecimal() or not int(count):
+        message = f"it has no points, but '{count}'"
+        raise ValueError(message)
+    return PlyHeader(lines[0][1] == "ascii", int(count), _parse_row(lines[2:]), head.end())
+
+
+def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
+    """Return the vertices of a PLY file.
+
+    Args:
+        data: The whole file.
+        header: Its header.
+
+    Returns:
+        `[n]` for each property, by name: of its own type, or float64 from text.
+
+    Raises:
+        ValueError: The file ends before its last vertex, or a number cannot be read.
+    """
+    read = _read_ascii if header.is_ascii else _read_binary
+    return read(data[header.start :], header)
+
+
+def _read_binary(body: bytes, header: PlyHeader) -> Columns:
+    if header.count * header.row.itemsize > len(body):
+        message = f"it ends before the last of its {header.count} points"
+        raise ValueError(message)
+    rows = np.frombuffer(body, dtype=header.row, count=header.count)
+    return {name: rows[name] for name in header.row.names or ()}
+
+
+def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
+    names = header.row.names or ()
+    values = [line.split() for line in body.split(b"\n")[: header.count]]
+    if len(values) < header.count or any(len(row) != len(names) for row in values):
+        message = f"it has no {header.count} lines of {len(names)} numbers"
+        raise ValueError(message)
+    table = np.array(values).astype(np.float64)
+    return dict(zip(names, table.T, strict=True))
+
+
+def _parse_row(lines: list[list[str]]) -> np.dtype[np.void]:
+    """Return the layout of a vertex from the lines after its element's."""
+    fields: list[tuple[str, str]] = []
+    for words in takewhile(lambda words: words[0] != "element", lines):
+        if len(words) != 3 or words[0] != "property" or words[1] not in _TYPES:
+            message = f"a point cannot have the property '{' '.join(words[1:])}'"
+            raise ValueError(message)
+        fields.append((words[2], _TYPES[words[1]]))
+    return np.dtype(fields)

@@ -1,0 +1,68 @@
+"""Spherical harmonics of degree 2 and 3, which streams do not have and other methods do.
+
+The kernels shade degree 1. What has more is shaded here for one camera, and handed to
+them as base colors. Basis and signs are those of 3DGS: the real harmonics with the
+Condon-Shortley phase, in the order m = -l .. l.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.rendering.pipeline_data import Float32
+
+_BASE = 0.28209479177387814
+_LINEAR = 0.4886025119029199
+_SQUARE = (1.0925484305920792, 0.31539156525252005, 0.5462742152960396)
+_CUBIC = (
+    *(0.5900435899266435, 2.890611442640554, 0.4570457994644658),
+    *(0.3731763325901154, 1.445305721320277),
+)
+
+
+def fold_harmonics(sh: Float32, positions: Float32, eye: NDArray[np.float64]) -> Float32:
+    """Return harmonics of degree 0 that have the colors which a camera sees.
+
+    Args:
+        sh: `[N, K, 3]` coefficients, K being 9 or 16.
+        positions: `[N, 3]` centers of the Gaussians, world units.
+        eye: `[3]` where the camera is, world units.
+
+    Returns:
+        `[N, 1, 3]`.
+    """
+    toward = positions - eye
+    lengths = np.linalg.norm(toward, axis=1, keepdims=True)
+    directions = np.divide(toward, lengths, out=np.zeros_like(toward), where=lengths > 0)
+    basis = evaluate_basis(directions)[:, : sh.shape[1]]
+    colors = np.einsum("nk,nkc->nc", basis, sh.astype(np.float64))
+    folded: Float32 = (colors / _BASE).astype(np.float32)[:, None]
+    return folded
+
+
+def evaluate_basis(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `[N, 16]` the harmonics of degree 0 to 3 in unit directions `[N, 3]`."""
+    x, y, z = directions.T
+    xx, yy, zz = x * x, y * y, z * z
+    a, b, c = _SQUARE
+    d, e, f, g, h = _CUBIC
+    return np.stack(
+        [
+            np.full_like(x, _BASE),
+            -_LINEAR * y,
+            _LINEAR * z,
+            -_LINEAR * x,
+            a * x * y,
+            -a * y * z,
+            b * (2 * zz - xx - yy),
+            -a * x * z,
+            c * (xx - yy),
+            -d * y * (3 * xx - yy),
+            e * x * y * z,
+            -f * y * (4 * zz - xx - yy),
+            g * z * (2 * zz - 3 * xx - 3 * yy),
+            -f * x * (4 * zz - xx - yy),
+            h * z * (xx - yy),
+            -d * x * (xx - 3 * yy),
+        ],
+        axis=1,
+    )

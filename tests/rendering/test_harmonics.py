@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+from scipy.special import sph_harm_y
+
+from quarc_ref.decoder import Splats
+from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.harmonics import evaluate_basis, fold_harmonics
+from quarc_ref.rendering.pictures import render_picture
+
+_CAMERA = Camera(
+    "cam", 32, 24, 30.0, 30.0, 16.0, 12.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 4), 0.1, False
+)
+
+
+def _directions(count=20):
+    drawn = np.random.default_rng(3).normal(size=(count, 3))
+    return drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
+
+
+def _real_harmonic(degree, order, directions):
+    """From scipy's complex ones, which have the Condon-Shortley phase."""
+    x, y, z = directions.T
+    value = sph_harm_y(degree, abs(order), np.arccos(z), np.arctan2(y, x))
+    if order == 0:
+        return value.real
+    return np.sqrt(2) * (value.imag if order < 0 else value.real)
+
+
+def test_the_basis_is_that_of_scipy():
+    directions = _directions()
+    expected = [
+        _real_harmonic(degree, order, directions)
+        for degree in range(4)
+        for order in range(-degree, degree + 1)
+    ]
+
+    assert evaluate_basis(directions) == pytest.approx(np.stack(expected, axis=1), abs=1e-12)
+
+
+def _splats(coefficients, count=30):
+    rng = np.random.default_rng(1)
+    return Splats(
+        rng.uniform(-1, 1, (count, 3)).astype(np.float32),
+        np.tile(np.array([1, 0, 0, 0], dtype=np.float32), (count, 1)),
+        np.full((count, 3), -2, dtype=np.float32),
+        np.full(count, 2, dtype=np.float32),
+        rng.normal(scale=0.3, size=(count, coefficients, 3)).astype(np.float32),
+    )
+
+
+def test_folded_colors_are_those_that_the_kernels_shade():
+    splats = _splats(4)
+    eye = np.array([0.0, 0.0, -4.0])
+    folded = Splats(
+        splats.positions,
+        splats.rotations,
+        splats.log_scales,
+        splats.opacities,
+        fold_harmonics(splats.sh, splats.positions, eye),
+    )
+
+    assert render_picture(folded, _CAMERA) == pytest.approx(
+        render_picture(splats, _CAMERA), abs=1e-5
+    )
+
+
+@pytest.mark.parametrize("coefficients", [9, 16])
+def test_higher_degrees_are_drawn_and_zeros_of_them_change_nothing(coefficients):
+    splats = _splats(coefficients)
+    low = Splats(
+        splats.positions, splats.rotations, splats.log_scales, splats.opacities, splats.sh[:, :4]
+    )
+    padded = np.zeros_like(splats.sh)
+    padded[:, :4] = splats.sh[:, :4]
+    same = Splats(splats.positions, splats.rotations, splats.log_scales, splats.opacities, padded)
+
+    assert render_picture(same, _CAMERA) == pytest.approx(render_picture(low, _CAMERA), abs=1e-5)
+    assert np.abs(render_picture(splats, _CAMERA) - render_picture(low, _CAMERA)).max() > 0.02
