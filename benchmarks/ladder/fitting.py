@@ -70,7 +70,7 @@ def _fit_anchors(
     iterations: int,
     config: EncoderConfig,
 ) -> Fitted:
-    free = replace(config.motion, iterations=iterations, price_weight=0.0, momentum=0.0)
+    free = replace(config.motion, iterations=iterations, rd_lambda=0.0, momentum=0.0)
     with without_rounding():
         motion = fit_motion(studio, begun, begun, free)
     header = begun.scene.header
@@ -93,15 +93,17 @@ def _fit_single(
     views = studio.views.shuffled(studio.generator(frame, "ladder"))
     for step in range(iterations):
         if "deaths" in rung.free and step == round(_DIES_AT * iterations):
-            dying = choose_dying(studio, trainer.attributes.detached(), frame, config.motion.dssim)
+            dying = choose_dying(
+                studio, trainer.attributes.detached(), frame, config.motion.lambda_dssim
+            )
             alive = alive[~dying]
             trainer.replace_rows(~dying, start.rows(alive[:0]))
-        left = fall_along_cosine(step, iterations, config.motion.rate_end)
+        left = fall_along_cosine(step, iterations, config.motion.lr_end_factor)
         trainer.set_rates([rate * left for rate in rates])
         view = next(views)
         rendering = studio.render(trainer.attributes.activated(), view)
         truth = studio.truth(view, frame)
-        loss = photometric_loss(rendering.image, truth, config.motion.dssim)
+        loss = photometric_loss(rendering.image, truth, config.motion.lambda_dssim)
         trainer.step(loss, rendering.means2d)
         studio.progress.advance("ladder", step + 1, iterations)
     return Fitted(trainer.attributes.detached(), alive)
@@ -116,8 +118,8 @@ def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, exten
     rates = list(canonical_rates(config.canonical, extent))
     if not rung.canonical_rates:
         motion = config.motion
-        levels = sum(motion.level_rate**level for level in range(header.level_count))
-        translation = motion.step_rate * translation_step(header) or motion.rate
-        rates[_TRANSLATION], rates[_ROTATION] = translation * levels, motion.rate * levels
+        levels = sum(motion.level_lr_factor**level for level in range(header.level_count))
+        translation = motion.translation_lr * translation_step(header) or motion.lr
+        rates[_TRANSLATION], rates[_ROTATION] = translation * levels, motion.lr * levels
     rates[_REST] *= rung.rest_factor
     return [rate * (name in rung.free) for name, rate in zip(_ORDER, rates, strict=True)]

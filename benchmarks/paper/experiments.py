@@ -118,10 +118,10 @@ def _make_gradient(base: EncoderConfig) -> Experiment:
 
 def _with_and_without_gate(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
     """Return the paper's births above so many times its least gradient, gated and not."""
-    gradient = BirthSettings().gradient * factor
+    gradient = BirthSettings().grad_threshold * factor
     above, ending = (f", gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
-    gated = replace(base, births=BirthSettings(gradient=gradient))
-    opened = replace(base, births=BirthSettings(gradient=gradient, gate_views=0))
+    gated = replace(base, births=BirthSettings(grad_threshold=gradient))
+    opened = replace(base, births=BirthSettings(grad_threshold=gradient, gate_views=0))
     return (
         Point(f"change gate{above}", factor, _try(base, f"gate{ending}", gated), "change gate"),
         Point(f"no gate{above}", factor, _try(base, f"gate-open{ending}", opened), "no gate"),
@@ -208,7 +208,7 @@ def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:
     """
     if factor == 1:
         return base
-    motion = replace(base.motion, step_rate=base.motion.step_rate / factor)
+    motion = replace(base.motion, translation_lr=base.motion.translation_lr / factor)
     finer = min(_STEP_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base.stream.lattice_exponent)
     units = base.stream.translation_step * factor * 2**finer
     stream = replace(

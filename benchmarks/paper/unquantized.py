@@ -76,7 +76,7 @@ def encode_unquantized(
     config = suit_capture(trial.config, capture)
     state = _make_canonical(studio, capture, trial, train)
     count = state.scene.count
-    usual_loss = measure_loss(studio, state, config.motion.dssim)
+    usual_loss = measure_loss(studio, state, config.motion.lambda_dssim)
     yield FloatFrame(state, 0)
     for frame in range(1, frames):
         studio.progress.advance("frames", frame, frames)
@@ -191,6 +191,6 @@ def _make_canonical(studio: Studio, capture: Capture, trial: Trial, train: Train
     gaussians = quantize_gaussians(kept, fine)
     _, _, ordered = sort_canonical(gaussians)
     state = begin_canonical(fine, 0, ordered)
-    if config.canonical.exposure_rate:
+    if config.canonical.exposure_lr:
         settle_exposures(studio, state)
     return state

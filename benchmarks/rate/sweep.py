@@ -38,8 +38,8 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     yield "", ()
     for factor in _RATE_FACTORS:
         prices = (
-            ("motion.price_weight", f"{config.motion.price_weight * factor:g}"),
-            ("births.byte_price", f"{config.births.byte_price * factor:g}"),
+            ("motion.rd_lambda", f"{config.motion.rd_lambda * factor:g}"),
+            ("births.rd_lambda", f"{config.births.rd_lambda * factor:g}"),
         )
         yield f"prices x {factor:g}", prices
     for factor in _STEP_FACTORS:

@@ -1,22 +1,31 @@
-"""A verb of the command line, whose usage errors are in the tool's own words."""
+"""A verb of the command line, with the tool's own messages for usage errors."""
 
 import typer
 from typer.core import TyperCommand
 
+RENAMED_OPTIONS = {
+    "--canonical-every": "--keyframe-interval",
+    "--seek-every": "--snapshot-interval",
+}
 _VALIDATOR_PREFIX = "Value error, "  # of pydantic, with which newer releases of typer check values
 
 
 class Verb(TyperCommand):
-    """A verb that names a wrong value without the prefix of the library that found it."""
+    """A verb whose usage errors name renamed options, and no library."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts
         self, context: typer.Context, arguments: list[str]
     ) -> list[str]:
-        """Read the arguments.
+        """Parse the arguments.
 
         Raises:
-            BadParameter: A value is not one that its option takes.
+            BadParameter: An option has been renamed, or does not take a value.
         """
+        for argument in arguments:
+            name = argument.partition("=")[0]
+            if name in RENAMED_OPTIONS:
+                message = f"{name} is now {RENAMED_OPTIONS[name]}"
+                raise typer.BadParameter(message, context)
         try:
             return super().parse_args(context, arguments)
         except typer.BadParameter as error:

@@ -11,6 +11,8 @@ def complete_preset() -> list[str]:
 def complete_setting() -> list[tuple[str, str]]:
     """Return `KEY=` of every setting, and what it is."""
     from quarc_ref.encoder.settings.presets import choose_preset
-    from quarc_ref.encoder.settings.setting_list import explain_settings
+    from quarc_ref.encoder.settings.setting_list import describe_settings
 
-    return [(f"{each.name}=", each.meaning) for each in explain_settings(choose_preset("main"))]
+    return [
+        (f"{each.name}=", each.description) for each in describe_settings(choose_preset("main"))
+    ]

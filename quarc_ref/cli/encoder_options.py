@@ -25,7 +25,7 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
         for setting in settings:
             key, equals, value = setting.partition("=")
             if not equals:
-                message = f"--set takes KEY=VALUE, such as motion.rate=5e-4; this is {setting!r}"
+                message = f"--set takes KEY=VALUE, such as motion.lr=5e-4; this is {setting!r}"
                 raise UsageError(message)
             config = change_setting(config, key, value)
     except SettingError as error:
@@ -49,11 +49,11 @@ def name_settings(asked: dict[str, float | None]) -> list[str]:
 def print_settings() -> None:
     """Print every setting that there is, as the preset `main` has it."""
     from quarc_ref.encoder.settings.presets import choose_preset
-    from quarc_ref.encoder.settings.setting_list import explain_settings
+    from quarc_ref.encoder.settings.setting_list import describe_settings
 
-    explained = explain_settings(choose_preset("main"))
-    rows = [("KEY", "in main", "takes", "what it is")]
-    rows += [(each.name, each.text, each.takes, each.meaning) for each in explained]
+    described = describe_settings(choose_preset("main"))
+    rows = [("KEY", "in main", "values", "description")]
+    rows += [(each.name, each.text, each.values, each.description) for each in described]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for *cells, meaning in rows:  # the last is not filled up: a terminal would break what is blank
         filled = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]

@@ -121,7 +121,7 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a setting, such as motion.rate=5e-4.",
+        help="Change a setting, such as motion.lr=5e-4.",
         autocompletion=complete_setting,
     ),
 ]

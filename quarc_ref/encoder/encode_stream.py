@@ -5,9 +5,9 @@ state ──> begin_frame ──> fit_motion ──> commit_motion
                                              │
           state of the next frame <── commit_births <── fit_births
 
-In a stream with updates `fit_motion` finds them too, and `commit_motion` writes them. Every
-`canonical.every` frames `commit_frame_as_canonical` takes the place of `commit_births`, every
-`canonical.snapshot_every` frames `commit_frame_as_snapshot`.
+In a stream with updates `fit_motion` fits them too, and `commit_motion` writes them. Every
+`canonical.keyframe_interval` frames `commit_frame_as_canonical` replaces `commit_births`; every
+`canonical.snapshot_interval` frames `commit_frame_as_snapshot` does.
 """
 
 from dataclasses import asdict, dataclass, field, replace
@@ -200,20 +200,20 @@ class _Encoding:
         """Begin to write, or to go on, now that the Gaussians of frame 0 are counted."""
         capture, self._first_count = self._capture, first_count
         header = make_header(self._config, capture.frames_per_second, first_count)
-        held = 0
+        held, metadata = 0, self._metadata
         if begun is not None:
             require_same(begun, header, capture.cameras, self._metadata)
             require_frames(begun, self.frame_count, self._config.canonical)
-            held = begun.end
+            held, metadata = begun.end, begun.metadata
             if not begun.is_finished:
                 sink.truncate(sink.seek(held))
-        self._loop = ClosedLoop(sink, header, capture.cameras, self._metadata, held)
+        self._loop = ClosedLoop(sink, header, capture.cameras, metadata, held)
 
     def _settle(self, state: FrameState) -> None:
         """Go over to what every later frame starts from, of which frame 0 is the first."""
-        if self._config.canonical.exposure_rate:
+        if self._config.canonical.exposure_lr:
             settle_exposures(self._studio, state)
-        self._usual_loss = measure_loss(self._studio, state, self._config.motion.dssim)
+        self._usual_loss = measure_loss(self._studio, state, self._config.motion.lambda_dssim)
         self.next_frame = 1
         if self._checkpoint is not None:
             self._checkpoint.remove()
@@ -244,7 +244,7 @@ def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int
     """Return how many Gaussians a frame loses: those that are too many, and may die."""
     header = state.scene.header
     logits = state.scene.codes[OPACITY.start] * header.opacity_step
-    may_die = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.deaths_below))
+    may_die = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
     return min(max(0, state.scene.count - target), may_die)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from quarc_ref.format import constants
 from quarc_ref.format.arrays import Int64, UInt32
 from quarc_ref.format.constants import LEVELS, Level
+from quarc_ref.format.described import described
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,63 +32,38 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class StreamHeader:
-    """What a stream chooses for itself: the HEAD chunk (SPEC 5.3).
+    """What a stream chooses for itself: the HEAD chunk (SPEC 5.3)."""
 
-    Attributes:
-        level: Which of `constants.LEVELS` the stream keeps to.
-        timescale: Ticks of the clock per second.
-        frame_ticks: Ticks from a frame to the next.
-        lattice_exponent: A lattice unit is 2^-lattice_exponent world units.
-        position_step: Step of canonical and newborn positions, lattice units.
-        translation_step: Step of translation residuals, lattice units.
-        rotation_unity: The w of an identity residual, in rotation steps.
-        rotation_components: 3 where residuals have no w, else 4.
-        rotation_bits: Fraction bits of canonical and newborn rotations.
-        log_scale_step: Step of the log-scale codes.
-        opacity_step: Step of the opacity logit codes.
-        sh_dc_step: Step of the codes of SH degree 0.
-        sh_rest_step: Step of the codes of SH degree 1.
-        sh_degree: 0 or 1.
-        level_count: Levels of anchors, 1 to 3.
-        gaussians_per_anchor: Gaussians to an anchor of level 1.
-        anchor_ratio: Anchors of a level to one of the next coarser.
-        resample_interval: Frames from one sampling of anchors to the next.
-        full_crc_interval: Frames from one state CRC over all fields to the next.
-        seed: Seed of the sampler, 64 bits.
-        right_handed: Whether the world frame is.
-        up_axis: 0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.
-        meters_per_unit: Size of a world unit, 0 where unknown.
-        color_space: 1: sRGB-encoded, blended as encoded.
-        updates: Whether frames may update single Gaussians: a feature of version 1.1 (SPEC 12).
-        snapshots: Whether canonical frames may be snapshots: a feature of version 1.1.
-    """
-
-    level: int = 10
-    timescale: int = 30
-    frame_ticks: int = 1
-    lattice_exponent: int = 12
-    position_step: int = 4
-    translation_step: int = 7
-    rotation_unity: int = 100
-    rotation_components: int = 3
-    rotation_bits: int = 8
-    log_scale_step: float = 1 / 16
-    opacity_step: float = 1 / 8
-    sh_dc_step: float = 1 / 32
-    sh_rest_step: float = 1 / 32
-    sh_degree: int = 1
-    level_count: int = 3
-    gaussians_per_anchor: int = 4
-    anchor_ratio: int = 3
-    resample_interval: int = 2
-    full_crc_interval: int = 32
-    seed: int = 0
-    right_handed: bool = True
-    up_axis: int = 0
-    meters_per_unit: float = 0.0
-    color_space: int = 1
-    updates: bool = False
-    snapshots: bool = False
+    level: int = described(10, "Conformance level, one of `constants.LEVELS`.")
+    timescale: int = described(30, "Clock ticks per second.")
+    frame_ticks: int = described(1, "Clock ticks per frame.")
+    lattice_exponent: int = described(12, "A lattice unit is 2^-lattice_exponent world units.")
+    position_step: int = described(4, "Step of canonical and newborn positions, lattice units.")
+    translation_step: int = described(7, "Step of translation residuals, lattice units.")
+    rotation_unity: int = described(100, "The w of an identity residual, in rotation steps.")
+    rotation_components: int = described(3, "3 where residuals have no w, else 4.")
+    rotation_bits: int = described(8, "Fraction bits of canonical and newborn rotations.")
+    log_scale_step: float = described(1 / 16, "Step of log-scale codes.")
+    opacity_step: float = described(1 / 8, "Step of opacity logit codes.")
+    sh_dc_step: float = described(1 / 32, "Step of SH degree 0 codes.")
+    sh_rest_step: float = described(1 / 32, "Step of SH degree 1 codes.")
+    sh_degree: int = described(1, "0 or 1.")
+    level_count: int = described(3, "Anchor levels, 1 to 3.")
+    gaussians_per_anchor: int = described(4, "Gaussians per anchor of level 1.")
+    anchor_ratio: int = described(3, "Anchors of a level per anchor of the next coarser one.")
+    resample_interval: int = described(2, "Frames between samplings of the anchors.")
+    full_crc_interval: int = described(32, "Frames between state CRCs over all fields.")
+    seed: int = described(0, "The anchor sampler's seed, 64 bits.")
+    right_handed: bool = described(True, "Whether the world frame is right-handed.")
+    up_axis: int = described(0, "0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.")
+    meters_per_unit: float = described(0.0, "Size of a world unit, 0 if unknown.")
+    color_space: int = described(1, "1: sRGB-encoded, blended as encoded.")
+    updates: bool = described(
+        False, "Whether frames may update single Gaussians: a feature of version 1.1 (SPEC 12)."
+    )
+    snapshots: bool = described(
+        False, "Whether canonical frames may be snapshots: a feature of version 1.1 (SPEC 12)."
+    )
 
     def __post_init__(self) -> None:
         if self.level not in LEVELS:

@@ -29,7 +29,7 @@ from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.datasets import scenes
 from tests.encoder.toys import SMALL, make_capture, make_splats, make_studio
 
-HASTY = replace(SMALL, motion=replace(SMALL.motion, rate=2e-3))  # blobs go 0.05 a frame
+HASTY = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs go 0.05 a frame
 NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 FREE = {
     "still": (),
@@ -116,7 +116,7 @@ def test_anchors_in_floats_are_near_what_the_decoder_makes_of_their_symbols():
 
 
 def test_the_price_on_motion_is_left_out():
-    dear = replace(HASTY, motion=replace(HASTY.motion, price_weight=1e6))
+    dear = replace(HASTY, motion=replace(HASTY.motion, rd_lambda=1e6))
 
     assert torch.equal(
         _fit("anchors", config=dear)[1].attributes.means, _fit("anchors")[1].attributes.means
@@ -221,7 +221,7 @@ def test_a_gaussian_on_its_own_is_as_fast_as_its_anchors_together():
     levels = 1 + 2 + 4  # SMALL doubles the rate from level to level
     begun, fitted = _fit("own", 1)
     shift = (fitted.attributes.means - _start(begun).means).abs().max()
-    assert float(shift) == pytest.approx(levels * HASTY.motion.rate, rel=1e-3)
+    assert float(shift) == pytest.approx(levels * HASTY.motion.lr, rel=1e-3)
 
     _, slow = _fit("slow", 1)
     shift = (slow.attributes.means - _start(begun).means).abs().max()

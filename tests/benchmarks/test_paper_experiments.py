@@ -40,13 +40,13 @@ def test_the_sweep_changes_the_step_of_translations_and_nothing_else_in_world_un
 
     assert [point.x for point in points] == list(STEP_FACTORS)
     assert len(points) == 7
-    rate = base.motion.step_rate * translation_step(base.stream)
+    rate = base.motion.translation_lr * translation_step(base.stream)
     for point in points:
         stream, motion = point.trial.config.stream, point.trial.config.motion
         wanted = point.x * translation_step(base.stream)
         assert math.isclose(translation_step(stream), wanted)
         assert position_step(stream) == position_step(base.stream)
-        assert math.isclose(motion.step_rate * translation_step(stream), rate)
+        assert math.isclose(motion.translation_lr * translation_step(stream), rate)
     assert points[3].trial.config == base
 
 
@@ -59,7 +59,8 @@ def test_the_gate_is_all_that_differs_between_two_trials_of_one_least_gradient()
     births = [point.trial.config.births for point in _points(BASES["demo"], "gradient")]
 
     assert births[::2] == [
-        BirthSettings(gradient=BirthSettings().gradient * factor) for factor in GRADIENT_FACTORS
+        BirthSettings(grad_threshold=BirthSettings().grad_threshold * factor)
+        for factor in GRADIENT_FACTORS
     ]
     assert births[1::2] == [replace(gated, gate_views=0) for gated in births[::2]]
     gate = [point.trial for point in _points(BASES["demo"], "gate")]

@@ -174,7 +174,7 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
     [
         (["--variants", "night"], "'night' is not a traced capture"),
         (["--variants", ""], "nothing to encode"),
-        (["--variants", NAME, "--set", "motion.rat=1"], "no setting 'motion.rat'"),
+        (["--variants", NAME, "--set", "motion.speed=1"], "no setting 'motion.speed'"),
         (["--variants", NAME, "--workers", "0"], "workers and threads must be at least 1"),
         (["--lpips", "none.pth"], "none.pth cannot be read as weights of LPIPS"),
         (["--real", "nowhere"], "nowhere"),

@@ -42,9 +42,9 @@ def test_many_changes_leave_a_name_that_a_file_can_have():
 
 
 def test_changes_are_made_to_the_settings():
-    config = replace(JOB, changes=(("motion.rate", "0.5"), ("seed", "7"))).config()
+    config = replace(JOB, changes=(("motion.lr", "0.5"), ("seed", "7"))).config()
 
-    assert (config.motion.rate, config.seed) == (0.5, 7)
+    assert (config.motion.lr, config.seed) == (0.5, 7)
 
 
 def _metadata(job):
@@ -59,9 +59,9 @@ def test_a_stream_made_with_these_settings_has_no_differences(preset):
 
 
 def test_a_stream_made_with_other_settings_is_told():
-    other = replace(JOB, changes=(("motion.rate", "0.5"), ("births.split_at", "3,4")))
+    other = replace(JOB, changes=(("motion.lr", "0.5"), ("births.split_iters", "3,4")))
 
-    assert list_differences(JOB, _metadata(other)) == ["births.split_at", "motion.rate"]
+    assert list_differences(JOB, _metadata(other)) == ["births.split_iters", "motion.lr"]
     assert list_differences(JOB, {}) == []
 
 

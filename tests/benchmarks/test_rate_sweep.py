@@ -45,7 +45,7 @@ def test_no_point_trains_another_frame_0(preset):
 
     def canonical(each):
         motion = {"translation_step": 1, "rotation_unity": 1, "gaussians_per_anchor": 1}
-        return each.canonical, each.rate_weight, each.seed, replace(each.stream, **motion)
+        return each.canonical, each.rd_lambda, each.seed, replace(each.stream, **motion)
 
     swept = [_apply(config, changes) for _, changes in list_changes(config)]
     assert all(canonical(each) == canonical(config) for each in swept)
@@ -58,8 +58,8 @@ def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
     def dear(each):
         motion, births = each.motion, each.births
         return {
-            round(motion.price_weight / config.motion.price_weight, 6),
-            round(births.byte_price / config.births.byte_price, 6),
+            round(motion.rd_lambda / config.motion.rd_lambda, 6),
+            round(births.rd_lambda / config.births.rd_lambda, 6),
         }
 
     assert [dear(each) for each in swept[:5]] == [{1.0}, {0.25}, {0.5}, {2.0}, {4.0}]

@@ -19,7 +19,7 @@ ROWS = [
     Row("plane", "main", "SOG", remark="not at hand: npm is not installed"),
 ]
 CLAIMS = {"plane": [Claim("less", 0.5, 0.6), Claim("more", 1.0, 2.0, False), Claim("?", None, 1)]}
-POINTS = {"plane": [Point("", 2.0, 30.0), Point("rate_weight=2", 1.0, 28.0), Point("x", 3, 29)]}
+POINTS = {"plane": [Point("", 2.0, 30.0), Point("rd_lambda=2", 1.0, 28.0), Point("x", 3, 29)]}
 
 
 def _cells(table):
@@ -56,7 +56,7 @@ def test_points_say_whether_they_are_on_the_hull():
 
     assert [(line[1], line[4]) for line in lines] == [
         ("the default", "yes"),
-        ("rate_weight=2", "yes"),
+        ("rd_lambda=2", "yes"),
         ("x", ""),
     ]
 

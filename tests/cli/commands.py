@@ -13,13 +13,13 @@ TINY = {
     "canonical.iterations": 8,
     "canonical.initial_gaussians": 60,
     "canonical.max_gaussians": 70,
-    "canonical.densify_from": 3,
-    "canonical.densify_until": 6,
-    "canonical.densify_every": 3,
+    "canonical.densify_from_iter": 3,
+    "canonical.densify_until_iter": 6,
+    "canonical.densification_interval": 3,
     "motion.iterations": 3,
     "births.iterations": 2,
-    "births.gradient": 0,
-    "births.must_pay": False,
+    "births.grad_threshold": 0,
+    "births.rd_selection": False,
 }
 TINY_OPTIONS = [part for key, value in TINY.items() for part in ("--set", f"{key}={value}")]
 

@@ -30,8 +30,8 @@ def _complete(line):
         ("quarc-ref decode --rec", ["--recover"]),
         ("quarc-ref decode a.quarc --to ", ["ply", "npz"]),
         ("quarc-ref encode cap --preset ", list(PRESETS)),
-        ("quarc-ref encode cap --set motion.ra", ["motion.rate=", "motion.rate_end="]),
-        ("quarc-ref demo --set canonical.ev", ["canonical.every="]),
+        ("quarc-ref encode cap --set motion.lr", ["motion.lr=", "motion.lr_end_factor="]),
+        ("quarc-ref demo --set canonical.ke", ["canonical.keyframe_interval="]),
         ("quarc-ref info ", []),  # for which bash takes the names of files
     ],
 )
@@ -53,7 +53,7 @@ def test_the_script_of_a_shell_asks_the_command(shell):
 
 
 def test_zsh_is_told_what_a_setting_is():
-    line = "quarc-ref encode cap --set canonical.ds"
+    line = "quarc-ref encode cap --set canonical.lambda"
     offered = _ask(_TYPER_COMPLETE_ARGS=line, _QUARC_REF_COMPLETE="complete_zsh")
 
-    assert '"canonical.dssim=":"Weight of D-SSIM in the loss' in offered
+    assert '"canonical.lambda_dssim=":"Weight of D-SSIM in the loss' in offered

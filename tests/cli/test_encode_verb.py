@@ -61,8 +61,11 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--set", "motion.rat=1"], "close to it: motion.rate"),
-        (["--set", "motion.rate"], "KEY=VALUE"),
+        (["--set", "motion.momentun=1"], "close to it: motion.momentum"),
+        (["--set", "motion.rate=1"], "setting 'motion.rate' is now 'motion.lr'"),
+        (["--seek-every", "2"], "--seek-every is now --snapshot-interval"),
+        (["--canonical-every=2"], "--canonical-every is now --keyframe-interval"),
+        (["--set", "motion.lr"], "KEY=VALUE"),
         (["--set", "motion.iterations=many"], "motion.iterations=many"),
         (["--set", "stream.level_count=9"], "level_count"),
         (["--set", "foo=1"], "no setting 'foo'; encode --list-settings prints all there are"),
@@ -124,11 +127,11 @@ def test_the_settings_are_listed_without_a_capture():
     rows = [re.split("  +", line) for line in result.stdout.splitlines()]
 
     assert result.exit_code == 0
-    assert rows[0] == ["KEY", "in main", "takes", "what it is"]
+    assert rows[0] == ["KEY", "in main", "values", "description"]
     assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
-    rates = [row for row in rows if row[0] == "motion.rate"]
-    said = "Learning rate of residuals at level 1, world units (5e-4)."
-    assert rates == [["motion.rate", "0.001", "a number from 0 on", said]]
+    rates = [row for row in rows if row[0] == "motion.lr"]
+    said = "Learning rate of residuals at level 1, world units (paper: 5e-4)."
+    assert rates == [["motion.lr", "0.001", "a number at least 0", said]]
 
 
 def test_a_device_that_is_not_there_is_a_usage_error(capture, tmp_path):
@@ -163,12 +166,12 @@ def test_an_output_that_exists_is_refused_before_anything_is_read(tmp_path):
 
 
 def test_every_nth_frame_can_be_canonical_and_the_metadata_says_so(capture, tmp_path):
-    every = ["--canonical-every", 1, "--frames", 3]
+    every = ["--keyframe-interval", 1, "--frames", 3]
     printed = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
     frames = run_json("inspect", tmp_path / "a.quarc")["per_frame"]
 
     assert [frame["kind"] for frame in frames] == ["canonical"] * 3
-    assert "canonical.every=1" in printed["metadata"]["settings"].split()
+    assert "canonical.keyframe_interval=1" in printed["metadata"]["settings"].split()
     assert run_json("cut", tmp_path / "a.quarc", "--frames", "2:", "-o", tmp_path / "b")["frames"]
 
 
@@ -181,7 +184,13 @@ def test_a_stream_goes_to_standard_output_alone(capture, encoded):
 
 @pytest.mark.parametrize(
     "options",
-    [["--json"], ["--live"], ["--resume"], ["--canonical-every", "0"], ["--canonical-every", "x"]],
+    [
+        ["--json"],
+        ["--live"],
+        ["--resume"],
+        ["--keyframe-interval", "0"],
+        ["--keyframe-interval", "x"],
+    ],
 )
 def test_what_does_not_fit_a_stream_on_standard_output_is_a_usage_error(options, capture):
     result = run("encode", capture, "-o", "-", *TINY_OPTIONS, *options)

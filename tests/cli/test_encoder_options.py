@@ -15,21 +15,23 @@ def test_the_seed_is_an_option_and_a_setting():
 
 
 def test_of_two_settings_of_a_name_the_last_counts():
-    config = configure("main", ["motion.rate=1", "births.iterations=3", "motion.rate=2"], 0)
+    config = configure("main", ["motion.lr=1", "births.iterations=3", "motion.lr=2"], 0)
 
-    assert config.motion.rate == 2
+    assert config.motion.lr == 2
     assert config.births.iterations == 3
 
 
 def test_options_that_are_settings_change_them_and_those_not_given_do_not():
-    asked = name_settings({"rate_weight": 2.5, "target_kb_per_frame": None, "canonical.every": 30})
+    asked = name_settings(
+        {"rd_lambda": 2.5, "target_kb_per_frame": None, "canonical.keyframe_interval": 30}
+    )
     config = configure("main", asked, 0)
 
-    assert (config.rate_weight, config.target_kb_per_frame) == (2.5, 0)
-    assert config.canonical.every == 30
+    assert (config.rd_lambda, config.target_kb_per_frame) == (2.5, 0)
+    assert config.canonical.keyframe_interval == 30
 
 
-@pytest.mark.parametrize("setting", ["motion.rate", "", "=1", "motion=1", "motion.rate=", "a=b=c"])
+@pytest.mark.parametrize("setting", ["motion.lr", "", "=1", "motion=1", "motion.lr=", "a=b=c"])
 def test_what_is_no_setting_is_a_usage_error(setting):
     with pytest.raises(UsageError):
         configure("main", [setting], 0)

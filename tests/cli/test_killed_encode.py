@@ -18,11 +18,11 @@ _FRAMES = 8
 _KILLS = int(os.environ.get("QUARC_KILLS", "3"))
 _SETTINGS = TINY | {
     "canonical.iterations": 40,
-    "canonical.exposure_from": 5,
-    "canonical.gaussian_price": 0,
+    "canonical.exposure_from_iter": 5,
+    "canonical.prune_rd_lambda": 0,
     "motion.iterations": 8,
     "births.iterations": 5,
-    "births.error": 0.02,
+    "births.error_threshold": 0.02,
     "target_kb_per_frame": 0.3,
 }
 _OPTIONS = [part for key, value in _SETTINGS.items() for part in ("--set", f"{key}={value}")]

@@ -113,13 +113,13 @@ def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
     before = file.stat().st_mtime_ns
     command = ["encode", capture, "-o", file, *TINY_OPTIONS, "--resume"]
     printed = run_json(*command)
-    refused = run(*command, "--set", "motion.rate=0.5")
+    refused = run(*command, "--set", "motion.lr=0.5")
 
     varying = {"seconds": 0, "file": "", "findings": []}
     assert {**printed, **varying} == {**encoded.printed, **varying}
     assert printed["findings"] == []
     assert refused.exit_code == 2
-    assert refused.stderr.splitlines()[-1].endswith("with another motion.rate")
+    assert refused.stderr.splitlines()[-1].endswith("with another motion.lr")
     assert file.stat().st_mtime_ns == before
 
 

@@ -16,8 +16,8 @@ def test_a_stream_says_what_it_is_made_from_and_by_what():
 
 
 def test_every_setting_is_said_that_is_not_the_default():
-    config = replace(EncoderConfig(seed=7), motion=MotionSettings(rate=0.25))
+    config = replace(EncoderConfig(seed=7), motion=MotionSettings(lr=0.25))
 
     assert describe_encode(make_capture(), EncoderConfig(), "cpu")["settings"] == ""
     settings = describe_encode(make_capture(), config, "cpu")["settings"].split()
-    assert settings == ["motion.rate=0.25", "seed=7"]
+    assert settings == ["motion.lr=0.25", "seed=7"]

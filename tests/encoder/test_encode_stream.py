@@ -120,7 +120,7 @@ def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypat
 
 
 def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
-    config = replace(SMALL, target_kb_per_frame=0.2, rate_weight=3.0)
+    config = replace(SMALL, target_kb_per_frame=0.2, rd_lambda=3.0)
     sink, seen = io.BytesIO(), []
     fit, measure, losses = encode_stream.fit_motion, encode_stream.measure_loss, []
     monkeypatch.setattr(
@@ -128,7 +128,7 @@ def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
     )
 
     def spy(studio, before, begun, settings, *rest):
-        seen.append((settings.price_weight, sink.getvalue()))
+        seen.append((settings.rd_lambda, sink.getvalue()))
         return fit(studio, before, begun, settings, *rest)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
@@ -136,7 +136,7 @@ def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
 
     for weight, written in seen:
         priced = price_bytes(config, _frame_sizes(written), losses[0])
-        assert weight == priced.motion.price_weight
+        assert weight == priced.motion.rd_lambda
     assert len({weight for weight, _ in seen}) == len(seen)
     assert len(losses) == 1
     assert 0 < losses[0] < 0.2
@@ -167,7 +167,11 @@ def test_other_rules_encode_and_decode_too(preset_part):
             SMALL,
             stream=replace(SMALL.stream, rotation_components=4),
             motion=replace(
-                SMALL.motion, price="l1", warm_start="anchors", level_rate=1.0, rate_end=1.0
+                SMALL.motion,
+                rate_model="l1",
+                warm_start="anchors",
+                level_lr_factor=1.0,
+                lr_end_factor=1.0,
             ),
         ),
         "no births": replace(SMALL, births=replace(SMALL.births, iterations=0)),
@@ -181,7 +185,7 @@ def test_other_rules_encode_and_decode_too(preset_part):
 
 
 def test_newborn_on_errors_join_and_only_the_faint_die_for_them():
-    births = replace(SMALL.births, placement="errors", error=0.03, deaths_below=0.05)
+    births = replace(SMALL.births, placement="errors", error_threshold=0.03, death_opacity=0.05)
 
     frames = inspect_stream(_encode(replace(SMALL, births=births))).frames
 
@@ -196,7 +200,7 @@ def test_as_many_die_as_are_too_many_and_faint_enough(target, deaths_below):
     _, states = make_stream(gaussian_count=40, frame_count=2)
     state = states[0]
 
-    deaths = encode_stream.count_deaths(state, target, BirthSettings(deaths_below=deaths_below))
+    deaths = encode_stream.count_deaths(state, target, BirthSettings(death_opacity=deaths_below))
 
     logits = dequantize(state.scene).opacities.astype(np.float64)
     faint = sum(1 / (1 + math.exp(-logit)) < deaths_below for logit in logits)
@@ -246,7 +250,7 @@ def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):
 
 def test_every_nth_frame_is_canonical_and_near_to_its_own_pictures():
     capture = make_capture()
-    config = replace(SMALL, canonical=replace(SMALL.canonical, every=2))
+    config = replace(SMALL, canonical=replace(SMALL.canonical, keyframe_interval=2))
 
     frames = inspect_stream(data := _encode(config)).frames
     scenes = list(decode(data))

@@ -139,7 +139,7 @@ def test_snapshots_need_a_stream_that_has_them():
 
 
 def test_an_encode_with_snapshots_goes_on_to_the_same_bytes(tmp_path):
-    canonical = replace(SMALL.canonical, iterations=30, every=4, snapshot_every=2)
+    canonical = replace(SMALL.canonical, iterations=30, keyframe_interval=4, snapshot_interval=2)
     options = EncodeOptions(replace(SMALL, canonical=canonical), 7, "cpu")
     encode_file(make_capture(7), tmp_path / "a.quarc", options)
     whole = (tmp_path / "a.quarc").read_bytes()
@@ -156,13 +156,13 @@ def test_an_encode_with_snapshots_goes_on_to_the_same_bytes(tmp_path):
 
 def test_snapshots_are_in_the_header_if_they_are_asked_for():
     plain = make_header(SMALL, 30.0, 9)
-    asked = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_every=30))
+    asked = replace(SMALL, canonical=replace(SMALL.canonical, snapshot_interval=30))
 
     assert (plain.snapshots, make_header(asked, 30.0, 9).snapshots) == (False, True)
 
 
 def test_what_a_frame_is_to_be_is_said_once():
-    settings = CanonicalSettings(every=6, snapshot_every=2)
+    settings = CanonicalSettings(keyframe_interval=6, snapshot_interval=2)
 
     kinds = [settings.kind_due(frame) for frame in range(8)]
 

@@ -29,15 +29,15 @@ _SH_C0 = 0.28209479177387814
 SMALL = EncoderConfig(
     stream=StreamHeader(gaussians_per_anchor=4, resample_interval=2),
     canonical=CanonicalSettings(
-        iterations=100, max_gaussians=160, sh_from=20, densify_from=20, densify_until=50,
-        densify_every=10, noise=0.0,
+        iterations=100, max_gaussians=160, sh_from_iter=20, densify_from_iter=20,
+        densify_until_iter=50, densification_interval=10, position_noise=0.0,
     ),
     motion=MotionSettings(
-        iterations=20, rate=5e-3, level_rate=2.0, rate_end=0.05, price="group_log",
-        price_weight=0.0005, warm_start="projection", momentum=1.0,
+        iterations=20, lr=5e-3, level_lr_factor=2.0, lr_end_factor=0.05, rate_model="group_log",
+        rd_lambda=0.0005, warm_start="projection", momentum=1.0,
     ),
     births=BirthSettings(
-        iterations=6, split_at=(3,), max_births=8, gradient=1e-6, parent_scale=1.0
+        iterations=6, split_iters=(3,), max_births=8, grad_threshold=1e-6, max_parent_scale=1.0
     ),
 )  # fmt: skip
 

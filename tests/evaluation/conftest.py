@@ -26,7 +26,7 @@ def capture(folder):
 
 @pytest.fixture(scope="session")
 def stream(capture):
-    metadata = {"capture": "<b>plane</b>", "settings": "motion.rate=0.1"}
+    metadata = {"capture": "<b>plane</b>", "settings": "motion.lr=0.1"}
     return write_stream(capture.cameras, 4, metadata)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from quarc_ref.evaluation.plots import Curve, plot_coders, plot_curves, plot_rate_distortion
 
 PANELS = {"motion, KB": {"file": 1.0, "float32": 400.0}, "births, KB": {"file": 0.5}}
-POINTS = [(2.0, 30.0, ""), (1.0, 28.0, "rate_weight=2"), (3.0, 30.2, "rate_weight=0.5")]
+POINTS = [(2.0, 30.0, ""), (1.0, 28.0, "rd_lambda=2"), (3.0, 30.2, "rd_lambda=0.5")]
 HULL = [(1.0, 28.0), (2.0, 30.0), (3.0, 30.2)]
 
 

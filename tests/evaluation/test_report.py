@@ -116,7 +116,7 @@ def test_the_figures_are_those_of_the_evaluation(page, evaluation):
     for kind, price in summary.estimate_bytes().items():
         assert f"{kind} {summary.coded_bytes()[kind]:,} {price:,}" in text
     assert "ssim_inria" in text
-    assert "motion.rate=0.1" in text
+    assert "motion.lr=0.1" in text
 
 
 def test_what_a_stream_says_of_itself_is_text_and_no_markup(page):

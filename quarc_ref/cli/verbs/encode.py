@@ -78,24 +78,25 @@ def encode(
             "that know no other.",
         ),
     ] = "1.1",
-    canonical_every: Annotated[
+    keyframe_interval: Annotated[
         int | None,
         typer.Option(
-            "--canonical-every",
+            "--keyframe-interval",
             min=1,
             metavar="N",
-            help="Make every N-th frame canonical: decoding, cut and join can begin there.",
-            show_default="frame 0 alone",
+            help="Make every N-th frame a keyframe (a canonical frame): decoding, cut and join can "
+            "start there.",
+            show_default="only frame 0",
         ),
     ] = None,
-    seek_every: Annotated[
+    snapshot_interval: Annotated[
         int | None,
         typer.Option(
-            "--seek-every",
+            "--snapshot-interval",
             min=1,
             metavar="N",
-            help="Make every N-th frame a snapshot: as --canonical-every, for a third of the "
-            "bytes; not in format 1.0.",
+            help="Make every N-th frame a snapshot: like a keyframe, at a third of its bytes; "
+            "not in format 1.0.",
             show_default="none",
         ),
     ] = None,
@@ -106,16 +107,17 @@ def encode(
             metavar="Q",
             min=0,
             max=100,
-            help="Quality against bytes, 0 to 100: 20 more halve every price on bytes.",
+            help="Quality, 0 to 100: each 20 more halve the weight of bytes (--lambda).",
             show_default="50",
         ),
     ] = None,
-    rate_weight: Annotated[
+    rd_lambda: Annotated[
         float | None,
         typer.Option(
             "--lambda",
             metavar="X",
-            help="Bytes are X times as dear as in the preset: fewer bytes, lower quality.",
+            help="Rate-distortion lambda, relative to the preset: larger means fewer bytes, lower "
+            "quality.",
             show_default="1",
         ),
     ] = None,
@@ -124,7 +126,8 @@ def encode(
         typer.Option(
             "--target-kb-per-frame",
             metavar="K",
-            help="Make bytes so dear that a frame after the canonical one has K KB in the mean.",
+            help="Target size in KB of a frame that is not a keyframe; adapts lambda from frame to "
+            "frame.",
             show_default="no target",
         ),
     ] = None,
@@ -197,16 +200,16 @@ def encode(
         else:
             _refuse_with("--segments", {"--live": live})
         if version == "1.0":
-            _refuse_with("--format 1.0", {"--seek-every": seek_every is not None})
-        require_positive({"--lambda": rate_weight, "--target-kb-per-frame": target})
+            _refuse_with("--format 1.0", {"--snapshot-interval": snapshot_interval is not None})
+        require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         asked = {
-            "canonical.every": canonical_every,
-            "canonical.snapshot_every": seek_every,
+            "canonical.keyframe_interval": keyframe_interval,
+            "canonical.snapshot_interval": snapshot_interval,
             "quality": quality,
-            "rate_weight": rate_weight,
+            "rd_lambda": rd_lambda,
             "target_kb_per_frame": target,
         }
-        old = ["stream.updates=false", "canonical.snapshot_every=0"] if version == "1.0" else []
+        old = ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
         config = configure(preset, [*(settings or []), *name_settings(asked), *old], seed)
         begun, found = time.monotonic(), Warnings()
         with TerminalProgress(quiet=quiet) as progress:

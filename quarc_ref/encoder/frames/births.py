@@ -56,7 +56,7 @@ def fit_births(
     newborn, parents = newborn.rows(kept), parents[kept]
     if parents.numel() == 0:
         return None
-    if settings.must_pay:
+    if settings.rd_selection:
         return keep_worthy(stage, newborn, parents)
     return quantize_births(newborn, parents.cpu().numpy(), moved.scene)
 
@@ -70,13 +70,13 @@ def _train(stage: Stage, newborn: Attributes, parents: Tensor) -> tuple[Attribut
     views = studio.views.shuffled(generator)
     statistics = ScreenStatistics(trainer.count, studio.device)
     for step in range(settings.iterations):
-        if step in settings.split_at:
+        if step in settings.split_iters:
             parents = _split_and_prune(stage, trainer, statistics, parents, generator)
             statistics = ScreenStatistics(trainer.count, studio.device)
         if trainer.count == 0:
             break
-        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
-        trainer.set_rates(settings.rate_factor * left * rate for rate in rates)
+        left = fall_along_cosine(step, settings.iterations, settings.lr_end_factor)
+        trainer.set_rates(settings.lr_factor * left * rate for rate in rates)
         view = next(views)
         rendering, loss = stage.compare(stage.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
@@ -96,9 +96,9 @@ def _split_and_prune(
     settings, extent = stage.config.births, stage.studio.extent
     newborn = trainer.attributes.detached()
     scales = torch.exp(newborn.log_scales.amax(dim=1))
-    moved = statistics.mean_gradients() >= settings.gradient
+    moved = statistics.mean_gradients() >= settings.grad_threshold
     room = settings.max_births - trainer.count
-    large = moved & (scales > settings.parent_scale * extent)
+    large = moved & (scales > settings.max_parent_scale * extent)
     large &= large.cumsum(0) <= room
     kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
     kept &= statistics.largest_radii() <= settings.prune_radius

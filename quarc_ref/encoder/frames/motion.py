@@ -96,11 +96,11 @@ class _Fit:
         self._residuals = _Residuals(symbols, self._following.borders, scene.header)
         self._updates: TrainedUpdates | None = None
         self._chosen_at = -1
-        if scene.header.updates and update_settings is not None and update_settings.rate:
+        if scene.header.updates and update_settings is not None and update_settings.lr:
             self._updates = TrainedUpdates(
                 scene.count, scene.header, update_settings, studio.device
             )
-            self._chosen_at = round(update_settings.chosen_at * settings.iterations)
+            self._chosen_at = round(update_settings.select_at * settings.iterations)
         self._statistics = ScreenStatistics(scene.count, studio.device)
         self._views = studio.views.shuffled(studio.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()
@@ -115,7 +115,7 @@ class _Fit:
         if updates is not None and step == self._chosen_at:
             view_count = len(self._studio.views.cameras)
             updates.choose(self._move().detached(), self._lose, view_count)
-        left = fall_along_cosine(step, settings.iterations, settings.rate_end)
+        left = fall_along_cosine(step, settings.iterations, settings.lr_end_factor)
         rates = self._residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
@@ -143,7 +143,7 @@ class _Fit:
     def _lose(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
         rendering = self._studio.render(attributes.activated(), view)
         truth = self._studio.truth(view, self._scene.frame)
-        return rendering, photometric_loss(rendering.image, truth, self._settings.dssim)
+        return rendering, photometric_loss(rendering.image, truth, self._settings.lambda_dssim)
 
 
 def _descend(
@@ -184,10 +184,10 @@ class _Residuals:
 
     def rates(self, settings: MotionSettings, left: float) -> list[float]:
         """Return the learning rate of each leaf, where a share of the rates is left."""
-        translation = settings.step_rate * self._steps[0] or settings.rate
+        translation = settings.translation_lr * self._steps[0] or settings.lr
         return [
-            rate * left * settings.level_rate**level
-            for rate in (translation, settings.rate)
+            rate * left * settings.level_lr_factor**level
+            for rate in (translation, settings.lr)
             for level in range(len(self._sizes))
         ]
 
@@ -202,11 +202,11 @@ class _Residuals:
     def price(self, settings: MotionSettings) -> Tensor:
         """Return what the residuals cost, before rounding."""
         kinds = [torch.cat(kind) for kind in self._kinds]
-        if settings.price == "l1":
-            return settings.price_weight * torch.cat(kinds, dim=1).abs().mean()
+        if settings.rate_model == "l1":
+            return settings.rd_lambda * torch.cat(kinds, dim=1).abs().mean()
         steps = [kind / step for kind, step in zip(kinds, self._steps, strict=True)]
         norms = torch.cat(steps, dim=1).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
-        return settings.price_weight * torch.log1p(norms).mean()
+        return settings.rd_lambda * torch.log1p(norms).mean()
 
     def in_steps(self) -> Tensor:
         """Return `[A, c]` the residuals that the symbols stand for, in steps."""

@@ -45,8 +45,8 @@ def place_clones(
     """
     weights = measure_change(studio, scene, frame, settings.gate_views)
     gated = statistics.mean_gradients() * weights
-    small = torch.exp(scene.log_scales.amax(dim=1)) <= settings.parent_scale * studio.extent
-    chosen = torch.nonzero(small & (gated >= settings.gradient))[:, 0]
+    small = torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * studio.extent
+    chosen = torch.nonzero(small & (gated >= settings.grad_threshold))[:, 0]
     best = torch.argsort(gated[chosen], descending=True, stable=True)[: settings.max_births]
     parents = chosen[best]
     clones = scene.rows(parents)
@@ -130,12 +130,12 @@ def _find_errors(
     camera, truth = studio.camera(view), studio.truth(view, frame)
     seen = scene.seen_by(view)
     error = (seen.image.clamp(0, 1) - truth).abs().mean(dim=2)
-    peaks = find_largest_around(error, settings.error_reach)
-    worst = (error == peaks) & (error > settings.error) & (seen.alpha > _LEAST_ALPHA)
+    peaks = find_largest_around(error, settings.error_radius)
+    worst = (error == peaks) & (error > settings.error_threshold) & (seen.alpha > _LEAST_ALPHA)
     rows, columns = torch.nonzero(worst, as_tuple=True)
     depths = _measure_depths(studio, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
     places = _unproject(camera, columns + 0.5, rows + 0.5, depths)
-    sizes = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_reach + 0.5)
+    sizes = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_radius + 0.5)
     return error[rows, columns], places, truth[rows, columns], sizes
 
 

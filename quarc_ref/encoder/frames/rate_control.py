@@ -37,25 +37,25 @@ def price_bytes(
             are shares of, so that the same ones suit captures that are easy and hard.
     """
     target = config.target_kb_per_frame * 1024
-    weight = config.rate_weight * weigh_quality(config.quality)
+    weight = config.rd_lambda * weigh_quality(config.quality)
     if target:
         weight *= control_rate(sizes, target)
     canonical, motion = config.canonical, config.motion
-    in_shares = 1.0 if motion.price == "l1" else usual_loss  # the paper's is of no capture
+    in_shares = 1.0 if motion.rate_model == "l1" else usual_loss  # the paper's is of no capture
     return replace(
         config,
         canonical=replace(
             canonical,
-            gaussian_price=canonical.gaussian_price * weight,
-            code_price=canonical.code_price * weight,
+            prune_rd_lambda=canonical.prune_rd_lambda * weight,
+            code_rd_lambda=canonical.code_rd_lambda * weight,
         ),
-        motion=replace(motion, price_weight=motion.price_weight * weight * in_shares),
+        motion=replace(motion, rd_lambda=motion.rd_lambda * weight * in_shares),
         updates=replace(
             config.updates,
-            price_weight=config.updates.price_weight * weight * usual_loss,
-            least_gain=config.updates.least_gain * weight * usual_loss,
+            rd_lambda=config.updates.rd_lambda * weight * usual_loss,
+            min_gain=config.updates.min_gain * weight * usual_loss,
         ),
-        births=replace(config.births, byte_price=config.births.byte_price * weight * usual_loss),
+        births=replace(config.births, rd_lambda=config.births.rd_lambda * weight * usual_loss),
     )
 
 

@@ -64,7 +64,7 @@ class TrainedUpdates:
 
     def rate(self, left: float) -> float:
         """Return the learning rate, in steps, where a share of it is left."""
-        return self._settings.rate * left
+        return self._settings.lr * left
 
     def added_to(self, moved: Attributes) -> Attributes:
         """Return attributes after the motion, with the updates, straight through."""
@@ -73,7 +73,7 @@ class TrainedUpdates:
     def price(self) -> Tensor:
         """Return what the updates cost, before rounding: ln(1 + norm of a Gaussian's residuals)."""
         norms = (self.leaf * self._kept).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
-        return self._settings.price_weight * torch.log1p(norms).mean()
+        return self._settings.rd_lambda * torch.log1p(norms).mean()
 
     def choose(
         self,
@@ -98,7 +98,7 @@ class TrainedUpdates:
             slope += torch.autograd.grad(loss, nothing)[0] / view_count
         with torch.no_grad():
             gains = -0.5 * (slope * self._quantized()).sum(dim=1)
-            least = self._settings.least_gain / gains.numel()
+            least = self._settings.min_gain / gains.numel()
             self._kept = (gains > least).to(self.leaf.dtype)[:, None]
 
     def updates(self, before: Attributes) -> Updates:
@@ -111,7 +111,7 @@ class TrainedUpdates:
             residuals = self._quantized()
             after = self.added_to(before)
             faded = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
-            faded &= torch.sigmoid(after.opacities) < self._settings.dies_below
+            faded &= torch.sigmoid(after.opacities) < self._settings.death_opacity
             if bool(faded.all()):
                 faded[after.opacities.argmax()] = False
         rows: Int64 = residuals.T.cpu().numpy().astype(np.int64)

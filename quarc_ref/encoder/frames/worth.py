@@ -68,7 +68,7 @@ class Stage:
 
     def _lose(self, image: Tensor, view: int) -> Tensor:
         truth = self.studio.truth(view, self.frame)
-        return photometric_loss(image, truth, self.config.motion.dssim)
+        return photometric_loss(image, truth, self.config.motion.lambda_dssim)
 
 
 def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | None:
@@ -79,7 +79,7 @@ def keep_worthy(stage: Stage, newborn: Attributes, parents: Tensor) -> Births | 
         newborn: Trained; at least one.
         parents: `[n]` the index of each one's parent.
     """
-    price = stage.config.births.byte_price / stage.state.scene.count
+    price = stage.config.births.rd_lambda / stage.state.scene.count
     if price:
         births = _code(stage, newborn, parents)
         each = stage.count_bytes(births) / parents.numel()

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.renamed import update_names
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.container import Chunk
@@ -152,6 +153,8 @@ def _compare_headers(before: StreamHeader, now: StreamHeader) -> list[str]:
 
 def _compare_metadata(before: dict[str, str], now: dict[str, str]) -> list[str]:
     """Return the names of what differs; of the settings, of each."""
+    if "settings" in before:
+        before = before | {"settings": update_names(before["settings"])}
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
     if "settings" in names:
         names.remove("settings")

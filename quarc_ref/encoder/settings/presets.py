@@ -19,7 +19,8 @@ from quarc_ref.encoder.settings.config import (
     MotionSettings,
     StepSettings,
 )
-from quarc_ref.encoder.settings.ranges import name_values
+from quarc_ref.encoder.settings.ranges import describe_values
+from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.format.records import StreamHeader
 
 _PAPER_STEP = struct.unpack("<f", struct.pack("<f", 0.01))[0]
@@ -53,43 +54,43 @@ _MAIN = EncoderConfig(
         iterations=4000,
         initial_gaussians=20_000,
         max_gaussians=40_000,
-        sh_from=3600,
-        densify_from=300,
-        densify_until=2700,
-        noise=0.0,
+        sh_from_iter=3600,
+        densify_from_iter=300,
+        densify_until_iter=2700,
+        position_noise=0.0,
         axis_noise=0.6,
-        keep_opacity=0.016,
-        halved_until=2300,
-        exposure_rate=0.2,
-        exposure_from=100,
+        final_prune_opacity=0.016,
+        half_resolution_until_iter=2300,
+        exposure_lr=0.2,
+        exposure_from_iter=100,
         opacity_decay=0.001,
         quantize_from=0.9,
-        gaussian_price=1.0,
-        code_price=0.02,
-        rate_end=0.05,
+        prune_rd_lambda=1.0,
+        code_rd_lambda=0.02,
+        lr_end_factor=0.05,
     ),
     motion=MotionSettings(
         iterations=260,
-        rate=1e-3,
-        step_rate=0.15,
-        level_rate=2.0,
-        rate_end=0.05,
-        price="group_log",
-        price_weight=0.7,
+        lr=1e-3,
+        translation_lr=0.15,
+        level_lr_factor=2.0,
+        lr_end_factor=0.05,
+        rate_model="group_log",
+        rd_lambda=0.7,
         warm_start="projection",
         momentum=1.0,
     ),
     births=BirthSettings(
         iterations=40,
         placement="errors",
-        error=0.06,
-        deaths_below=0.05,
+        error_threshold=0.06,
+        death_opacity=0.05,
         max_births=300,
-        rate_factor=10.0,
-        rate_end=0.05,
-        split_at=(),
-        must_pay=True,
-        byte_price=0.04,
+        lr_factor=10.0,
+        lr_end_factor=0.05,
+        split_iters=(),
+        rd_selection=True,
+        rd_lambda=0.04,
     ),
 )
 _DEMO = replace(
@@ -101,16 +102,18 @@ _DEMO = replace(
         iterations=1000,
         initial_gaussians=8000,
         max_gaussians=20_000,
-        sh_from=800,
-        densify_until=750,
-        keep_opacity=0.005,
-        halved_until=0,
-        exposure_rate=0.0,
+        sh_from_iter=800,
+        densify_until_iter=750,
+        final_prune_opacity=0.005,
+        half_resolution_until_iter=0,
+        exposure_lr=0.0,
         quantize_from=0.8,
-        rate_end=1.0,
+        lr_end_factor=1.0,
     ),
-    motion=replace(_MAIN.motion, iterations=180, step_rate=0.0, price_weight=0.04),
-    births=replace(_MAIN.births, iterations=60, error=0.04, max_births=800, byte_price=0.0),
+    motion=replace(_MAIN.motion, iterations=180, translation_lr=0.0, rd_lambda=0.04),
+    births=replace(
+        _MAIN.births, iterations=60, error_threshold=0.04, max_births=800, rd_lambda=0.0
+    ),
 )
 PRESETS = {"main": _MAIN, "demo": _DEMO, "paper": _PAPER}
 
@@ -136,12 +139,15 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
 
     Args:
         config: Settings.
-        path: Name of a leaf, such as `motion.rate`.
+        path: Name of a leaf, such as `motion.lr`.
         text: Its new value; a tuple's items are separated by commas.
 
     Raises:
         SettingError: No such leaf, or no such value.
     """
+    if path in RENAMED:
+        message = f"setting {path!r} is now {RENAMED[path]!r}"
+        raise SettingError(message)
     names = dict(list_settings(config))
     if path not in names:
         last = [name for name in names if name.endswith(f".{path}")]
@@ -172,7 +178,7 @@ def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa:
     try:
         value = _parse_value(hint, text)
     except (KeyError, ValueError) as error:
-        message = f"{path}={text}: it takes {name_values(hint)}"
+        message = f"{path}={text}: it takes {describe_values(hint)}"
         raise SettingError(message) from error
     try:
         return replace(node, **{name: value})

@@ -1,45 +1,46 @@
-"""Numbers that carry their bounds in their types, so that a wrong setting is told at once.
+"""Number types with bounds, checked when a settings dataclass is created.
 
 @dataclass(frozen=True, slots=True)
-class Settings(Checked):
-    iterations: Count = 100
+class Settings(Validated):
+    iterations: NonNegativeInt = 100
 """
 
 import sys
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
-_MANY = 1 << 40  # more than anybody wants of anything that is counted
+_INT_LIMIT = 1 << 40  # above any useful count
+_FLOAT_LIMIT = sys.float_info.max
 
 
 class Bounds(NamedTuple):
-    """What a number may be, both ends included."""
+    """Smallest and largest valid value, both inclusive."""
 
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
     def __str__(self) -> str:
-        if self.most not in (_MANY, sys.float_info.max):
-            return f"from {self.least} to {self.most}"
-        return "above 0" if self.least == sys.float_info.min else f"from {self.least} on"
+        if self.maximum not in (_INT_LIMIT, _FLOAT_LIMIT):
+            return f"from {self.minimum} to {self.maximum}"
+        return "above 0" if self.minimum == sys.float_info.min else f"at least {self.minimum}"
 
 
-Count = Annotated[int, Bounds(0, _MANY)]
-Some = Annotated[int, Bounds(1, _MANY)]
+NonNegativeInt = Annotated[int, Bounds(0, _INT_LIMIT)]
+PositiveInt = Annotated[int, Bounds(1, _INT_LIMIT)]
 Seed = Annotated[int, Bounds(0, (1 << 64) - 1)]
-Amount = Annotated[float, Bounds(0, sys.float_info.max)]
-Positive = Annotated[float, Bounds(sys.float_info.min, sys.float_info.max)]
+NonNegativeFloat = Annotated[float, Bounds(0, _FLOAT_LIMIT)]
+PositiveFloat = Annotated[float, Bounds(sys.float_info.min, _FLOAT_LIMIT)]
 Logit = Annotated[float, Bounds(-20, 20)]
-Share = Annotated[float, Bounds(0, 1)]
+UnitInterval = Annotated[float, Bounds(0, 1)]
 Quality = Annotated[float, Bounds(0, 100)]
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
-    """A dataclass whose numbers are within the bounds of their types.
+class Validated:
+    """Base of dataclasses whose numbers must be within the bounds of their types.
 
     Raises:
-        ValueError: One is not, when the dataclass is made.
+        ValueError: A value is out of bounds when an instance is created.
     """
 
     def __post_init__(self) -> None:
@@ -47,23 +48,23 @@ class Checked:
         for field in fields(self):
             hint, value = hints[field.name], getattr(self, field.name)
             for bounds in getattr(hint, "__metadata__", ()):
-                if not bounds.least <= value <= bounds.most:
-                    message = f"{field.name} takes {name_values(hint)}; this is {value!r}"
+                if not bounds.minimum <= value <= bounds.maximum:
+                    message = f"{field.name} takes {describe_values(hint)}; this is {value!r}"
                     raise ValueError(message)
 
 
-def name_values(hint: Any) -> str:  # noqa: ANN401
-    """Return what a setting takes, in words.
+def describe_values(hint: Any) -> str:  # noqa: ANN401
+    """The valid values of a setting, in words.
 
     Args:
-        hint: Its type, with the bounds of a number where it has some.
+        hint: Type of the setting, with `Bounds` where it is a bounded number.
     """
     kind, *bounds = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     if get_origin(kind) is tuple:
-        return "whole numbers with commas between them"
+        return "integers separated by commas"
     if get_origin(kind) is Literal:
         return ", ".join(get_args(kind))
     return " ".join([_KINDS[kind], *map(str, bounds)])
 
 
-_KINDS = {bool: "true, false", int: "a whole number", float: "a number"}
+_KINDS = {bool: "true, false", int: "an integer", float: "a number"}

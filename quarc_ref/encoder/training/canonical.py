@@ -7,9 +7,9 @@ the pictures ask for again and again stays: haze before a camera goes first.
 Halfway through densification, and when it is over, the Gaussians that the
 pictures would not miss go; what is left has time to take their place, and trains
 the faster. The first iterations may use pictures of half the size
-(`halved_until`). The last part of the schedule is fine-tuning: all attributes pass
+(`half_resolution_until_iter`). The last part of the schedule is fine-tuning: all attributes pass
 through the quantizer, so that what is written is what was trained, but for
-Gaussians hardly there (`keep_opacity`).
+Gaussians hardly there (`final_prune_opacity`).
 """
 
 import math
@@ -72,7 +72,7 @@ def train_canonical(
                 checkpoint.save_if_due(training.describe)
             studio.progress.advance("canonical", training.step, settings.iterations)
     final = training.attributes.quantized(header)
-    return final.rows(torch.sigmoid(final.opacities) >= settings.keep_opacity)
+    return final.rows(torch.sigmoid(final.opacities) >= settings.final_prune_opacity)
 
 
 class _Training:
@@ -87,7 +87,7 @@ class _Training:
     ) -> None:
         self.step = 0
         self._studio, self._settings, self._header = studio, settings, header
-        self._halved = studio.halved() if settings.halved_until else studio
+        self._halved = studio.halved() if settings.half_resolution_until_iter else studio
         self._generator = studio.generator(0, "canonical")
         self._views = studio.views.shuffled(self._generator)
         start = start_from_points(points, settings, self._generator, studio.device)
@@ -107,7 +107,7 @@ class _Training:
             prune_unmissed(trainer, studio, price, self._generator)
             self._statistics = ScreenStatistics(trainer.count, studio.device)
         trainer.set_rates(rates_at(settings, studio.extent, step))
-        self._compare(self._halved if step < settings.halved_until else studio)
+        self._compare(self._halved if step < settings.half_resolution_until_iter else studio)
         if _densifies(settings, step):
             densify(trainer, self._statistics, settings, studio.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, studio.device)
@@ -149,16 +149,18 @@ class _Training:
         attributes = _as_drawn(trainer.attributes, settings, header, step, self._generator)
         view = next(self._views)
         rendering = stage.render(attributes.activated(), view)
-        if settings.exposure_rate and step >= settings.exposure_from:
+        if settings.exposure_lr and step >= settings.exposure_from_iter:
             picture = stage.views.picture(view, 0)
-            stage.exposures.observe(view, rendering.image, picture, settings.exposure_rate)
-        loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.dssim)
+            stage.exposures.observe(view, rendering.image, picture, settings.exposure_lr)
+        loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.lambda_dssim)
         loss = loss + price_haze(trainer.attributes, settings)
         if step % _CODES_EVERY == 0:
             dear = _CODES_EVERY * loss.detach()
             loss = loss + dear * price_codes(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
-        if settings.opacity_decay and settings.densify_from <= step < _first_fine_step(settings):
+        if settings.opacity_decay and settings.densify_from_iter <= step < _first_fine_step(
+            settings
+        ):
             trainer.fade(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, stage.camera(view))
 
@@ -213,25 +215,25 @@ def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
     """Return the learning rates in the order of `Attributes`."""
     return (
-        settings.position_rate * extent,
-        settings.rotation_rate,
-        settings.scale_rate,
-        settings.opacity_rate,
-        settings.sh_dc_rate,
-        settings.sh_rest_rate,
+        settings.position_lr * extent,
+        settings.rotation_lr,
+        settings.scale_lr,
+        settings.opacity_lr,
+        settings.sh_dc_lr,
+        settings.sh_rest_lr,
     )
 
 
 def rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[float]:
     """Return the rates of a step; those of positions fall all along, all fall in fine-tuning."""
     share = step / settings.iterations
-    first, last = math.log(settings.position_rate), math.log(settings.position_rate_end)
-    position_rate = math.exp(first + (last - first) * share) * extent
+    first, last = math.log(settings.position_lr), math.log(settings.position_lr_final)
+    position_lr = math.exp(first + (last - first) * share) * extent
     fine = step - _first_fine_step(settings)
     left = 1.0
     if fine >= 0:
-        left = fall_along_cosine(fine, settings.iterations - step + fine, settings.rate_end)
-    return [left * rate for rate in (position_rate, *canonical_rates(settings, extent)[1:])]
+        left = fall_along_cosine(fine, settings.iterations - step + fine, settings.lr_end_factor)
+    return [left * rate for rate in (position_lr, *canonical_rates(settings, extent)[1:])]
 
 
 def _price_at(settings: CanonicalSettings, step: int) -> float:
@@ -239,10 +241,10 @@ def _price_at(settings: CanonicalSettings, step: int) -> float:
 
     Halfway it is half of the price: who has come late has not found a place yet.
     """
-    last = min(settings.densify_until, _first_fine_step(settings))
+    last = min(settings.densify_until_iter, _first_fine_step(settings))
     if step == last // 2:
-        return settings.gaussian_price / 2
-    return settings.gaussian_price if step == last else 0.0
+        return settings.prune_rd_lambda / 2
+    return settings.prune_rd_lambda if step == last else 0.0
 
 
 def _first_fine_step(settings: CanonicalSettings) -> int:
@@ -258,7 +260,7 @@ def _as_drawn(
     generator: torch.Generator,
 ) -> Attributes:
     """Return what a step draws: noisy, without SH at first, and quantized at last."""
-    noise = torch.randn(attributes.means.shape, generator=generator) * settings.noise
+    noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
     noise = noise.to(attributes.means.device)
     fine = _first_fine_step(settings)
     if step < fine and settings.axis_noise:
@@ -266,7 +268,7 @@ def _as_drawn(
         noise = noise + draw_within(attributes.detached(), spread, generator)
     if step >= fine:
         attributes = attributes.quantized(header)
-    with_sh = header.sh_degree > 0 and step >= settings.sh_from
+    with_sh = header.sh_degree > 0 and step >= settings.sh_from_iter
     return Attributes(
         attributes.means + noise,
         attributes.rotations,
@@ -278,5 +280,5 @@ def _as_drawn(
 
 
 def _densifies(settings: CanonicalSettings, step: int) -> bool:
-    within = settings.densify_from <= step < settings.densify_until
-    return within and step % settings.densify_every == 0
+    within = settings.densify_from_iter <= step < settings.densify_until_iter
+    return within and step % settings.densification_interval == 0

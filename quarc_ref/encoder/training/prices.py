@@ -16,10 +16,10 @@ _LEAST_SQUARE = 1e-24
 
 def price_haze(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
     """Return the price of opacity and of size."""
-    if not (settings.opacity_price or settings.scale_price):
+    if not (settings.opacity_reg or settings.scale_reg):
         return 0.0
     opacities, scales = torch.sigmoid(attributes.opacities), torch.exp(attributes.log_scales)
-    return settings.opacity_price * opacities.mean() + settings.scale_price * scales.mean()
+    return settings.opacity_reg * opacities.mean() + settings.scale_reg * scales.mean()
 
 
 def price_codes(
@@ -31,14 +31,14 @@ def price_codes(
     Scales and colors cost by how far they spread, row by row: a coder pays the
     logarithm of the spread.
     """
-    if not settings.code_price:
+    if not settings.code_rd_lambda:
         return 0.0
     count = attributes.means.shape[0]
     turns = _price_turns(attributes.rotations, 1 << header.rotation_bits).mean()
     rest = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
     spread = _price_spread(attributes.log_scales, header.log_scale_step)
     spread = spread + _price_spread(attributes.sh_dc.flatten(1), header.sh_dc_step)
-    return settings.code_price * (turns + rest + spread)
+    return settings.code_rd_lambda * (turns + rest + spread)
 
 
 def _price_turns(rotations: Tensor, unity: int) -> Tensor:

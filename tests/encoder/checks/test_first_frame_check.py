@@ -72,7 +72,7 @@ def test_squares_show_no_stripes():
 
 def _encode(capture, tmp_path, **changes):
     findings = []
-    longer = {"iterations": 400, "densify_until": 200, "max_gaussians": 400}
+    longer = {"iterations": 400, "densify_until_iter": 200, "max_gaussians": 400}
     canonical = replace(SMALL.canonical, **{**longer, **changes})
     options = EncodeOptions(
         replace(SMALL, canonical=canonical),
@@ -87,7 +87,7 @@ def _encode(capture, tmp_path, **changes):
 
 
 def test_an_encode_that_is_not_trained_is_told(tmp_path):
-    findings = _encode(make_capture(), tmp_path, iterations=1, exposure_rate=0.0)
+    findings = _encode(make_capture(), tmp_path, iterations=1, exposure_lr=0.0)
 
     assert [finding.kind for finding in findings] == ["first-frame-coarse"]
 

@@ -28,7 +28,7 @@ _HEADER = StreamHeader(
     gaussians_per_anchor=4,
     log_scale_step=float(np.float32(math.log(_EIGHT) / _EIGHT_IN_CODES)),
 )
-_MOTION = replace(SMALL.motion, iterations=12, step_rate=3.0)
+_MOTION = replace(SMALL.motion, iterations=12, translation_lr=3.0)
 
 
 def _make_state() -> State:
@@ -89,8 +89,8 @@ def test_the_rate_of_translations_is_in_world_units_where_it_is_not_in_steps():
     studio, state = make_studio(), _make_state()
     step = _HEADER.translation_step * 2.0**-_HEADER.lattice_exponent
 
-    in_steps = replace(_MOTION, rate=1e-3, step_rate=2.0)
-    in_units = replace(_MOTION, rate=2.0 * step, step_rate=0.0)
+    in_steps = replace(_MOTION, lr=1e-3, translation_lr=2.0)
+    in_units = replace(_MOTION, lr=2.0 * step, translation_lr=0.0)
     rows = [_fit(studio, state, settings)[:3] for settings in (in_steps, in_units)]
 
     assert np.abs(rows[0]).sum() == pytest.approx(np.abs(rows[1]).sum(), rel=0.2)
@@ -100,7 +100,7 @@ def test_the_dearer_symbols_are_the_fewer_there_are():
     studio, state = make_studio(), _make_state()
 
     counts = [
-        np.count_nonzero(_fit(studio, state, replace(_MOTION, price_weight=weight)))
+        np.count_nonzero(_fit(studio, state, replace(_MOTION, rd_lambda=weight)))
         for weight in (0.0, 2e-3, 1.0)
     ]
     assert counts[0] > counts[1] > counts[2]

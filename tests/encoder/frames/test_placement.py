@@ -16,7 +16,9 @@ from tests.encoder.toys import make_splats, make_studio
 
 _CPU = torch.device("cpu")
 _PLACE = np.array([0.2, -0.1, -1.2], dtype=np.float32)
-_SETTINGS = BirthSettings(placement="errors", error=0.05, max_births=40, opacity_logit=0.0)
+_SETTINGS = BirthSettings(
+    placement="errors", error_threshold=0.05, max_births=40, opacity_logit=0.0
+)
 _SH_C0 = 0.28209479177387814
 
 

@@ -60,11 +60,11 @@ def test_without_a_target_the_sizes_do_not_matter(name):
 
 
 def test_rate_weight_multiplies_every_price_of_a_frame():
-    config = change_setting(choose_preset("main"), "births.byte_price", "1e-6")
-    priced = price_bytes(change_setting(config, "rate_weight", "3"), [])
+    config = change_setting(choose_preset("main"), "births.rd_lambda", "1e-6")
+    priced = price_bytes(change_setting(config, "rd_lambda", "3"), [])
 
-    assert priced.motion.price_weight == pytest.approx(3 * config.motion.price_weight)
-    assert priced.births.byte_price == pytest.approx(3e-6)
+    assert priced.motion.rd_lambda == pytest.approx(3 * config.motion.rd_lambda)
+    assert priced.births.rd_lambda == pytest.approx(3e-6)
 
 
 def test_prices_are_shares_of_the_loss_of_frame_0_but_the_papers():
@@ -72,11 +72,9 @@ def test_prices_are_shares_of_the_loss_of_frame_0_but_the_papers():
         price_bytes(choose_preset(name), [], usual_loss=0.01) for name in ("main", "paper")
     )
 
-    assert main.motion.price_weight == pytest.approx(
-        0.01 * choose_preset("main").motion.price_weight
-    )
-    assert main.births.byte_price == pytest.approx(0.01 * choose_preset("main").births.byte_price)
-    assert paper.motion.price_weight == choose_preset("paper").motion.price_weight
+    assert main.motion.rd_lambda == pytest.approx(0.01 * choose_preset("main").motion.rd_lambda)
+    assert main.births.rd_lambda == pytest.approx(0.01 * choose_preset("main").births.rd_lambda)
+    assert paper.motion.rd_lambda == choose_preset("paper").motion.rd_lambda
 
 
 @pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("30", 2), ("90", 0.25), ("10", 4)])
@@ -85,28 +83,30 @@ def test_twenty_more_of_quality_halve_every_price(quality, factor):
 
     priced = price_bytes(change_setting(config, "quality", quality), [])
 
-    assert priced.motion.price_weight == pytest.approx(factor * config.motion.price_weight)
-    assert priced.births.byte_price == pytest.approx(factor * config.births.byte_price)
-    assert priced.updates.price_weight == pytest.approx(factor * config.updates.price_weight)
-    assert priced.updates.least_gain == pytest.approx(factor * config.updates.least_gain)
-    assert priced.canonical.code_price == pytest.approx(factor * config.canonical.code_price)
-    assert priced.canonical.gaussian_price == pytest.approx(
-        factor * config.canonical.gaussian_price
+    assert priced.motion.rd_lambda == pytest.approx(factor * config.motion.rd_lambda)
+    assert priced.births.rd_lambda == pytest.approx(factor * config.births.rd_lambda)
+    assert priced.updates.rd_lambda == pytest.approx(factor * config.updates.rd_lambda)
+    assert priced.updates.min_gain == pytest.approx(factor * config.updates.min_gain)
+    assert priced.canonical.code_rd_lambda == pytest.approx(
+        factor * config.canonical.code_rd_lambda
+    )
+    assert priced.canonical.prune_rd_lambda == pytest.approx(
+        factor * config.canonical.prune_rd_lambda
     )
 
 
 def test_too_large_frames_make_the_next_one_dearer():
     config = change_setting(choose_preset("main"), "target_kb_per_frame", "2")
 
-    dear, cheap = (price_bytes(config, [size] * 3).motion.price_weight for size in (4096, 1024))
-    assert dear > config.motion.price_weight > cheap
+    dear, cheap = (price_bytes(config, [size] * 3).motion.rd_lambda for size in (4096, 1024))
+    assert dear > config.motion.rd_lambda > cheap
 
 
 def test_canonical_prices_are_as_dear_as_bytes():
-    config = change_setting(choose_preset("main"), "rate_weight", "3")
-    config = change_setting(config, "canonical.gaussian_price", "0.5")
-    config = change_setting(config, "canonical.code_price", "0.01")
+    config = change_setting(choose_preset("main"), "rd_lambda", "3")
+    config = change_setting(config, "canonical.prune_rd_lambda", "0.5")
+    config = change_setting(config, "canonical.code_rd_lambda", "0.01")
 
     priced = price_bytes(config, []).canonical
 
-    assert priced == replace(config.canonical, gaussian_price=1.5, code_price=0.03)
+    assert priced == replace(config.canonical, prune_rd_lambda=1.5, code_rd_lambda=0.03)

@@ -22,7 +22,7 @@ from tests.encoder.toys import SMALL, make_splats, make_studio
 _CPU = torch.device("cpu")
 _HEADER = StreamHeader(gaussians_per_anchor=4, updates=True)
 _MOTION = replace(SMALL.motion, iterations=40)
-_UPDATES = UpdateSettings(rate=0.5, price_weight=0.002, least_gain=0.0)
+_UPDATES = UpdateSettings(lr=0.5, rd_lambda=0.002, min_gain=0.0)
 
 
 def _make_state(header: StreamHeader = _HEADER) -> State:
@@ -105,8 +105,7 @@ def test_the_dearer_updates_are_the_fewer_there_are():
     wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
-        _fit(wrong, replace(_UPDATES, price_weight=price)).updates.count
-        for price in (0.0, 0.01, 10.0)
+        _fit(wrong, replace(_UPDATES, rd_lambda=price)).updates.count for price in (0.0, 0.01, 10.0)
     ]
 
     assert counts[0] > counts[1] > counts[2]
@@ -116,14 +115,14 @@ def test_what_gains_too_little_is_no_update():
     wrong = _with_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
-        _fit(wrong, replace(_UPDATES, least_gain=least)).updates.count for least in (0.0, 0.02, 9.0)
+        _fit(wrong, replace(_UPDATES, min_gain=least)).updates.count for least in (0.0, 0.02, 9.0)
     ]
 
     assert counts[0] > counts[1] > counts[2] == 0
 
 
 @pytest.mark.parametrize(
-    ("updates", "settings"), [(False, _UPDATES), (True, None), (True, replace(_UPDATES, rate=0.0))]
+    ("updates", "settings"), [(False, _UPDATES), (True, None), (True, replace(_UPDATES, lr=0.0))]
 )
 def test_without_updates_motion_is_what_it_was(updates, settings):
     plain = replace(_HEADER, updates=False)

@@ -55,7 +55,7 @@ def stage(monkeypatch) -> Stage:
 
 def _priced(stage: Stage, price: float) -> Stage:
     """The stage where a byte must take so much off the loss."""
-    births = replace(stage.config.births, byte_price=price * stage.state.scene.count)
+    births = replace(stage.config.births, rd_lambda=price * stage.state.scene.count)
     return replace(stage, config=replace(stage.config, births=births))
 
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.resume.array_file import Layout, write_arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint, name_checkpoint
-from quarc_ref.encoder.resume.partial_stream import checkpoint
 from quarc_ref.encoder.stream_file import encode_file
 from tests.encoder.toys import SMALL, make_capture
 
@@ -16,14 +16,14 @@ _CONFIG = replace(
     canonical=replace(
         SMALL.canonical,
         iterations=60,
-        halved_until=15,
-        noise=0.003,
-        exposure_rate=0.2,
-        exposure_from=5,
-        gaussian_price=0.1,
-        code_price=1e-4,
-        opacity_price=0.01,
-        rate_end=0.05,
+        half_resolution_until_iter=15,
+        position_noise=0.003,
+        exposure_lr=0.2,
+        exposure_from_iter=5,
+        prune_rd_lambda=0.1,
+        code_rd_lambda=1e-4,
+        opacity_reg=0.01,
+        lr_end_factor=0.05,
     ),
 )
 
@@ -124,7 +124,7 @@ def test_a_file_that_is_not_whole_or_another_s_is_as_good_as_none(damage, tmp_pa
 
 
 @pytest.mark.parametrize(
-    "config", [replace(_CONFIG, seed=1), replace(_CONFIG, rate_weight=2.0)], ids=["seed", "rate"]
+    "config", [replace(_CONFIG, seed=1), replace(_CONFIG, rd_lambda=2.0)], ids=["seed", "rate"]
 )
 def test_other_settings_begin_anew(config, tmp_path):
     path = tmp_path / "toy.quarc"

@@ -5,6 +5,7 @@ import pytest
 from quarc_ref.encoder import EncodeOptions, encode_stream
 from quarc_ref.encoder.resume.partial_stream import Begun, read_begun
 from quarc_ref.encoder.settings.config import UpdateSettings
+from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
 from quarc_ref.format.errors import BadMagicError, ResumeError
@@ -18,10 +19,12 @@ from tests.streams.edits import cut_bytes, join_bytes
 CONFIG = replace(
     SMALL,
     stream=replace(SMALL.stream, updates=True),
-    canonical=replace(SMALL.canonical, iterations=30, exposure_rate=0.2, exposure_from=5, every=3),
+    canonical=replace(
+        SMALL.canonical, iterations=30, exposure_lr=0.2, exposure_from_iter=5, keyframe_interval=3
+    ),
     motion=replace(SMALL.motion, iterations=8, warm_start="anchors"),
-    updates=UpdateSettings(rate=0.5, price_weight=0.1),
-    births=replace(SMALL.births, placement="errors", error=0.03, must_pay=True),
+    updates=UpdateSettings(lr=0.5, rd_lambda=0.1),
+    births=replace(SMALL.births, placement="errors", error_threshold=0.03, rd_selection=True),
     target_kb_per_frame=0.2,
 )
 _OPTIONS = EncodeOptions(CONFIG, 5, "cpu")
@@ -124,10 +127,10 @@ def _with_metadata(data, **changes):
     ("changes", "said"),
     [
         ({"seed": 1}, "another seed$"),
-        ({"motion": replace(CONFIG.motion, rate=0.5)}, "another motion.rate$"),
+        ({"motion": replace(CONFIG.motion, lr=0.5)}, "another motion.lr$"),
         (
-            {"rate_weight": 2.0, "motion": replace(CONFIG.motion, momentum=0.1)},
-            "another motion.momentum, rate_weight$",
+            {"rd_lambda": 2.0, "motion": replace(CONFIG.motion, momentum=0.1)},
+            "another motion.momentum, rd_lambda$",
         ),
     ],
 )
@@ -138,6 +141,21 @@ def test_other_settings_are_refused_by_name(changes, said, whole, tmp_path):
         _go_on(tmp_path / "a.quarc", broken, options)
 
     assert (tmp_path / "a.quarc").read_bytes() == broken
+
+
+def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
+    today = read_begun(BytesSource(whole)).metadata["settings"]
+    names = {new: old for old, new in RENAMED.items()}
+    items = (item.partition("=") for item in today.split(" "))
+    quoted = " ".join(names.get(name, name) + "=" + value for name, _, value in items)
+    assert "motion.rate=" in quoted
+    older = _with_metadata(whole, settings=quoted)
+
+    ends = _ends(whole)
+    resumed = _go_on(tmp_path / "a.quarc", older[: -(ends[7] - ends[6])])  # without frame 4
+
+    assert resumed.startswith(older)
+    assert [chunk.kind for chunk in split_chunks(resumed)][-1] == container.TAIL
 
 
 @pytest.mark.parametrize("name", ["capture", "fingerprint", "encoder"])

@@ -17,15 +17,16 @@ from quarc_ref.encoder.settings.presets import (
     choose_preset,
     list_settings,
 )
+from quarc_ref.encoder.settings.renamed import RENAMED, update_names
 
 
 def test_paper_is_what_the_paper_states():
     paper = choose_preset("paper")
 
     assert paper.canonical == CanonicalSettings(iterations=15_000, quantize_from=1.0)
-    assert (paper.canonical.noise, paper.canonical.dssim) == (0.01, 0.2)
-    assert (paper.motion.iterations, paper.motion.rate, paper.motion.momentum) == (100, 5e-4, 0.6)
-    assert (paper.motion.price, paper.motion.price_weight) == ("l1", 1.0)
+    assert (paper.canonical.position_noise, paper.canonical.lambda_dssim) == (0.01, 0.2)
+    assert (paper.motion.iterations, paper.motion.lr, paper.motion.momentum) == (100, 5e-4, 0.6)
+    assert (paper.motion.rate_model, paper.motion.rd_lambda) == ("l1", 1.0)
     assert paper.births == BirthSettings(iterations=100)
     assert (paper.stream.gaussians_per_anchor, paper.stream.anchor_ratio) == (4, 3)
     assert (paper.stream.rotation_components, paper.stream.resample_interval) == (4, 2)
@@ -44,12 +45,12 @@ def test_no_setting_means_the_main_preset():
 @pytest.mark.parametrize(
     ("path", "text", "value"),
     [
-        ("motion.rate", "5e-3", 5e-3),
+        ("motion.lr", "5e-3", 5e-3),
         ("canonical.iterations", "7", 7),
-        ("births.split_at", "10,20,30", (10, 20, 30)),
-        ("births.split_at", "", ()),
-        ("births.must_pay", "no", False),
-        ("motion.price", "l1", "l1"),
+        ("births.split_iters", "10,20,30", (10, 20, 30)),
+        ("births.split_iters", "", ()),
+        ("births.rd_selection", "no", False),
+        ("motion.rate_model", "l1", "l1"),
         ("stream.translation_step", "3", 3),
         ("seed", "12", 12),
     ],
@@ -64,13 +65,13 @@ def test_a_leaf_can_be_changed_by_its_name(path, text, value):
     ("path", "text"),
     [
         ("canonical.iterations", "0"),
-        ("canonical.densify_every", "0"),
-        ("canonical.position_rate_end", "0"),
+        ("canonical.densification_interval", "0"),
+        ("canonical.position_lr_final", "0"),
         ("motion.iterations", "-1"),
-        ("motion.rate", "nan"),
-        ("motion.rate", "inf"),
+        ("motion.lr", "nan"),
+        ("motion.lr", "inf"),
         ("births.max_births", "-1"),
-        ("births.deaths_below", "1.1"),
+        ("births.death_opacity", "1.1"),
         ("stream.gaussians_per_anchor", "0"),
         ("stream.log_scale_step", "nan"),
         ("seed", str(1 << 64)),
@@ -83,22 +84,22 @@ def test_a_value_out_of_range_is_refused_by_name(path, text):
 
 def test_changing_a_leaf_leaves_all_others():
     before = dict(list_settings(choose_preset("main")))
-    after = dict(list_settings(change_setting(choose_preset("main"), "motion.rate", "0.5")))
+    after = dict(list_settings(change_setting(choose_preset("main"), "motion.lr", "0.5")))
 
-    assert {name for name in before if before[name] != after[name]} == {"motion.rate"}
+    assert {name for name in before if before[name] != after[name]} == {"motion.lr"}
 
 
 @pytest.mark.parametrize(
     ("path", "text", "said"),
     [
-        ("motion.rat", "1", "motion.rate"),
-        ("rate", "1", "close to it: motion.rate, updates.rate; "),
+        ("motion.lrr", "1", "motion.lr"),
+        ("lr", "1", "close to it: motion.lr, updates.lr; "),
         ("motion", "1", "no setting"),
         ("", "1", "no setting"),
         ("motion.iterations", "many", "motion.iterations=many"),
-        ("births.must_pay", "perhaps", "true, false"),
-        ("motion.price", "l2", "l1, group_log"),
-        ("births.split_at", "a,b", "births.split_at"),
+        ("births.rd_selection", "perhaps", "true, false"),
+        ("motion.rate_model", "l2", "l1, group_log"),
+        ("births.split_iters", "a,b", "births.split_iters"),
         ("stream.level_count", "9", "level_count"),
     ],
 )
@@ -110,14 +111,14 @@ def test_what_cannot_be_set_is_said(path, text, said):
 @pytest.mark.parametrize(
     ("path", "text", "takes"),
     [
-        ("canonical.iterations", "1.5", "a whole number from 1 on"),
-        ("motion.rate", "abc", "a number from 0 on"),
-        ("motion.dssim", "", "a number from 0 to 1"),
-        ("rate_weight", "much", "a number above 0"),
-        ("stream.level_count", "1.5", "a whole number"),
+        ("canonical.iterations", "1.5", "an integer at least 1"),
+        ("motion.lr", "abc", "a number at least 0"),
+        ("motion.lambda_dssim", "", "a number from 0 to 1"),
+        ("rd_lambda", "much", "a number above 0"),
+        ("stream.level_count", "1.5", "an integer"),
         ("stream.opacity_step", "x", "a number"),
-        ("births.must_pay", "perhaps", "true, false"),
-        ("births.split_at", "1,b", "whole numbers with commas between them"),
+        ("births.rd_selection", "perhaps", "true, false"),
+        ("births.split_iters", "1,b", "integers separated by commas"),
         ("births.placement", "here", "gate, errors"),
     ],
 )
@@ -148,3 +149,19 @@ def test_the_level_bears_the_scene_and_its_births(count, level):
     config = replace(choose_preset("paper"), births=BirthSettings(max_births=4096))
 
     assert make_header(config, 30.0, count).level == level
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items(), ids=RENAMED)
+def test_an_old_name_is_rejected_with_the_new_one(old, new):
+    with pytest.raises(SettingError, match=f"^setting '{old}' is now '{new}'$"):
+        change_setting(choose_preset("main"), old, "1")
+
+    assert new in dict(list_settings(choose_preset("main")))
+    assert old not in dict(list_settings(choose_preset("main")))
+
+
+def test_the_settings_of_an_older_stream_are_read_under_todays_names():
+    assert update_names("motion.rate=0.5 seed=7 rate_weight=2.0 births.split_at=(40, 80)") == (
+        "motion.lr=0.5 seed=7 rd_lambda=2.0 births.split_iters=(40, 80)"
+    )
+    assert update_names("") == ""

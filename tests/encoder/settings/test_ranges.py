@@ -4,15 +4,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.encoder.settings.ranges import Amount, Checked, Count, Positive, Share
+from quarc_ref.encoder.settings.ranges import (
+    NonNegativeFloat,
+    NonNegativeInt,
+    PositiveFloat,
+    UnitInterval,
+    Validated,
+)
 
 
 @dataclass(frozen=True, slots=True)
-class _Settings(Checked):
-    steps: Count = 1
-    share: Share = 0.5
-    weight: Positive = 1.0
-    amount: Amount = 0.0
+class _Settings(Validated):
+    steps: NonNegativeInt = 1
+    share: UnitInterval = 0.5
+    weight: PositiveFloat = 1.0
+    amount: NonNegativeFloat = 0.0
     name: str = "free"
 
 
@@ -29,9 +35,9 @@ def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, shar
     ("changes", "said"),
     [
         ({"weight": 0.0}, "weight takes a number above 0; this is 0.0"),
-        ({"amount": float("inf")}, "amount takes a number from 0 on; this is inf"),
+        ({"amount": float("inf")}, "amount takes a number at least 0; this is inf"),
         ({"share": 2.0}, "share takes a number from 0 to 1; this is 2.0"),
-        ({"steps": -1}, "steps takes a whole number from 0 on; this is -1"),
+        ({"steps": -1}, "steps takes an integer at least 0; this is -1"),
     ],
 )
 def test_what_a_number_may_be_is_said_in_words(changes, said):

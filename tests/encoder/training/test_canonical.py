@@ -88,7 +88,7 @@ def test_half_the_pixels_at_first_and_all_at_last(monkeypatch):
         ),
     )
     studio, points = make_studio(), make_capture().points
-    settings = replace(SMALL.canonical, halved_until=10)
+    settings = replace(SMALL.canonical, half_resolution_until_iter=10)
     before = start_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
 
     after = train_canonical(studio, points, settings, StreamHeader())
@@ -120,7 +120,7 @@ def test_without_spherical_harmonics_none_are_trained():
 def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
     studio = make_studio()
     points = make_capture().points
-    priced = replace(SMALL.canonical, opacity_price=1.0, scale_price=1.0)
+    priced = replace(SMALL.canonical, opacity_reg=1.0, scale_reg=1.0)
 
     free, thin = (
         train_canonical(studio, points, settings, SMALL.stream)
@@ -155,7 +155,7 @@ def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkey
             or render(self, gaussians, camera, background)
         ),
     )
-    settings = replace(SMALL.canonical, noise=0.0, axis_noise=0.5)
+    settings = replace(SMALL.canonical, position_noise=0.0, axis_noise=0.5)
 
     train_canonical(make_studio(), make_capture().points, settings, StreamHeader())
 
@@ -169,7 +169,7 @@ def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkey
 
 def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
     studio, points = make_studio(), make_capture().points
-    priced = replace(SMALL.canonical, gaussian_price=0.02)
+    priced = replace(SMALL.canonical, prune_rd_lambda=0.02)
 
     free, few = (
         train_canonical(studio, points, settings, SMALL.stream)
@@ -181,7 +181,7 @@ def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price()
 
 
 def test_rates_fall_to_their_end_over_fine_tuning_alone():
-    settings = replace(SMALL.canonical, rate_end=0.1, quantize_from=0.8)
+    settings = replace(SMALL.canonical, lr_end_factor=0.1, quantize_from=0.8)
 
     shares = [
         rates_at(settings, 1.0, step)[1] / settings.rotation_rate for step in (0, 79, 80, 90, 100)
@@ -192,7 +192,7 @@ def test_rates_fall_to_their_end_over_fine_tuning_alone():
 
 def test_codes_are_smaller_where_they_have_a_price():
     studio, points = make_studio(), make_capture().points
-    priced = replace(SMALL.canonical, code_price=0.01)
+    priced = replace(SMALL.canonical, code_rd_lambda=0.01)
 
     free, cheap = (
         quantize_gaussians(train_canonical(studio, points, settings, SMALL.stream), SMALL.stream)

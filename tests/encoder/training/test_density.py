@@ -35,7 +35,7 @@ def _statistics(gradients: list[float]) -> ScreenStatistics:
 
 def _densified(attributes, gradients, **settings) -> Attributes:
     trainer = Trainer(attributes, (0.1,) * 6)
-    chosen = CanonicalSettings(densify_gradient=0.5, densify_scale=0.1, **settings)
+    chosen = CanonicalSettings(densify_grad_threshold=0.5, densify_scale_threshold=0.1, **settings)
     generator = torch.Generator().manual_seed(0)
     densify(trainer, _statistics(gradients), chosen, _EXTENT, generator)
     return trainer.attributes.detached()

@@ -87,7 +87,7 @@ def _held_out_error(exposure_rate):
     capture = make_capture(1)
     capture._source = _Uneven(capture._source)
     canonical = replace(
-        SMALL.canonical, iterations=150, exposure_rate=exposure_rate, exposure_from=30
+        SMALL.canonical, iterations=150, exposure_lr=exposure_rate, exposure_from_iter=30
     )
     sink = io.BytesIO()
     encode(capture, sink, EncodeOptions(replace(SMALL, canonical=canonical), 1, "cpu"))

@@ -18,8 +18,8 @@ from tests.encoder.resume.saved import read_saved
 from tests.encoder.toys import SMALL, make_capture, make_studio
 
 _CONFIG = replace(
-    SMALL.canonical, iterations=12, densify_from=4, densify_until=9, exposure_rate=0.2,
-    exposure_from=5, sh_from=6,
+    SMALL.canonical, iterations=12, densify_from_iter=4, densify_until_iter=9, exposure_lr=0.2,
+    exposure_from_iter=5, sh_from_iter=6,
 )  # fmt: skip
 _STOPPED_AT = 8
 

@@ -21,12 +21,12 @@ _BLANK = Attributes(
 
 
 def _codes(**changed: torch.Tensor) -> float:
-    settings = CanonicalSettings(code_price=2.0)
+    settings = CanonicalSettings(code_rd_lambda=2.0)
     return float(price_codes(replace(_BLANK, **changed), settings, _HEADER))
 
 
 def test_haze_costs_the_mean_opacity_and_the_mean_scale():
-    settings = CanonicalSettings(opacity_price=2.0, scale_price=3.0)
+    settings = CanonicalSettings(opacity_reg=2.0, scale_reg=3.0)
 
     assert float(price_haze(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
 
@@ -65,7 +65,7 @@ def test_turning_less_is_the_way_down():
     rotations = torch.tensor([[1.0, 0.2, -0.1, 0]]).requires_grad_()
     attributes = replace(_BLANK.rows(torch.tensor([0])), rotations=rotations)
 
-    loss = price_codes(attributes, CanonicalSettings(code_price=1.0), _HEADER)
+    loss = price_codes(attributes, CanonicalSettings(code_rd_lambda=1.0), _HEADER)
     (gradient,) = torch.autograd.grad(loss, rotations)
 
     assert gradient[0, 1] > 0 > gradient[0, 2]

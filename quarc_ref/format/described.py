@@ -1,0 +1,21 @@
+"""Dataclass fields that carry their own description."""
+
+from dataclasses import Field, field
+from typing import Any
+
+_KEY = "description"
+
+
+def described(default: Any, description: str) -> Any:  # noqa: ANN401
+    """A dataclass field with a default and a description.
+
+    Args:
+        default: The field's default value.
+        description: One or more sentences; `describe_field` returns them.
+    """
+    return field(default=default, metadata={_KEY: description})
+
+
+def describe_field(each: "Field[Any]") -> str:
+    """The description of a field, or an empty string if it has none."""
+    return str(each.metadata.get(_KEY, ""))
