@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from quarc_ref.encoder.resume.partial_stream import checkpoint
+from quarc_ref.encoder.resume import checkpoint
 from tests.cli.commands import TINY_OPTIONS, list_names, run
 
 

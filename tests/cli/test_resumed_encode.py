@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from quarc_ref.encoder import encode_stream
-from quarc_ref.encoder.resume.partial_stream import checkpoint
+from quarc_ref.encoder.resume import checkpoint
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.encoder.resume.saved import read_saved
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.resume.array_file import write_arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
-from quarc_ref.encoder.resume.partial_stream import checkpoint
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
 from tests.encoder.resume.saved import read_saved
