@@ -22,8 +22,8 @@ from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.settings.config import CanonicalSettings
 from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.straight_through import position_step
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
@@ -50,7 +50,7 @@ class CanonicalOnce:
 
     def train(
         self,
-        studio: Studio,
+        context: TrainingContext,
         points: Points,
         settings: CanonicalSettings,
         header: StreamHeader,
@@ -60,11 +60,11 @@ class CanonicalOnce:
         path = self._folder / f"{self._digest(settings, header)}.npz"
         if not path.is_file():
             begun = time.perf_counter()
-            attributes = train_canonical(studio, points, settings, header, checkpoint)
+            attributes = train_canonical(context, points, settings, header, checkpoint)
             _keep(path, attributes, time.perf_counter() - begun)
         with np.load(path) as kept:
             self.seconds = float(kept[_SECONDS])
-            tensors = [torch.from_numpy(kept[name]).to(studio.device) for name in _NAMES]
+            tensors = [torch.from_numpy(kept[name]).to(context.device) for name in _NAMES]
         return Attributes(*tensors)
 
     @contextmanager

@@ -22,7 +22,7 @@ from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.progress import Silence
+from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, list_settings
 from quarc_ref.encoder.training.threads import fixed_threads
@@ -73,8 +73,8 @@ def main(words: Sequence[str] | None = None) -> int:
 
 def _climb(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
     """Make the rows that are missing, and keep the table of all; return it."""
-    studio = open_studio(start.capture, "cpu", config.seed, Silence())
-    start.ladder.climb(tasks, studio)
+    context = open_studio(start.capture, "cpu", config.seed, NullProgress())
+    start.ladder.climb(tasks, context)
     rows = [row for task in tasks if (row := start.ladder.recall(task)) is not None]
     rows.sort(key=lambda row: (row["ahead"], row["iterations"]))
     table = format_rows(rows)

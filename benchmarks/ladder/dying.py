@@ -11,54 +11,56 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.losses import photometric_loss
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.trainable import Attributes
 
 _FEWER = 4  # times, from a trial to the next
 
 
-def choose_dying(studio: Studio, attributes: Attributes, frame: int, dssim: float) -> Tensor:
+def choose_dying(
+    context: TrainingContext, attributes: Attributes, frame: int, dssim: float
+) -> Tensor:
     """Return the mask `[N]` of those without which the training views lose least.
 
     Args:
-        studio: Views and renderer.
+        context: Views and renderer.
         attributes: Of the Gaussians.
         frame: Ordinal of the frame.
         dssim: Weight of D-SSIM in the loss.
     """
-    gains = _foretell(studio, attributes, frame, dssim)
+    gains = _foretell(context, attributes, frame, dssim)
     order = torch.argsort(gains, descending=True, stable=True)
     nobody = torch.zeros_like(gains, dtype=torch.bool)
-    best, least = nobody, _measure(studio, attributes, frame, dssim)
+    best, least = nobody, _measure(context, attributes, frame, dssim)
     count = min(int((gains > 0).sum()), len(gains) - 1)
     while count:
         dying = nobody.clone()
         dying[order[:count]] = True
-        loss = _measure(studio, attributes.rows(~dying), frame, dssim)
+        loss = _measure(context, attributes.rows(~dying), frame, dssim)
         if loss < least:
             best, least = dying, loss
         count //= _FEWER
     return best
 
 
-def _foretell(studio: Studio, attributes: Attributes, frame: int, dssim: float) -> Tensor:
+def _foretell(context: TrainingContext, attributes: Attributes, frame: int, dssim: float) -> Tensor:
     """Return `[N]` by how much the loss would fall if each left alone, by its slope."""
     logits = attributes.opacities.detach().clone().requires_grad_()
     free = replace(attributes, opacities=logits)
     slopes = torch.zeros_like(attributes.opacities)
-    for view in range(len(studio.views.cameras)):
-        image = studio.render(free.activated(), view).image
-        loss = photometric_loss(image, studio.truth(view, frame), dssim)
+    for view in range(len(context.views.cameras)):
+        image = context.render(free.activated(), view).image
+        loss = photometric_loss(image, context.truth(view, frame), dssim)
         slopes += torch.autograd.grad(loss, logits)[0]
     return slopes * (1 + torch.exp(attributes.opacities))  # o dL/do, where d o = o (1 - o) d logit
 
 
-def _measure(studio: Studio, attributes: Attributes, frame: int, dssim: float) -> float:
+def _measure(context: TrainingContext, attributes: Attributes, frame: int, dssim: float) -> float:
     """Return the sum of the losses of all training views."""
     drawn, total = attributes.activated(), 0.0
     with torch.no_grad():
-        for view in range(len(studio.views.cameras)):
-            image = studio.render(drawn, view).image
-            total += float(photometric_loss(image, studio.truth(view, frame), dssim))
+        for view in range(len(context.views.cameras)):
+            image = context.render(drawn, view).image
+            total += float(photometric_loss(image, context.truth(view, frame), dssim))
     return total

@@ -11,13 +11,13 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.frames.motion import fit_motion
-from quarc_ref.encoder.frames.surrogate import Following, deform
+from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.training.canonical import canonical_rates
+from quarc_ref.encoder.training.canonical import canonical_learning_rates
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.straight_through import translation_step, without_rounding
-from quarc_ref.encoder.training.studio import Studio
-from quarc_ref.encoder.training.trainable import Attributes, Trainer, fall_along_cosine, from_splats
+from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, from_splats
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import StreamHeader
 
@@ -44,26 +44,26 @@ class Fitted:
 
 
 def fit_rung(
-    studio: Studio, begun: State, rung: Rung, iterations: int, config: EncoderConfig
+    context: TrainingContext, begun: State, rung: Rung, iterations: int, config: EncoderConfig
 ) -> Fitted:
     """Fit a rung to the pictures of a frame.
 
     Args:
-        studio: Views, renderer and draws.
+        context: Views, renderer and draws.
         begun: After `begin_frame`; its scene has the ordinal of the frame to fit.
         rung: What is free.
         iterations: How many.
         config: Rates and losses.
     """
-    start = from_splats(dequantize(begun.scene), studio.device)
-    everyone = torch.arange(begun.scene.count, device=studio.device)
+    start = from_splats(dequantize(begun.scene), context.device)
+    everyone = torch.arange(begun.scene.count, device=context.device)
     if "anchors" in rung.free:
-        return _fit_anchors(studio, begun, start, everyone, iterations, config)
-    return _fit_single(studio, begun.scene, start, everyone, rung, iterations, config)
+        return _fit_anchors(context, begun, start, everyone, iterations, config)
+    return _fit_single(context, begun.scene, start, everyone, rung, iterations, config)
 
 
 def _fit_anchors(
-    studio: Studio,
+    context: TrainingContext,
     begun: State,
     start: Attributes,
     everyone: Tensor,
@@ -72,15 +72,15 @@ def _fit_anchors(
 ) -> Fitted:
     free = replace(config.motion, iterations=iterations, rd_lambda=0.0, momentum=0.0)
     with without_rounding():
-        motion = fit_motion(studio, begun, begun, free)
+        motion = fit_motion(context, begun, begun, free)
     header = begun.scene.header
-    sums = Following(begun.known_anchors, studio.device).sum_levels(motion.residuals)
+    sums = BindingSums(begun.known_anchors, context.device).sum_levels(motion.residuals)
     shifts, turns = sums[:, :3] * translation_step(header), sums[:, 3:] / header.rotation_unity
     return Fitted(deform(start, shifts, turns, header).detached(), everyone, motion.symbols)
 
 
 def _fit_single(
-    studio: Studio,
+    context: TrainingContext,
     scene: Scene,
     start: Attributes,
     alive: Tensor,
@@ -88,24 +88,24 @@ def _fit_single(
     iterations: int,
     config: EncoderConfig,
 ) -> Fitted:
-    frame, rates = scene.frame, _choose_rates(rung, scene.header, config, studio.extent)
+    frame, rates = scene.frame, _choose_rates(rung, scene.header, config, context.extent)
     trainer = Trainer(start, tuple(rates))
-    views = studio.views.shuffled(studio.generator(frame, "ladder"))
+    views = context.views.shuffled(context.generator(frame, "ladder"))
     for step in range(iterations):
         if "deaths" in rung.free and step == round(_DIES_AT * iterations):
             dying = choose_dying(
-                studio, trainer.attributes.detached(), frame, config.motion.lambda_dssim
+                context, trainer.attributes.detached(), frame, config.motion.lambda_dssim
             )
             alive = alive[~dying]
             trainer.replace_rows(~dying, start.rows(alive[:0]))
-        left = fall_along_cosine(step, iterations, config.motion.lr_end_factor)
-        trainer.set_rates([rate * left for rate in rates])
+        left = cosine_decay(step, iterations, config.motion.lr_end_factor)
+        trainer.set_learning_rates([rate * left for rate in rates])
         view = next(views)
-        rendering = studio.render(trainer.attributes.activated(), view)
-        truth = studio.truth(view, frame)
+        rendering = context.render(trainer.attributes.activated(), view)
+        truth = context.truth(view, frame)
         loss = photometric_loss(rendering.image, truth, config.motion.lambda_dssim)
         trainer.step(loss, rendering.means2d)
-        studio.progress.advance("ladder", step + 1, iterations)
+        context.progress.advance("ladder", step + 1, iterations)
     return Fitted(trainer.attributes.detached(), alive)
 
 
@@ -115,8 +115,8 @@ def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, exten
     A Gaussian on its own moves and turns as fast as all its anchors together would move it;
     all else changes as fast as in canonical training.
     """
-    rates = list(canonical_rates(config.canonical, extent))
-    if not rung.canonical_rates:
+    rates = list(canonical_learning_rates(config.canonical, extent))
+    if not rung.canonical_learning_rates:
         motion = config.motion
         levels = sum(motion.level_lr_factor**level for level in range(header.level_count))
         translation = motion.translation_lr * translation_step(header) or motion.lr

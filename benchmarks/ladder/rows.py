@@ -16,8 +16,8 @@ from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
-from quarc_ref.encoder.training.first_frame import settle_exposures
-from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.first_frame import refit_exposures
 from quarc_ref.format.cameras import Camera
 from studies import Row, keep_row, note, recall_row
 
@@ -85,7 +85,7 @@ class Ladder:
         """Return the row of a task that was kept; None if there is none, or one of others."""
         return recall_row(self._path(task), self._key(task))
 
-    def climb(self, tasks: Sequence[Task], studio: Studio) -> None:
+    def climb(self, tasks: Sequence[Task], context: TrainingContext) -> None:
         """Make the rows that are missing.
 
         Raises:
@@ -97,22 +97,22 @@ class Ladder:
         note(f"{len(tasks) - len(waiting)} of {len(tasks)} rows are there already")
         if not waiting:
             return
-        settle_exposures(studio, self._state)
+        refit_exposures(context, self._state)
         judge = Judge(self._capture, self._cameras)
         for number, task in enumerate(waiting):
             note(f"{task.name}: begun, {number} of {len(waiting)} are over")
-            row = self._make(task, studio, judge)
+            row = self._make(task, context, judge)
             keep_row(self._path(task), self._key(task), row)
             moving = row["floats"]["training"]["moving_gain_psnr"]
             said = "nothing moves" if moving is None else f"{moving:.2f} dB where it moves"
             note(f"{task.name}: {said}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s")
 
-    def _make(self, task: Task, studio: Studio, judge: Judge) -> Row:
+    def _make(self, task: Task, context: TrainingContext, judge: Judge) -> Row:
         frame = self._state.scene.frame + task.ahead
         begun = allow_updates(begin_frame(self._state, 0))
         begun = replace(begun, scene=replace(begun.scene, frame=frame))
         started = time.monotonic()
-        fitted = fit_rung(studio, begun, task.rung, task.iterations, self._config)
+        fitted = fit_rung(context, begun, task.rung, task.iterations, self._config)
         seconds = time.monotonic() - started
         rounded = round_rung(begun, fitted)
         return {
@@ -138,6 +138,6 @@ class Ladder:
     def _key(self, task: Task) -> str:
         """Return a digest of all that the row depends on but the code."""
         rung = task.rung
-        rung_said = [sorted(rung.free), rung.canonical_rates, rung.rest_factor]
+        rung_said = [sorted(rung.free), rung.canonical_learning_rates, rung.rest_factor]
         said = [*self._origin, rung_said, task.ahead, task.iterations]
         return hashlib.sha256(json.dumps(said).encode()).hexdigest()

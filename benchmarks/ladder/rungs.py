@@ -12,7 +12,7 @@ class Rung:
         title: For people.
         free: `anchors`, or what of single Gaussians is free: names of `UPDATE_FIELDS`,
             `deaths` and `SH rest`.
-        canonical_rates: Whether Gaussians on their own also move and turn at the learning
+        canonical_learning_rates: Whether Gaussians on their own also move and turn at the learning
             rates of canonical training, and not at those of motion.
         rest_factor: Of the learning rate of SH rest, which canonical training has at a
             twentieth of that of SH DC.
@@ -21,7 +21,7 @@ class Rung:
     name: str
     title: str
     free: frozenset[str]
-    canonical_rates: bool = False
+    canonical_learning_rates: bool = False
     rest_factor: float = 1.0
 
 
@@ -50,7 +50,7 @@ def _climb() -> list[Rung]:
         Rung("carried", "all but SH rest", _FIELDS - {"SH rest"}),
         Rung("turned", "moved and turned on its own", frozenset({"translation", "rotation"})),
         Rung("fast-rest", "all, SH rest at the rate of SH DC", _FIELDS, rest_factor=20.0),
-        Rung("slow", "all, at canonical training's rates", _FIELDS, canonical_rates=True),
+        Rung("slow", "all, at canonical training's rates", _FIELDS, canonical_learning_rates=True),
     ]
 
 

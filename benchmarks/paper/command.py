@@ -12,7 +12,7 @@ from paper.rows import Task, make_row
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.encode_stream import suit_capture
+from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
@@ -136,7 +136,7 @@ def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConf
     for setting in [*arguments.set, f"seed={arguments.seed}"]:
         name, _, value = setting.partition("=")
         config = change_setting(config, name, value)
-    return replace(suit_capture(config, capture), steps=StepSettings())
+    return replace(adapt_steps_to_capture(config, capture), steps=StepSettings())
 
 
 def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:

@@ -122,10 +122,10 @@ def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: St
 def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     frames: list[FrameSummary] = []
     canonical = task.canonical(capture.fingerprint)
-    studio = open_studio(capture, task.device, task.trial.config.seed, timer)
+    context = open_studio(capture, task.device, task.trial.config.seed, timer)
 
     def walk() -> Iterator[tuple[int, Splats]]:
-        encoding = encode_unquantized(capture, task.trial, task.frames, studio, canonical.train)
+        encoding = encode_unquantized(capture, task.trial, task.frames, context, canonical.train)
         for made in encoding:
             frames.append(summarize_floats(made, task.trial))
             yield made.state.scene.frame, dequantize(made.state.scene)

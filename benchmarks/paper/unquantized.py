@@ -24,7 +24,7 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
-from quarc_ref.encoder.encode_stream import count_deaths, suit_capture
+from quarc_ref.encoder.encode_stream import adapt_steps_to_capture, count_deaths
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import price_bytes
@@ -32,11 +32,11 @@ from quarc_ref.encoder.frames.surrogate import deform
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.first_frame import measure_loss, settle_exposures
-from quarc_ref.encoder.training.quantize import keep_representable, quantize_gaussians
+from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
+from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.straight_through import without_rounding
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births
@@ -62,7 +62,11 @@ class FloatFrame:
 
 
 def encode_unquantized(
-    capture: Capture, trial: Trial, frames: int, studio: Studio, train: Train = train_canonical
+    capture: Capture,
+    trial: Trial,
+    frames: int,
+    context: TrainingContext,
+    train: Train = train_canonical,
 ) -> Iterator[FloatFrame]:
     """Yield the frames of a trial whose `floats` are not rounded.
 
@@ -70,34 +74,34 @@ def encode_unquantized(
         capture: Its held-out cameras are not looked at.
         trial: Settings, and what stays in floats.
         frames: How many.
-        studio: Of `open_studio`.
+        context: Of `open_studio`.
         train: How the canonical frame is trained.
     """
-    config = suit_capture(trial.config, capture)
-    state = _make_canonical(studio, capture, trial, train)
+    config = adapt_steps_to_capture(trial.config, capture)
+    state = _make_canonical(context, capture, trial, train)
     count = state.scene.count
-    usual_loss = measure_loss(studio, state, config.motion.lambda_dssim)
+    reference_loss = measure_loss(context, state, config.motion.lambda_dssim)
     yield FloatFrame(state, 0)
     for frame in range(1, frames):
-        studio.progress.advance("frames", frame, frames)
+        context.progress.advance("frames", frame, frames)
         deaths = count_deaths(state, count, config.births)
         begun = begin_frame(state, deaths)
         if trial.rebinds:
             begun = _rebind(begun)
-        priced = price_bytes(config, [], usual_loss)
+        priced = price_bytes(config, [], reference_loss)
         with without_rounding():
-            motion = fit_motion(studio, state, begun, priced.motion)
+            motion = fit_motion(context, state, begun, priced.motion)
         moved = move_freely(begun, motion.residuals)
         births = fit_births(
-            studio,
+            context,
             moved,
             motion.statistics,
             priced,
             lambda births, counts=moved.birth_counts: write_births(births, counts).byte_count(),
         )
         state = moved if births is None else append_births(moved, births)
-        studio.views.forget_before(frame)
-        studio.progress.advance("frames", frame + 1, frames)
+        context.views.drop_before(frame)
+        context.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)
 
 
@@ -164,7 +168,9 @@ def _rebind(begun: State) -> State:
     return replace(begun, anchors=Anchors(anchors.levels, np.stack(binding)))
 
 
-def open_studio(capture: Capture, device_name: str, seed: int, progress: Progress) -> Studio:
+def open_studio(
+    capture: Capture, device_name: str, seed: int, progress: Progress
+) -> TrainingContext:
     """Return the training views of a capture and the means to draw them.
 
     Args:
@@ -177,20 +183,24 @@ def open_studio(capture: Capture, device_name: str, seed: int, progress: Progres
     views = TrainingViews(capture, device)
     extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), device)
-    return Studio(views, choose_rasterizer(device), device, seed, progress, extent, exposures)
+    return TrainingContext(
+        views, choose_rasterizer(device), device, seed, progress, extent, exposures
+    )
 
 
-def _make_canonical(studio: Studio, capture: Capture, trial: Trial, train: Train) -> State:
-    config = suit_capture(trial.config, capture)
+def _make_canonical(
+    context: TrainingContext, capture: Capture, trial: Trial, train: Train
+) -> State:
+    config = adapt_steps_to_capture(trial.config, capture)
     header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
     with without_rounding() if trial.floats == "all" else nullcontext():
         settings = price_bytes(config, []).canonical
-        attributes = train(studio, capture.points, settings, header)
-    kept = keep_representable(attributes, header)
+        attributes = train(context, capture.points, settings, header)
+    kept = drop_unrepresentable(attributes, header)
     fine = refine_header(header, float(kept.means.abs().max()))
     gaussians = quantize_gaussians(kept, fine)
     _, _, ordered = sort_canonical(gaussians)
     state = begin_canonical(fine, 0, ordered)
     if config.canonical.exposure_lr:
-        settle_exposures(studio, state)
+        refit_exposures(context, state)
     return state

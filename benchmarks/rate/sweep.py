@@ -12,7 +12,7 @@ from statistics import fmean
 from canonical_once import CanonicalOnce
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.encode_stream import suit_capture
+from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.format.constants import ROTATION_UNITY_LIMIT
 from rate.claims import Claim, amortize_file
@@ -51,7 +51,7 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
 
 def settle_steps(config: EncoderConfig, capture: Capture) -> Changes:
     """Return the changes that put steps which follow from a capture in world units."""
-    stream = suit_capture(config, capture).stream
+    stream = adapt_steps_to_capture(config, capture).stream
     return (
         ("steps.position_pixels", "0"),
         ("steps.translation_change", "0"),

@@ -74,8 +74,8 @@ MUTANTS: tuple[Mutant, ...] = (
         "snapshots of the snapshot before",
         _STREAM,
         "        gaussians = self.reference.gaussians\n",
-        "        from quarc_ref.encoder.regrid import put_on_grid\n"
-        "        gaussians = put_on_grid(self._state.scene)\n",
+        "        from quarc_ref.encoder.requantize import requantize\n"
+        "        gaussians = requantize(self._state.scene)\n",
     ),
     mutant(
         "snapshots without their CANO after a seek",

@@ -127,7 +127,7 @@ def encode_to_joined_file(
     is_there = wanted.resume and target.is_file() and not wanted.force
     with kept_segments(target, force=wanted.force or is_there, resume=wanted.resume) as folder:
         from quarc_ref.encoder import segments
-        from quarc_ref.encoder.resume.checkpoint import name_checkpoint
+        from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 
         capture, options = work.open()
         if is_there:
@@ -137,7 +137,7 @@ def encode_to_joined_file(
         parts = _cut(work, capture, options, (folder.path.absolute(), segment_count))
         for part in parts:
             folder.add(part.file.name)
-            folder.add(name_checkpoint(part.file).name)
+            folder.add(checkpoint_path(part.file).name)
         segments.encode_segments(parts, where, work.progress, work.warnings.add)
         with written_file(target, force=wanted.force, durable=True) as sink:
             segments.join_segments(parts, sink)

@@ -39,13 +39,13 @@ def growing_stream(
         UsageError: The target cannot be written so.
         ResumeError: Another process writes it.
     """
-    from quarc_ref.encoder.stream_file import opened_alone
+    from quarc_ref.encoder.stream_file import open_exclusively
 
     place = _choose_resumed(target, live=live) if resume else _choose_new(target, live=live)
     refuse_target(target, force=force or (resume and place == target))
     if force and not resume:
         _remove(place)
-    with opened_alone(place) as file:
+    with open_exclusively(place) as file:
         try:
             if not resume:
                 _refuse_begun(place)
@@ -113,9 +113,9 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 def _remove(place: Path) -> None:
     """Remove what is in a place, and beside it, if nobody writes it; who reads it keeps it."""
     from quarc_ref.encoder.resume.checkpoint import remove_checkpoint
-    from quarc_ref.encoder.stream_file import opened_alone
+    from quarc_ref.encoder.stream_file import open_exclusively
 
-    with opened_alone(place) as file:
+    with open_exclusively(place) as file:
         remove_checkpoint(_name_training(place))
         _drop(place, file)
 
@@ -140,9 +140,9 @@ def _refuse_left(place: Path) -> NoReturn:
 
 
 def _name_training(place: Path) -> Path:
-    from quarc_ref.encoder.resume.checkpoint import name_checkpoint
+    from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 
-    return name_checkpoint(place)
+    return checkpoint_path(place)
 
 
 def _name_part(target: Path) -> Path:

@@ -15,7 +15,7 @@ from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.stream_decoder import StreamDecoder
-from quarc_ref.encoder.regrid import put_on_grid
+from quarc_ref.encoder.requantize import requantize
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.cameras import Camera
@@ -201,7 +201,7 @@ class ClosedLoop:
         """
         scene = self._bear(births)[0].scene
         try:
-            return self.commit_canonical(put_on_grid(scene), scene.frame)
+            return self.commit_canonical(requantize(scene), scene.frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
 
@@ -223,7 +223,7 @@ class ClosedLoop:
         since = scene.ids < kept.size  # the others were born after the last canonical frame
         roots[since] = kept[scene.ids[since]]
         try:
-            coded = write_snapshot(known.gaussians, put_on_grid(scene), roots)
+            coded = write_snapshot(known.gaussians, requantize(scene), roots)
             expected = self.engine.begin_canonical(self._header, scene.frame, coded.gaussians)
         except StateError as error:
             raise EncodeError(str(error)) from error
@@ -264,7 +264,7 @@ class ClosedLoop:
         self._writer.write(kind, payload)
         self.frame_bytes = self._writer.offset - begun
         decoded = self._decoded
-        if decoded is None or not _are_equal(decoded.scene, expected.scene):
+        if decoded is None or not _is_same_scene(decoded.scene, expected.scene):
             message = f"frame {expected.scene.frame} decodes to another state than was committed"
             raise ClosedLoopError(message)
         self.state = decoded
@@ -279,7 +279,7 @@ class ClosedLoop:
             raise ClosedLoopError(message) from error
 
 
-def _are_equal(first: Scene, second: Scene) -> bool:
+def _is_same_scene(first: Scene, second: Scene) -> bool:
     """Tell whether two scenes are the same, integer by integer."""
     return (first.frame, first.phase) == (second.frame, second.phase) and all(
         np.array_equal(getattr(first, plane), getattr(second, plane))

@@ -26,17 +26,17 @@ from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import price_bytes
-from quarc_ref.encoder.progress import Progress, Silence
+from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
-from quarc_ref.encoder.resume.partial_stream import Begun, require_frames, require_same
+from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
 from quarc_ref.encoder.settings.config import BirthSettings, EncoderConfig, make_header
 from quarc_ref.encoder.settings.presets import choose_preset
 from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.first_frame import measure_loss, settle_exposures
-from quarc_ref.encoder.training.quantize import keep_representable, quantize_gaussians
-from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
+from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.format import container, wire
@@ -63,7 +63,7 @@ class EncodeOptions:
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
     frames: int | None = None
     device: str = "auto"
-    progress: Progress = field(default_factory=Silence)
+    progress: Progress = field(default_factory=NullProgress)
     checkpoint: Path | None = None
     checks: bool = True
     report: Report = ignore
@@ -84,7 +84,7 @@ def encode(
     capture: Capture,
     sink: BinaryIO,
     options: EncodeOptions | None = None,
-    begun: Begun | None = None,
+    begun: PartialStream | None = None,
 ) -> None:
     """Encode a capture into a stream.
 
@@ -111,7 +111,7 @@ def encode(
         if begun is None:
             encoding.begin(sink)
         else:
-            encoding.take_up(sink, begun)
+            encoding.resume_from(sink, begun)
         if begun is None or not begun.is_finished:
             while encoding.next_frame < encoding.frame_count:
                 encoding.add_frame()
@@ -137,9 +137,9 @@ class _Encoding:
         self.frame_count = capture.require_frames(options.frames)
         self.next_frame = 0
         self._capture = capture
-        self._studio = _make_studio(capture, options)
+        self._context = _make_context(capture, options)
         self._report = options.report
-        self._config = suit_capture(options.config, capture)
+        self._config = adapt_steps_to_capture(options.config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
         self._checkpoint = self._open_checkpoint(options.checkpoint)
         self._sizes: list[int] = []
@@ -149,15 +149,17 @@ class _Encoding:
         config, capture = self._config, self._capture
         header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
         priced = price_bytes(config, []).canonical
-        attributes = train_canonical(self._studio, capture.points, priced, header, self._checkpoint)
-        gaussians = quantize_gaussians(keep_representable(attributes, header), header)
+        attributes = train_canonical(
+            self._context, capture.points, priced, header, self._checkpoint
+        )
+        gaussians = quantize_gaussians(drop_unrepresentable(attributes, header), header)
         self._open(sink, gaussians.count)
         state = self._loop.commit_canonical(gaussians, frame=0)
         self._settle(state)
-        for finding in check_first_frame(self._studio, state):
+        for finding in check_first_frame(self._context, state):
             self._report(finding)
 
-    def take_up(self, sink: BinaryIO, begun: Begun) -> None:
+    def resume_from(self, sink: BinaryIO, begun: PartialStream) -> None:
         """Take the frames that were written before."""
         first_count = wire.parse_canonical(begun.frames[0].payload).gaussian_count
         self._open(sink, first_count, begun)
@@ -172,13 +174,13 @@ class _Encoding:
     def add_frame(self) -> None:
         """Train and write the next frame."""
         config, frame, state = self._config, self.next_frame, self._loop.state
-        self._studio.progress.advance("frames", frame, self.frame_count)
+        self._context.progress.advance("frames", frame, self.frame_count)
         begun = self._loop.begin_frame(count_deaths(state, self._first_count, config.births))
-        priced = price_bytes(config, self._sizes, self._usual_loss)
-        motion = fit_motion(self._studio, state, begun, priced.motion, priced.updates)
+        priced = price_bytes(config, self._sizes, self._reference_loss)
+        motion = fit_motion(self._context, state, begun, priced.motion, priced.updates)
         moved = self._loop.commit_motion(motion.symbols, motion.updates)
         births = fit_births(
-            self._studio, moved, motion.statistics, priced, self._loop.count_birth_bytes
+            self._context, moved, motion.statistics, priced, self._loop.count_birth_bytes
         )
         kind = config.canonical.kind_due(frame)
         if kind == container.CANO:
@@ -188,21 +190,21 @@ class _Encoding:
         else:
             self._loop.commit_births(births)
             self._sizes.append(self._loop.frame_bytes)
-        self._studio.views.forget_before(frame)
+        self._context.views.drop_before(frame)
         self.next_frame = frame + 1
 
     def finish(self) -> None:
         """Write the end of the stream."""
         self._loop.finish()
-        self._studio.progress.advance("frames", self.frame_count, self.frame_count)
+        self._context.progress.advance("frames", self.frame_count, self.frame_count)
 
-    def _open(self, sink: BinaryIO, first_count: int, begun: Begun | None = None) -> None:
+    def _open(self, sink: BinaryIO, first_count: int, begun: PartialStream | None = None) -> None:
         """Begin to write, or to go on, now that the Gaussians of frame 0 are counted."""
         capture, self._first_count = self._capture, first_count
         header = make_header(self._config, capture.frames_per_second, first_count)
         held, metadata = 0, self._metadata
         if begun is not None:
-            require_same(begun, header, capture.cameras, self._metadata)
+            require_match(begun, header, capture.cameras, self._metadata)
             require_frames(begun, self.frame_count, self._config.canonical)
             held, metadata = begun.end, begun.metadata
             if not begun.is_finished:
@@ -212,8 +214,8 @@ class _Encoding:
     def _settle(self, state: FrameState) -> None:
         """Go over to what every later frame starts from, of which frame 0 is the first."""
         if self._config.canonical.exposure_lr:
-            settle_exposures(self._studio, state)
-        self._usual_loss = measure_loss(self._studio, state, self._config.motion.lambda_dssim)
+            refit_exposures(self._context, state)
+        self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
         self.next_frame = 1
         if self._checkpoint is not None:
             self._checkpoint.remove()
@@ -224,7 +226,7 @@ class _Encoding:
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
 
 
-def suit_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
+def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
     """Return settings whose stream has the steps that suit the capture's training views.
 
     They are those of the whole capture, so that segments of it can be joined.
@@ -248,12 +250,12 @@ def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int
     return min(max(0, state.scene.count - target), may_die)
 
 
-def _make_studio(capture: Capture, options: EncodeOptions) -> Studio:
+def _make_context(capture: Capture, options: EncodeOptions) -> TrainingContext:
     device = choose_device(options.device)
     views = TrainingViews(capture, device)
     rasterizer = choose_rasterizer(device)
     extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), device)
-    return Studio(
+    return TrainingContext(
         views, rasterizer, device, options.config.seed, options.progress, extent, exposures
     )

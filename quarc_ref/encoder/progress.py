@@ -11,7 +11,7 @@ class Progress(Protocol):
         ...
 
 
-class Silence:
+class NullProgress:
     """Tells nobody."""
 
     def advance(self, stage: str, done: int, total: int) -> None:

@@ -16,8 +16,12 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.findings import Finding, Report, ignore
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_stream import EncodeOptions
-from quarc_ref.encoder.progress import Progress, Silence
-from quarc_ref.encoder.resume.partial_stream import read_begun, require_count, require_same
+from quarc_ref.encoder.progress import NullProgress, Progress
+from quarc_ref.encoder.resume.partial_stream import (
+    read_partial_stream,
+    require_count,
+    require_match,
+)
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.jobs import Job, Where, run_jobs
@@ -92,13 +96,13 @@ def encode_segments(
 
 def _cut_off(options: EncodeOptions) -> EncodeOptions:
     """Return options that can be sent to another process: without progress and report."""
-    return replace(options, progress=Silence(), checks=False, report=ignore)
+    return replace(options, progress=NullProgress(), checks=False, report=ignore)
 
 
 def encode_segment(segment: Segment) -> list[Finding]:
     """Encode a segment into its file, and return what speaks against a good picture of it."""
     findings: list[Finding] = []
-    capture = take_frames(
+    capture = slice_capture(
         open_capture(segment.folder, segment.opening), segment.first, segment.count
     )
     options = replace(segment.options, frames=None, report=findings.append)
@@ -115,16 +119,16 @@ def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
 def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None:
     """Raise ResumeError unless a file has all frames of a capture, joined of such segments."""
     with path.open("rb") as file:
-        begun = read_begun(FileSource(file))
+        begun = read_partial_stream(FileSource(file))
     if begun is None or not begun.is_finished:
         message = f"{path} is not finished, and not for segments to be put in its place"
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
-    require_same(begun, begun.header, capture.cameras, metadata)
+    require_match(begun, begun.header, capture.cameras, metadata)
     require_count(begun, capture.require_frames(options.frames))
 
 
-def take_frames(capture: Capture, first: int, count: int) -> Capture:
+def slice_capture(capture: Capture, first: int, count: int) -> Capture:
     """Return some frames of a capture as one of their own; all else stays."""
     return Capture(
         name=capture.name,
@@ -132,14 +136,14 @@ def take_frames(capture: Capture, first: int, count: int) -> Capture:
         frame_count=count,
         frames_per_second=capture.frames_per_second,
         points=capture.points,
-        source=_Later(capture, first),
+        source=_LaterFrames(capture, first),
         fingerprint=capture.fingerprint,
         cache_bytes=0,  # the capture behind it has a cache
         whole=capture.whole,
     )
 
 
-class _Later:
+class _LaterFrames:
     """The pictures of a capture from a frame on."""
 
     def __init__(self, capture: Capture, first: int) -> None:

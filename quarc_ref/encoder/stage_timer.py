@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from quarc_ref.encoder.progress import Progress, Silence
+from quarc_ref.encoder.progress import NullProgress, Progress
 
 # What happens between the last step of one stage and the first of the next.
 _BETWEEN = {
@@ -33,7 +33,7 @@ class StageTimer:
     def __init__(
         self, then: Progress | None = None, clock: Callable[[], float] = time.perf_counter
     ) -> None:
-        self._then = then or Silence()
+        self._then = then or NullProgress()
         self._clock = clock
         self._last = clock()
         self._stage: str | None = None

@@ -9,8 +9,8 @@ from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.encode_stream import EncodeOptions, encode
-from quarc_ref.encoder.resume.checkpoint import name_checkpoint
-from quarc_ref.encoder.resume.partial_stream import read_begun
+from quarc_ref.encoder.resume.checkpoint import checkpoint_path
+from quarc_ref.encoder.resume.partial_stream import read_partial_stream
 from quarc_ref.files.locks import is_at, lock, open_regular
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.streams.sources import FileSource
@@ -21,7 +21,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
 
     However the work breaks off, the file is good for another call, which ends
     with the same bytes. One that holds the whole stream is left as it is. Until
-    frame 0 is written, its training is kept in a file beside (`name_checkpoint`).
+    frame 0 is written, its training is kept in a file beside (`checkpoint_path`).
 
     Args:
         capture: As `encode` takes it.
@@ -36,12 +36,12 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
             being written by another process.
         PlaceError: It is a symbolic link, or not a regular file.
     """
-    with opened_alone(path) as file:
+    with open_exclusively(path) as file:
         encode_into(capture, file, path, options)
 
 
 def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOptions) -> None:
-    """Do as `encode_file` with a file that is `opened_alone`.
+    """Do as `encode_file` with a file that is `open_exclusively`.
 
     Args:
         capture: As `encode` takes it.
@@ -55,14 +55,14 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
         BitstreamError: See there.
         ResumeError: The file has a stream that was begun otherwise.
     """
-    begun = read_begun(FileSource(file))
+    begun = read_partial_stream(FileSource(file))
     if begun is None:
         file.truncate(file.seek(0))
-    encode(capture, file, replace(options, checkpoint=name_checkpoint(path)), begun)
+    encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), begun)
 
 
 @contextmanager
-def opened_alone(path: Path) -> Iterator[BinaryIO]:
+def open_exclusively(path: Path) -> Iterator[BinaryIO]:
     """Open a file to read and write, which no other process opens so until it is closed.
 
     It is made if it is not there. Where it is refused, nothing has been done to it.

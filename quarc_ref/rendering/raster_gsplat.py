@@ -57,6 +57,6 @@ class GsplatRasterizer:
         radii = info["radii"][0].amax(dim=-1).to(gaussians.means.dtype)
         return Rendering(colors[0], alphas[0, ..., 0], info["means2d"], radii)
 
-    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
-        """See `Rasterizer.set_backdrop`."""
+    def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """See `Rasterizer.render_backdrop`."""
         return JoinedBackdrop(self, gaussians, camera, background)

@@ -40,8 +40,8 @@ class NumbaRasterizer:
         """See `Rasterizer.render`."""
         return _render(gaussians, camera, background, None)
 
-    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
-        """See `Rasterizer.set_backdrop`."""
+    def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """See `Rasterizer.render_backdrop`."""
         drawn = Drawn(*(_array(tensor) for tensor in gaussians.tensors()))
         return _LayeredBackdrop(camera, background, draw_layer(camera, drawn, _array(background)))
 

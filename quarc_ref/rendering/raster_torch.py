@@ -48,8 +48,8 @@ class TorchRasterizer:
         image, alpha = _composite(splats, order, camera, background)
         return Rendering(image, alpha, means2d, radii)
 
-    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
-        """See `Rasterizer.set_backdrop`."""
+    def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+        """See `Rasterizer.render_backdrop`."""
         return JoinedBackdrop(self, gaussians, camera, background)
 
 

@@ -92,7 +92,7 @@ class Rasterizer(Protocol):
         """
         ...
 
-    def set_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
+    def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """Draw Gaussians to which others will be added; arguments as for `render`."""
         ...
 

@@ -20,14 +20,14 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.frames.surrogate import turn
-from quarc_ref.encoder.training.canonical import canonical_rates
+from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.datasets import scenes
-from tests.encoder.toys import SMALL, make_capture, make_splats, make_studio
+from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
 
 HASTY = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs go 0.05 a frame
 NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
@@ -71,7 +71,7 @@ def _start(begun):
 
 def _fit(name, iterations=8, config=HASTY):
     begun = _begun()
-    return begun, fit_rung(make_studio(), begun, RUNGS[name], iterations, config)
+    return begun, fit_rung(make_context(), begun, RUNGS[name], iterations, config)
 
 
 def _moving(splats, frame=1):
@@ -132,7 +132,7 @@ def _with_blemish():
 
 
 def test_only_who_is_in_the_way_dies():
-    dying = choose_dying(make_studio(), _with_blemish(), 0, 0.2)
+    dying = choose_dying(make_context(), _with_blemish(), 0, 0.2)
 
     assert dying.nonzero().tolist() == [[len(dying) - 1]]
 
@@ -142,9 +142,11 @@ def test_the_dead_leave_at_half_time_and_the_others_keep_their_opacity(monkeypat
     count, steps = begun.scene.count, []
     dead = torch.arange(count) < 3
     monkeypatch.setattr("ladder.fitting.choose_dying", lambda *_: dead)
-    studio = replace(make_studio(), progress=SimpleNamespace(advance=lambda *at: steps.append(at)))
+    context = replace(
+        make_context(), progress=SimpleNamespace(advance=lambda *at: steps.append(at))
+    )
 
-    fitted = fit_rung(studio, begun, RUNGS["deaths"], 8, HASTY)
+    fitted = fit_rung(context, begun, RUNGS["deaths"], 8, HASTY)
     rounded = round_rung(begun, fitted)
 
     assert fitted.alive.tolist() == list(range(3, count))
@@ -225,12 +227,15 @@ def test_a_gaussian_on_its_own_is_as_fast_as_its_anchors_together():
 
     _, slow = _fit("slow", 1)
     shift = (slow.attributes.means - _start(begun).means).abs().max()
-    rate = canonical_rates(HASTY.canonical, make_studio().extent)[0]
+    rate = canonical_learning_rates(HASTY.canonical, make_context().extent)[0]
     assert float(shift) == pytest.approx(rate, rel=1e-2)
 
 
 def test_sh_rest_may_be_trained_as_fast_as_dc():
-    ratio = canonical_rates(SMALL.canonical, 1.0)[4] / canonical_rates(SMALL.canonical, 1.0)[5]
+    ratio = (
+        canonical_learning_rates(SMALL.canonical, 1.0)[4]
+        / canonical_learning_rates(SMALL.canonical, 1.0)[5]
+    )
 
     assert RUNGS["fast-rest"].rest_factor == pytest.approx(ratio)
     slow, fast = (_fit(name)[1].attributes.sh_rest.abs().max() for name in ("all", "fast-rest"))
@@ -250,12 +255,12 @@ def test_rows_that_are_there_are_not_made_again(tmp_path):
     capture = make_capture()
     begin = partial(Ladder, capture, capture.cameras, _state())
     task, other = Task(RUNGS["own"], 1, 3), Task(RUNGS["own"], 1, 4)
-    begin("here", HASTY, tmp_path).climb([task], make_studio())
+    begin("here", HASTY, tmp_path).climb([task], make_context())
     path = tmp_path / "rows" / "ahead1.own.3.json"
     written = path.read_bytes()
 
     again = begin("here", HASTY, tmp_path)
-    again.climb([task, other], make_studio())
+    again.climb([task, other], make_context())
 
     assert path.read_bytes() == written
     assert again.recall(task) == json.loads(written)

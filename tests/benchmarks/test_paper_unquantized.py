@@ -13,7 +13,7 @@ from paper.unquantized import encode_unquantized, move_freely, open_studio, refi
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
-from quarc_ref.encoder.progress import Silence
+from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import translation_step
 from quarc_ref.encoder.training.trainable import from_splats
@@ -28,8 +28,8 @@ _FINER = 16
 
 def _walk(config, floats, frames=3, **rules):
     trial, capture = Trial("toy", "toy", config, floats, **rules), make_capture()
-    studio = open_studio(capture, "cpu", config.seed, Silence())
-    return list(encode_unquantized(capture, trial, frames, studio))
+    context = open_studio(capture, "cpu", config.seed, NullProgress())
+    return list(encode_unquantized(capture, trial, frames, context))
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from quarc_ref.encoder.encode_stream import suit_capture
+from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point
@@ -24,7 +24,7 @@ def _settle(preset):
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_settled_steps_are_those_that_suit_the_capture(preset):
-    suited = suit_capture(PRESETS[preset], _CAPTURE)
+    suited = adapt_steps_to_capture(PRESETS[preset], _CAPTURE)
 
     assert _settle(preset) == replace(suited, steps=StepSettings())
 

@@ -6,7 +6,7 @@ import pytest
 from quarc_ref.cli import encode_work
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode, segments
-from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.encoder.settings.presets import change_setting, choose_preset
 from quarc_ref.jobs import JobsError, Where
 from quarc_ref.jobs.job import Outcome
@@ -27,7 +27,7 @@ def parts(capture):
     streams = []
     for first, count in ((0, 1), (1, 2)):
         sink = io.BytesIO()
-        part = take_frames(open_capture(capture), first, count)
+        part = slice_capture(open_capture(capture), first, count)
         encode(part, sink, EncodeOptions(config, device="cpu"))
         streams.append(sink.getvalue())
     return streams

@@ -9,7 +9,7 @@ from quarc_ref.decoder import StreamDecoder, compute_digest
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.regrid import put_on_grid
+from quarc_ref.encoder.requantize import requantize
 from quarc_ref.format import wire
 from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.container import CANO, FRAM, Chunk
@@ -197,10 +197,10 @@ def test_a_scene_that_is_too_wide_for_a_canonical_frame_is_the_scenes_fault(widt
     rotations = np.array([[ROTATION_ONE] * 2, [0] * 2, [0] * 2, [0] * 2], np.int32)
     scene = Scene(header, 0, 0, np.arange(2), positions, rotations, np.zeros((7, 2), np.int16))
     if fits:
-        assert np.ptp(put_on_grid(scene).positions[0]) == width
+        assert np.ptp(requantize(scene).positions[0]) == width
         return
     with pytest.raises(EncodeError, match="wider"):
-        put_on_grid(scene)
+        requantize(scene)
 
 
 @given(st.integers(1, 14), st.integers(0, (1 << 32) - 1))
@@ -215,7 +215,7 @@ def test_every_rotation_can_be_put_on_every_grid(bits, seed):
         np.zeros((7, 200), np.int16),
     )  # fmt: skip
 
-    again = expand_rotations(put_on_grid(scene).rotations, bits)
+    again = expand_rotations(requantize(scene).rotations, bits)
 
     dots = np.abs((again.astype(float) * unit).sum(axis=0)) / ROTATION_ONE**2
     assert np.all(1 - dots <= 3 * (1 / (1 << bits)) ** 2 + 1e-6)

@@ -104,9 +104,9 @@ def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypat
         encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
     )
 
-    def spy(studio, before, *rest):
+    def spy(context, before, *rest):
         seeds.append((before, sink.getvalue()))
-        return fit(studio, before, *rest)
+        return fit(context, before, *rest)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
@@ -127,9 +127,9 @@ def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
         encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
     )
 
-    def spy(studio, before, begun, settings, *rest):
+    def spy(context, before, begun, settings, *rest):
         seen.append((settings.rd_lambda, sink.getvalue()))
-        return fit(studio, before, begun, settings, *rest)
+        return fit(context, before, begun, settings, *rest)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(config, device="cpu"))

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.segments import require_joined, split_frames, take_frames
+from quarc_ref.encoder.segments import require_joined, slice_capture, split_frames
 from quarc_ref.format.errors import ResumeError
 from tests.encoder.toys import SMALL, make_capture
 from tests.streams.edits import join_bytes
@@ -41,7 +41,7 @@ def test_more_segments_than_frames_are_refused(segment_count):
 
 def test_some_frames_of_a_capture_have_their_own_pictures():
     capture = make_capture(5)
-    part = take_frames(capture, 2, 3)
+    part = slice_capture(capture, 2, 3)
 
     assert part.frame_count == 3
     for frame in range(3):
@@ -58,7 +58,7 @@ def joined():
     parts = []
     for first, count in split_frames(3, 2):
         sink = io.BytesIO()
-        encode(take_frames(make_capture(3), first, count), sink, _OPTIONS)
+        encode(slice_capture(make_capture(3), first, count), sink, _OPTIONS)
         parts.append(sink.getvalue())
     return join_bytes(*parts)
 

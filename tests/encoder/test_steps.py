@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.encode_stream import suit_capture
-from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
+from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.steps import measure_pixel, measure_sharpness, propose_steps
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
@@ -133,7 +133,7 @@ def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
     capture = make_capture()
     training = [capture.cameras[index] for index in capture.training]
 
-    suited = suit_capture(EncoderConfig(steps=_ASKED), capture)
+    suited = adapt_steps_to_capture(EncoderConfig(steps=_ASKED), capture)
 
     pictures = [capture.image(index, 0) for index in capture.training]
     proposed = propose_steps(StreamHeader(), _ASKED, training, capture.points, pictures)
@@ -144,7 +144,7 @@ def test_a_part_of_a_capture_has_the_steps_of_the_whole():
     capture = make_capture()
     config = EncoderConfig(steps=_ASKED)
 
-    part = take_frames(take_frames(capture, 1, 2), 1, 1)
+    part = slice_capture(slice_capture(capture, 1, 2), 1, 1)
 
     assert (part.image(1, 0) != capture.image(1, 0)).any()
-    assert suit_capture(config, part) == suit_capture(config, capture)
+    assert adapt_steps_to_capture(config, part) == adapt_steps_to_capture(config, capture)

@@ -7,15 +7,15 @@ import torch
 
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.encoder.progress import Silence
+from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.config import (
     BirthSettings,
     CanonicalSettings,
     EncoderConfig,
     MotionSettings,
 )
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
@@ -93,8 +93,10 @@ def make_capture(frame_count: int = 4) -> Capture:
     return Capture("toy", cameras, frame_count, 30.0, points, _Drawn(cameras), "0" * 64)
 
 
-def make_studio(seed: int = 0) -> Studio:
+def make_context(seed: int = 0) -> TrainingContext:
     views = TrainingViews(make_capture(), torch.device("cpu"))
     extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), torch.device("cpu"))
-    return Studio(views, NumbaRasterizer(), torch.device("cpu"), seed, Silence(), extent, exposures)
+    return TrainingContext(
+        views, NumbaRasterizer(), torch.device("cpu"), seed, NullProgress(), extent, exposures
+    )

@@ -32,7 +32,7 @@ def _with_gradients(draw, gaussians: Gaussians):
 @pytest.mark.parametrize(("count", "added"), [(60, 10), (800, 3), (800, 200), (2, 1)])
 def test_a_picture_on_a_backdrop_is_that_of_all_together(rasterizer, dtype, count, added):
     drawn, background = _make_drawn(count, dtype), _BACKGROUND.to(dtype)
-    backdrop = rasterizer.set_backdrop(_rows(drawn, slice(-added)), _CAMERA, background)
+    backdrop = rasterizer.render_backdrop(_rows(drawn, slice(-added)), _CAMERA, background)
 
     wanted, gradients = _with_gradients(
         lambda gaussians: rasterizer.render(gaussians, _CAMERA, background), drawn
@@ -54,7 +54,7 @@ def test_of_equal_depths_the_fixed_are_in_front():
     together = Gaussians(*(torch.cat(pair) for pair in pairs))
 
     wanted = rasterizer.render(together, _CAMERA, _BACKGROUND)
-    got = rasterizer.set_backdrop(drawn, _CAMERA, _BACKGROUND).render(brighter)
+    got = rasterizer.render_backdrop(drawn, _CAMERA, _BACKGROUND).render(brighter)
 
     assert torch.equal(wanted.image, got.image)
 
@@ -63,7 +63,7 @@ def test_a_backdrop_is_the_picture_of_its_gaussians_and_stays_so():
     rasterizer, drawn = NumbaRasterizer(), _make_drawn(300, torch.float32)
     alone = rasterizer.render(_rows(drawn, slice(200)), _CAMERA, _BACKGROUND)
 
-    backdrop = rasterizer.set_backdrop(_rows(drawn, slice(200)), _CAMERA, _BACKGROUND)
+    backdrop = rasterizer.render_backdrop(_rows(drawn, slice(200)), _CAMERA, _BACKGROUND)
     changed = backdrop.render(_rows(drawn, slice(200, None)))
 
     assert not torch.equal(changed.image, backdrop.image)
@@ -75,6 +75,6 @@ def test_gaussians_beside_the_picture_change_nothing():
     rasterizer, drawn = NumbaRasterizer(), _make_drawn(100, torch.float32)
     drawn.means[90:, 2] = -5
 
-    backdrop = rasterizer.set_backdrop(_rows(drawn, slice(90)), _CAMERA, _BACKGROUND)
+    backdrop = rasterizer.render_backdrop(_rows(drawn, slice(90)), _CAMERA, _BACKGROUND)
 
     assert torch.equal(backdrop.render(_rows(drawn, slice(90, None))).image, backdrop.image)

@@ -15,9 +15,9 @@ from torch.nn import functional
 
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.checks.findings import Finding, list_names
-from quarc_ref.encoder.training.exposure import find_gain
-from quarc_ref.encoder.training.first_frame import draw_views
-from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.exposure import estimate_gain
+from quarc_ref.encoder.training.first_frame import render_views
 
 _SQUARES_ACROSS = 20
 _LEAST_SIDE = 4
@@ -45,10 +45,10 @@ class ViewQuality:
         return self.psnr - self.coarse
 
 
-def check_first_frame(studio: Studio, state: FrameState) -> Iterator[Finding]:
+def check_first_frame(context: TrainingContext, state: FrameState) -> Iterator[Finding]:
     """Yield what is wrong with a decoded first frame, if its training views show it."""
-    names = [camera.name for camera in studio.views.cameras]
-    return judge_views(measure_views(names, draw_views(studio, state)))
+    names = [camera.name for camera in context.views.cameras]
+    return judge_views(measure_views(names, render_views(context, state)))
 
 
 def measure_views(
@@ -63,7 +63,7 @@ def measure_views(
     return [
         ViewQuality(
             name,
-            _measure_psnr((image * find_gain(image, picture)).clamp(0, 1), picture),
+            _measure_psnr((image * estimate_gain(image, picture)).clamp(0, 1), picture),
             _measure_psnr(_average_squares(picture), picture),
         )
         for name, (image, picture) in zip(names, pairs, strict=True)

@@ -8,18 +8,20 @@ pictures differ (Eq. 4).
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.rendering.rasterizer import to_ndc
 
 _LEAST_MEDIAN = 1e-12
 
 
-def measure_change(studio: Studio, attributes: Attributes, frame: int, view_count: int) -> Tensor:
+def measure_change(
+    context: TrainingContext, attributes: Attributes, frame: int, view_count: int
+) -> Tensor:
     """Return `[N]` the weight of each Gaussian, 0 to 1 (Eq. 5).
 
     Args:
-        studio: Views and renderer.
+        context: Views and renderer.
         attributes: Of the scene after its motion.
         frame: Compared with the frame before it.
         view_count: Training views taken, evenly spread over all, the same in
@@ -32,16 +34,16 @@ def measure_change(studio: Studio, attributes: Attributes, frame: int, view_coun
         return torch.ones_like(attributes.opacities)
     total = torch.zeros_like(attributes.opacities)
     seen = torch.zeros_like(attributes.opacities, dtype=torch.bool)
-    view_total = len(studio.views.cameras)
+    view_total = len(context.views.cameras)
     for place in range(min(view_count, view_total)):
         view = place * view_total // min(view_count, view_total)
         gaussians = attributes.detached()
         gaussians.means.requires_grad_()
-        rendering = studio.render(gaussians.activated(), view)
-        now, before = studio.truth(view, frame), studio.truth(view, frame - 1)
+        rendering = context.render(gaussians.activated(), view)
+        now, before = context.truth(view, frame), context.truth(view, frame - 1)
         change = (rendering.image - now).abs().mean() - (rendering.image - before).abs().mean()
         (gradient,) = torch.autograd.grad(change, rendering.means2d)
-        total += to_ndc(gradient, studio.camera(view)).norm(dim=1)
+        total += to_ndc(gradient, context.camera(view)).norm(dim=1)
         seen |= rendering.radii > 0
     median = total[seen].median() if bool(seen.any()) else total.new_tensor(0.0)
     return total / (total + median.clamp(min=_LEAST_MEDIAN))

@@ -13,19 +13,19 @@ from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.frames.surrogate import Following, deform
+from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.frames.updates import TrainedUpdates
 from quarc_ref.encoder.frames.warm_start import start_symbols
 from quarc_ref.encoder.settings.config import MotionSettings, UpdateSettings
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.quantize import quantize_residuals
 from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.trainable import (
     ADAM_EPSILON,
     Attributes,
-    fall_along_cosine,
+    cosine_decay,
     from_splats,
 )
 from quarc_ref.format.arrays import Int64
@@ -55,7 +55,7 @@ class FittedMotion:
 
 
 def fit_motion(
-    studio: Studio,
+    context: TrainingContext,
     before: FrameState,
     begun: FrameState,
     settings: MotionSettings,
@@ -64,16 +64,16 @@ def fit_motion(
     """Fit the residuals of a frame to its pictures, and updates of single Gaussians.
 
     Args:
-        studio: Views, renderer and draws.
+        context: Views, renderer and draws.
         before: State of the frame before.
         begun: The same after `begin_frame`.
         settings: Schedule and price.
         update_settings: Of updates, in a stream that has them; None for none.
     """
-    fit = _Fit(studio, before, begun, settings, update_settings)
+    fit = _Fit(context, before, begun, settings, update_settings)
     for step in range(settings.iterations):
         fit.take(step)
-        studio.progress.advance("motion", step + 1, settings.iterations)
+        context.progress.advance("motion", step + 1, settings.iterations)
     return fit.result()
 
 
@@ -82,27 +82,27 @@ class _Fit:
 
     def __init__(
         self,
-        studio: Studio,
+        context: TrainingContext,
         before: FrameState,
         begun: FrameState,
         settings: MotionSettings,
         update_settings: UpdateSettings | None,
     ) -> None:
         scene = begun.scene
-        self._studio, self._scene, self._settings = studio, scene, settings
-        self._attributes = from_splats(dequantize(scene), studio.device)
-        self._following = Following(begun.known_anchors, studio.device)
-        symbols = start_symbols(before, begun, settings).to(studio.device)
-        self._residuals = _Residuals(symbols, self._following.borders, scene.header)
+        self._context, self._scene, self._settings = context, scene, settings
+        self._attributes = from_splats(dequantize(scene), context.device)
+        self._binding_sums = BindingSums(begun.known_anchors, context.device)
+        symbols = start_symbols(before, begun, settings).to(context.device)
+        self._residuals = _Residuals(symbols, self._binding_sums.borders, scene.header)
         self._updates: TrainedUpdates | None = None
         self._chosen_at = -1
         if scene.header.updates and update_settings is not None and update_settings.lr:
             self._updates = TrainedUpdates(
-                scene.count, scene.header, update_settings, studio.device
+                scene.count, scene.header, update_settings, context.device
             )
             self._chosen_at = round(update_settings.select_at * settings.iterations)
-        self._statistics = ScreenStatistics(scene.count, studio.device)
-        self._views = studio.views.shuffled(studio.generator(scene.frame, "motion"))
+        self._statistics = ScreenStatistics(scene.count, context.device)
+        self._views = context.views.shuffled(context.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()
         if self._updates is not None:
             self._leaves.append(self._updates.leaf)
@@ -113,9 +113,9 @@ class _Fit:
         """Take a step; updates are chosen before the one at which they are to be."""
         settings, updates = self._settings, self._updates
         if updates is not None and step == self._chosen_at:
-            view_count = len(self._studio.views.cameras)
+            view_count = len(self._context.views.cameras)
             updates.choose(self._move().detached(), self._lose, view_count)
-        left = fall_along_cosine(step, settings.iterations, settings.lr_end_factor)
+        left = cosine_decay(step, settings.iterations, settings.lr_end_factor)
         rates = self._residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
@@ -123,7 +123,7 @@ class _Fit:
         rendering, loss = self._lose(updates.added_to(moved) if updates else moved, view)
         loss = loss + self._residuals.price(settings) + (updates.price() if updates else 0.0)
         gradient = _descend(self._adam, self._leaves, loss, rendering.means2d)
-        self._statistics.add(gradient, rendering, self._studio.camera(view))
+        self._statistics.add(gradient, rendering, self._context.camera(view))
 
     def result(self) -> FittedMotion:
         """Return what has been found."""
@@ -132,17 +132,17 @@ class _Fit:
         if self._updates is None:
             return fitted
         found = self._updates.updates(self._move())
-        gone = torch.zeros(self._scene.count, dtype=torch.bool, device=self._studio.device)
+        gone = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
         gone[torch.from_numpy(found.gaussians[found.dies]).to(gone.device)] = True
         return replace(fitted, statistics=self._statistics.without(gone), updates=found)
 
     def _move(self) -> Attributes:
-        sums = self._following.sum_levels(self._residuals.quantized())
+        sums = self._binding_sums.sum_levels(self._residuals.quantized())
         return deform(self._attributes, *_kinds(sums), self._scene.header)
 
     def _lose(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
-        rendering = self._studio.render(attributes.activated(), view)
-        truth = self._studio.truth(view, self._scene.frame)
+        rendering = self._context.render(attributes.activated(), view)
+        truth = self._context.truth(view, self._scene.frame)
         return rendering, photometric_loss(rendering.image, truth, self._settings.lambda_dssim)
 
 

@@ -14,9 +14,9 @@ from torch import Tensor
 
 from quarc_ref.encoder.frames.change_gate import measure_change
 from quarc_ref.encoder.settings.config import BirthSettings
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, draw_within
 from quarc_ref.encoder.training.fixed_scene import FixedScene
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.trainable import Attributes, to_sh_dc
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Gaussians
@@ -25,7 +25,7 @@ _LEAST_ALPHA = 0.5
 
 
 def place_clones(
-    studio: Studio,
+    context: TrainingContext,
     scene: Attributes,
     frame: int,
     statistics: ScreenStatistics,
@@ -34,7 +34,7 @@ def place_clones(
     """Return clones of the Gaussians of the largest gated statistic, and their parents.
 
     Args:
-        studio: Views, renderer and draws.
+        context: Views, renderer and draws.
         scene: After the motion of the frame.
         frame: Its ordinal.
         statistics: Screen gradients of stage 1.
@@ -43,14 +43,14 @@ def place_clones(
     Returns:
         The newborn, and `[n]` the index of each one's parent.
     """
-    weights = measure_change(studio, scene, frame, settings.gate_views)
+    weights = measure_change(context, scene, frame, settings.gate_views)
     gated = statistics.mean_gradients() * weights
-    small = torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * studio.extent
+    small = torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * context.extent
     chosen = torch.nonzero(small & (gated >= settings.grad_threshold))[:, 0]
     best = torch.argsort(gated[chosen], descending=True, stable=True)[: settings.max_births]
     parents = chosen[best]
     clones = scene.rows(parents)
-    generator = studio.generator(frame, "births")
+    generator = context.generator(frame, "births")
     newborn = Attributes(
         clones.means + draw_within(clones, settings.spread, generator),
         _identities(parents.numel(), clones.means),
@@ -63,12 +63,12 @@ def place_clones(
 
 
 def place_on_errors(
-    studio: Studio, scene: FixedScene, frame: int, settings: BirthSettings
+    context: TrainingContext, scene: FixedScene, frame: int, settings: BirthSettings
 ) -> tuple[Attributes, Tensor]:
     """Return Gaussians on the pixels that are farthest from the truth, and the nearest to each.
 
     Args:
-        studio: Views and renderer.
+        context: Views and renderer.
         scene: After the motion of the frame.
         frame: Its ordinal.
         settings: Threshold and bound.
@@ -77,8 +77,8 @@ def place_on_errors(
         The newborn, and `[n]` the index of the Gaussian nearest to each.
     """
     found = [
-        _find_errors(studio, scene, view, frame, settings)
-        for view in range(len(studio.views.cameras))
+        _find_errors(context, scene, view, frame, settings)
+        for view in range(len(context.views.cameras))
     ]
     errors, places, colors, sizes = (torch.cat(parts) for parts in zip(*found, strict=True))
     best = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
@@ -120,29 +120,29 @@ def find_largest_around(numbers: Tensor, reach: int) -> Tensor:
 
 
 def _find_errors(
-    studio: Studio, scene: FixedScene, view: int, frame: int, settings: BirthSettings
+    context: TrainingContext, scene: FixedScene, view: int, frame: int, settings: BirthSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Return of a view's worst pixels the error, the place, the true color and the size there.
 
     A pixel counts if it is the worst of those around it, above the threshold,
     and covered by the scene, so that its depth is known.
     """
-    camera, truth = studio.camera(view), studio.truth(view, frame)
-    seen = scene.seen_by(view)
+    camera, truth = context.camera(view), context.truth(view, frame)
+    seen = scene.backdrop(view)
     error = (seen.image.clamp(0, 1) - truth).abs().mean(dim=2)
     peaks = find_largest_around(error, settings.error_radius)
     worst = (error == peaks) & (error > settings.error_threshold) & (seen.alpha > _LEAST_ALPHA)
     rows, columns = torch.nonzero(worst, as_tuple=True)
-    depths = _measure_depths(studio, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
+    depths = _measure_depths(context, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
     places = _unproject(camera, columns + 0.5, rows + 0.5, depths)
     sizes = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_radius + 0.5)
     return error[rows, columns], places, truth[rows, columns], sizes
 
 
-def _measure_depths(studio: Studio, scene: FixedScene, view: int) -> Tensor:
+def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:
     """Return `[H, W]` the mean depth of what a view sees."""
     with torch.no_grad():
-        painted = studio.render(_paint_depths(scene.attributes, studio.camera(view)), view)
+        painted = context.render(_paint_depths(scene.attributes, context.camera(view)), view)
     return painted.image[..., 0] / painted.alpha
 
 

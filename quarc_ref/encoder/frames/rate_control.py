@@ -26,14 +26,14 @@ _MOST_WEIGHT = math.log(256)
 
 
 def price_bytes(
-    config: EncoderConfig, sizes: Sequence[int], usual_loss: float = 1.0
+    config: EncoderConfig, sizes: Sequence[int], reference_loss: float = 1.0
 ) -> EncoderConfig:
     """Return the settings of the next frame, with every price on bytes multiplied.
 
     Args:
         config: Of the stream.
         sizes: Bytes of the chunks of all frames since the first, canonical ones left out.
-        usual_loss: Mean loss of the training views when frame 0 is decoded: what prices
+        reference_loss: Mean loss of the training views when frame 0 is decoded: what prices
             are shares of, so that the same ones suit captures that are easy and hard.
     """
     target = config.target_kb_per_frame * 1024
@@ -41,7 +41,7 @@ def price_bytes(
     if target:
         weight *= control_rate(sizes, target)
     canonical, motion = config.canonical, config.motion
-    in_shares = 1.0 if motion.rate_model == "l1" else usual_loss  # the paper's is of no capture
+    in_shares = 1.0 if motion.rate_model == "l1" else reference_loss  # the paper's is of no capture
     return replace(
         config,
         canonical=replace(
@@ -52,10 +52,10 @@ def price_bytes(
         motion=replace(motion, rd_lambda=motion.rd_lambda * weight * in_shares),
         updates=replace(
             config.updates,
-            rd_lambda=config.updates.rd_lambda * weight * usual_loss,
-            min_gain=config.updates.min_gain * weight * usual_loss,
+            rd_lambda=config.updates.rd_lambda * weight * reference_loss,
+            min_gain=config.updates.min_gain * weight * reference_loss,
         ),
-        births=replace(config.births, rd_lambda=config.births.rd_lambda * weight * usual_loss),
+        births=replace(config.births, rd_lambda=config.births.rd_lambda * weight * reference_loss),
     )
 
 

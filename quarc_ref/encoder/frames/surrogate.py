@@ -15,7 +15,7 @@ from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
 
-class Following:
+class BindingSums:
     """Which anchors each Gaussian follows, and which Gaussians follow each anchor.
 
     Args:

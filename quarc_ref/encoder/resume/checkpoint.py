@@ -24,7 +24,7 @@ _SECONDS_APART = 60.0
 _SUFFIX = ".training"
 
 
-def name_checkpoint(stream: Path) -> Path:
+def checkpoint_path(stream: Path) -> Path:
     """Return the file beside a stream that holds the training of its frame 0."""
     return stream.with_name(stream.name + _SUFFIX)
 

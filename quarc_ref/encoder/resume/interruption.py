@@ -9,7 +9,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def signals_deferred() -> Iterator[None]:
     """Let a signal that comes within this context take effect when the context ends.
 
     Signals that no Python function handles are left alone, and so are all of them outside

@@ -25,7 +25,7 @@ _PROLOGUE = (container.HEAD, container.CAME, container.META)
 
 
 @dataclass(frozen=True, slots=True)
-class Begun:
+class PartialStream:
     """The part of a stream that is whole.
 
     Attributes:
@@ -45,7 +45,7 @@ class Begun:
     is_finished: bool
 
 
-def read_begun(source: Source) -> Begun | None:
+def read_partial_stream(source: Source) -> PartialStream | None:
     """Return what there is of a stream up to its last whole frame.
 
     What follows is taken for the rest of a write that was interrupted.
@@ -70,7 +70,7 @@ def read_begun(source: Source) -> Begun | None:
     return _gather(chunks)
 
 
-def _gather(chunks: Sequence[Chunk]) -> Begun | None:
+def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
     count = len(_PROLOGUE)
     prologue, rest = chunks[:count], chunks[count:]
     frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAMES)
@@ -80,7 +80,7 @@ def _gather(chunks: Sequence[Chunk]) -> Begun | None:
         raise ResumeError(message)
     if not frames:
         return None
-    return Begun(
+    return PartialStream(
         wire.parse_stream_header(prologue[0].payload),
         wire.parse_cameras(prologue[1].payload),
         wire.parse_metadata(prologue[2].payload),
@@ -90,8 +90,8 @@ def _gather(chunks: Sequence[Chunk]) -> Begun | None:
     )
 
 
-def require_same(
-    begun: Begun, header: StreamHeader, cameras: Sequence[Camera], metadata: dict[str, str]
+def require_match(
+    begun: PartialStream, header: StreamHeader, cameras: Sequence[Camera], metadata: dict[str, str]
 ) -> None:
     """Raise ResumeError unless an encode that begins now would have begun so.
 
@@ -110,7 +110,7 @@ def require_same(
         raise ResumeError(message)
 
 
-def require_frames(begun: Begun, frame_count: int, canonical: CanonicalSettings) -> None:
+def require_frames(begun: PartialStream, frame_count: int, canonical: CanonicalSettings) -> None:
     """Raise ResumeError unless the frames are the first of those that are to be there.
 
     Args:
@@ -127,7 +127,7 @@ def require_frames(begun: Begun, frame_count: int, canonical: CanonicalSettings)
     require_count(begun, frame_count)
 
 
-def require_count(begun: Begun, frame_count: int) -> None:
+def require_count(begun: PartialStream, frame_count: int) -> None:
     """Raise ResumeError unless a stream has no more frames than asked for, and all if finished."""
     found = len(begun.frames)
     if found > frame_count or (begun.is_finished and found < frame_count):

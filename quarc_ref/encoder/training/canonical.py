@@ -24,15 +24,15 @@ from scipy.spatial import cKDTree
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.resume.array_file import Arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
-from quarc_ref.encoder.resume.interruption import uninterrupted
+from quarc_ref.encoder.resume.interruption import signals_deferred
 from quarc_ref.encoder.resume.saved_training import Bounds
 from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
 from quarc_ref.encoder.training.losses import photometric_loss
-from quarc_ref.encoder.training.prices import price_codes, price_haze
-from quarc_ref.encoder.training.pruning import prune_unmissed
-from quarc_ref.encoder.training.studio import Studio
-from quarc_ref.encoder.training.trainable import Attributes, Trainer, fall_along_cosine, to_sh_dc
+from quarc_ref.encoder.training.pruning import prune_by_contribution
+from quarc_ref.encoder.training.regularizers import code_rate_penalty, opacity_scale_penalty
+from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
 from quarc_ref.format.records import StreamHeader
 
 _OPACITY_AT_START = 0.1
@@ -42,7 +42,7 @@ _CODES_EVERY = 2  # steps between two that price codes, at so many times the pri
 
 
 def train_canonical(
-    studio: Studio,
+    context: TrainingContext,
     points: Points,
     settings: CanonicalSettings,
     header: StreamHeader,
@@ -51,7 +51,7 @@ def train_canonical(
     """Return the trained attributes of frame 0, on the grid of the format.
 
     Args:
-        studio: Views, renderer and draws.
+        context: Views, renderer and draws.
         points: Initial points.
         settings: Schedule and thresholds.
         header: The steps to end on.
@@ -61,16 +61,16 @@ def train_canonical(
     Raises:
         OSError: The checkpoint cannot be written.
     """
-    training = _Training(studio, points, settings, header)
+    training = _Training(context, points, settings, header)
     if checkpoint is not None:
         training.restore(checkpoint)
-    with _saved_when_interrupted(training, checkpoint):
+    with _save_on_interrupt(training, checkpoint):
         while training.step < settings.iterations:
-            with uninterrupted():
+            with signals_deferred():
                 training.take_step()
             if checkpoint is not None:
                 checkpoint.save_if_due(training.describe)
-            studio.progress.advance("canonical", training.step, settings.iterations)
+            context.progress.advance("canonical", training.step, settings.iterations)
     final = training.attributes.quantized(header)
     return final.rows(torch.sigmoid(final.opacities) >= settings.final_prune_opacity)
 
@@ -83,16 +83,20 @@ class _Training:
     """
 
     def __init__(
-        self, studio: Studio, points: Points, settings: CanonicalSettings, header: StreamHeader
+        self,
+        context: TrainingContext,
+        points: Points,
+        settings: CanonicalSettings,
+        header: StreamHeader,
     ) -> None:
         self.step = 0
-        self._studio, self._settings, self._header = studio, settings, header
-        self._halved = studio.halved() if settings.half_resolution_until_iter else studio
-        self._generator = studio.generator(0, "canonical")
-        self._views = studio.views.shuffled(self._generator)
-        start = start_from_points(points, settings, self._generator, studio.device)
-        self._trainer = Trainer(start, canonical_rates(settings, studio.extent))
-        self._statistics = ScreenStatistics(self._trainer.count, studio.device)
+        self._context, self._settings, self._header = context, settings, header
+        self._halved = context.halved() if settings.half_resolution_until_iter else context
+        self._generator = context.generator(0, "canonical")
+        self._views = context.views.shuffled(self._generator)
+        start = start_from_points(points, settings, self._generator, context.device)
+        self._trainer = Trainer(start, canonical_learning_rates(settings, context.extent))
+        self._statistics = ScreenStatistics(self._trainer.count, context.device)
 
     @property
     def attributes(self) -> Attributes:
@@ -101,23 +105,23 @@ class _Training:
 
     def take_step(self) -> None:
         """Compare one view, and go down the slope; at times, drop and add Gaussians."""
-        studio, settings, trainer, step = self._studio, self._settings, self._trainer, self.step
+        context, settings, trainer, step = self._context, self._settings, self._trainer, self.step
         price = _price_at(settings, step)
         if price:
-            prune_unmissed(trainer, studio, price, self._generator)
-            self._statistics = ScreenStatistics(trainer.count, studio.device)
-        trainer.set_rates(rates_at(settings, studio.extent, step))
-        self._compare(self._halved if step < settings.half_resolution_until_iter else studio)
+            prune_by_contribution(trainer, context, price, self._generator)
+            self._statistics = ScreenStatistics(trainer.count, context.device)
+        trainer.set_learning_rates(learning_rates_at(settings, context.extent, step))
+        self._compare(self._halved if step < settings.half_resolution_until_iter else context)
         if _densifies(settings, step):
-            densify(trainer, self._statistics, settings, studio.extent, self._generator)
-            self._statistics = ScreenStatistics(trainer.count, studio.device)
+            densify(trainer, self._statistics, settings, context.extent, self._generator)
+            self._statistics = ScreenStatistics(trainer.count, context.device)
         self.step += 1
 
     def describe(self) -> Arrays:
         """Return all that the next step needs."""
         tensors = {
             "generator": self._generator.get_state(),
-            "gains": self._studio.exposures.gains,
+            "gains": self._context.exposures.gains,
             **self._trainer.state(),
             **self._statistics.state(),
         }
@@ -129,7 +133,7 @@ class _Training:
         of_gaussians = {**self._trainer.state(), **self._statistics.state()}
         bounds = Bounds(
             gaussians=max(self._settings.max_gaussians, self._trainer.count),
-            views=len(self._studio.views.cameras),
+            views=len(self._context.views.cameras),
             iterations=self._settings.iterations,
         )
         saved = checkpoint.load(bounds.describe_layout(self.describe(), of_gaussians))
@@ -139,40 +143,40 @@ class _Training:
         self.step = int(saved["step"])
         self._views.left = saved["left"].tolist()
         self._generator.set_state(tensors["generator"])
-        self._studio.exposures.restore(tensors["gains"])
+        self._context.exposures.restore(tensors["gains"])
         self._trainer.restore(tensors)
         self._statistics.restore(tensors)
 
-    def _compare(self, stage: Studio) -> None:
+    def _compare(self, context: TrainingContext) -> None:
         """Compare the next view with its picture, and take the step."""
         settings, header, trainer, step = self._settings, self._header, self._trainer, self.step
         attributes = _as_drawn(trainer.attributes, settings, header, step, self._generator)
         view = next(self._views)
-        rendering = stage.render(attributes.activated(), view)
+        rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
-            picture = stage.views.picture(view, 0)
-            stage.exposures.observe(view, rendering.image, picture, settings.exposure_lr)
-        loss = photometric_loss(rendering.image, stage.truth(view, 0), settings.lambda_dssim)
-        loss = loss + price_haze(trainer.attributes, settings)
+            picture = context.views.picture(view, 0)
+            context.exposures.observe(view, rendering.image, picture, settings.exposure_lr)
+        loss = photometric_loss(rendering.image, context.truth(view, 0), settings.lambda_dssim)
+        loss = loss + opacity_scale_penalty(trainer.attributes, settings)
         if step % _CODES_EVERY == 0:
             dear = _CODES_EVERY * loss.detach()
-            loss = loss + dear * price_codes(trainer.attributes, settings, header)
+            loss = loss + dear * code_rate_penalty(trainer.attributes, settings, header)
         gradient = trainer.step(loss, rendering.means2d)
         if settings.opacity_decay and settings.densify_from_iter <= step < _first_fine_step(
             settings
         ):
             trainer.fade(rendering.radii > 0, settings.opacity_decay)
-        self._statistics.add(gradient, rendering, stage.camera(view))
+        self._statistics.add(gradient, rendering, context.camera(view))
 
 
 @contextmanager
-def _saved_when_interrupted(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
+def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
     """Save a training that is interrupted between two of its steps."""
     try:
         yield
     except KeyboardInterrupt:
         if checkpoint is not None and training.step:
-            with uninterrupted():
+            with signals_deferred():
                 checkpoint.save(training.describe)
         raise
 
@@ -212,7 +216,7 @@ def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(spacing, _LEAST_SPACING)
 
 
-def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
+def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
     """Return the learning rates in the order of `Attributes`."""
     return (
         settings.position_lr * extent,
@@ -224,7 +228,7 @@ def canonical_rates(settings: CanonicalSettings, extent: float) -> tuple[float, 
     )
 
 
-def rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[float]:
+def learning_rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[float]:
     """Return the rates of a step; those of positions fall all along, all fall in fine-tuning."""
     share = step / settings.iterations
     first, last = math.log(settings.position_lr), math.log(settings.position_lr_final)
@@ -232,8 +236,8 @@ def rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[floa
     fine = step - _first_fine_step(settings)
     left = 1.0
     if fine >= 0:
-        left = fall_along_cosine(fine, settings.iterations - step + fine, settings.lr_end_factor)
-    return [left * rate for rate in (position_lr, *canonical_rates(settings, extent)[1:])]
+        left = cosine_decay(fine, settings.iterations - step + fine, settings.lr_end_factor)
+    return [left * rate for rate in (position_lr, *canonical_learning_rates(settings, extent)[1:])]
 
 
 def _price_at(settings: CanonicalSettings, step: int) -> float:

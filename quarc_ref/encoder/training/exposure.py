@@ -53,12 +53,12 @@ class Exposures:
             picture: `[H, W, 3]` what the camera took.
             rate: The share.
         """
-        self.gains[view] = self.gains[view].lerp(find_gain(image, picture), rate)
+        self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), rate)
         self._balance()
 
     def settle(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Find all gains anew, from what the scene shows and what the camera took, view by view."""
-        self.gains = torch.stack([find_gain(image, picture) for image, picture in pairs])
+        self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._balance()
 
     def restore(self, gains: Tensor) -> None:
@@ -72,7 +72,7 @@ class Exposures:
         self._corrected = WeakTensorKeyDictionary()
 
 
-def find_gain(image: Tensor, picture: Tensor) -> Tensor:
+def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
     """Return `[3]` by how much an image is to be multiplied to be nearest to a picture.
 
     Pixels that the camera has saturated say nothing; a few of the others say enough.

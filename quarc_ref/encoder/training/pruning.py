@@ -17,7 +17,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.training.studio import Studio
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.rendering.rasterizer import Gaussians
 
@@ -25,18 +25,18 @@ _PROBES = 2
 _COLORS = 3
 
 
-def prune_unmissed(
-    trainer: Trainer, studio: Studio, price: float, generator: torch.Generator
+def prune_by_contribution(
+    trainer: Trainer, context: TrainingContext, price: float, generator: torch.Generator
 ) -> None:
     """Drop the Gaussians that frame 0 would not miss, at most half of those that show.
 
     Args:
         trainer: Changed in place.
-        studio: Its training views are the pictures.
+        context: Its training views are the pictures.
         price: Presence below which a Gaussian goes, in medians of the error around one.
         generator: Of the probes.
     """
-    presence, error = measure_presence(studio, trainer.attributes.detached(), generator)
+    presence, error = measure_contributions(context, trainer.attributes.detached(), generator)
     shown = presence > 0
     if not bool(shown.any()):
         return
@@ -46,13 +46,13 @@ def prune_unmissed(
     trainer.replace_rows(kept, trainer.attributes.detached().rows(nothing))
 
 
-def measure_presence(
-    studio: Studio, attributes: Attributes, generator: torch.Generator
+def measure_contributions(
+    context: TrainingContext, attributes: Attributes, generator: torch.Generator
 ) -> tuple[Tensor, Tensor]:
     """Return what each Gaussian of frame 0 does to its pictures, and what these miss around it.
 
     Args:
-        studio: Its training views are the pictures.
+        context: Its training views are the pictures.
         attributes: Of the Gaussians.
         generator: Of the probes.
 
@@ -64,10 +64,10 @@ def measure_presence(
     """
     drawn = attributes.activated()
     presence, error, seen = (torch.zeros_like(drawn.opacities) for _ in range(3))
-    for view in range(len(studio.views.cameras)):
+    for view in range(len(context.views.cameras)):
         gates = torch.ones_like(presence).requires_grad_()
         tints = torch.zeros_like(presence).requires_grad_()
-        rendering = studio.render(_tinted(_gated(drawn, gates), tints), view)
+        rendering = context.render(_tinted(_gated(drawn, gates), tints), view)
         image = rendering.image
         seen += rendering.radii > 0
         for _ in range(_PROBES):
@@ -75,7 +75,7 @@ def measure_presence(
             total = (image * signs.to(image)).sum()
             (change,) = torch.autograd.grad(total, gates, retain_graph=True)
             presence += change.square() / (_PROBES * _COLORS)
-        missed = (image.detach() - studio.truth(view, 0)).square().mean(dim=2)
+        missed = (image.detach() - context.truth(view, 0)).square().mean(dim=2)
         (shown,) = torch.autograd.grad((image.mean(dim=2) * missed).sum(), tints)
         error += shown
     return presence / seen.clamp(min=1), error / seen.clamp(min=1)

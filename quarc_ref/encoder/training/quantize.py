@@ -47,7 +47,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
     )
 
 
-def keep_representable(attributes: Attributes, header: StreamHeader) -> Attributes:
+def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attributes:
     """Return the Gaussians whose positions a canonical frame can carry (SPEC 5.4).
 
     Those farther off the middle than the lattice or the axis bits reach, a few

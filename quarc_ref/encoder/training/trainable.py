@@ -134,7 +134,7 @@ class Trainer:
         """Number of Gaussians."""
         return int(self._leaves[0].shape[0])
 
-    def set_rates(self, rates: Iterable[float]) -> None:
+    def set_learning_rates(self, rates: Iterable[float]) -> None:
         """Change the learning rates, in the order of `Attributes`."""
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
@@ -196,7 +196,7 @@ def to_sh_dc(colors: Tensor) -> Tensor:
     return (colors - 0.5) / _SH_C0
 
 
-def fall_along_cosine(step: int, iterations: int, end: float) -> float:
+def cosine_decay(step: int, iterations: int, end: float) -> float:
     """Return the share of a rate that is left at a step: from 1 to `end` after the last."""
     turn = (1 + math.cos(math.pi * step / iterations)) / 2
     return end + (1 - end) * turn

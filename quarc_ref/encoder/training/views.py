@@ -57,7 +57,7 @@ class TrainingViews:
         """Return the same views in half the width and half the height."""
         return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
-    def forget_before(self, frame: int) -> None:
+    def drop_before(self, frame: int) -> None:
         """Let go of the pictures of earlier frames."""
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
 

@@ -7,7 +7,7 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.findings import list_names
 from quarc_ref.encoder.checks.sightings import find_center
-from quarc_ref.encoder.segments import take_frames
+from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.format.errors import EncodeError, NoPictureError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.synth.variants import VARIANTS
@@ -185,7 +185,7 @@ def test_colors_of_points_are_those_of_the_first_frame_of_the_whole_capture(hone
             message = f"frame {frame} of camera {camera} is read"
             raise AssertionError(message)
 
-    part = take_frames(honest, 1, 1)
+    part = slice_capture(honest, 1, 1)
     part._source = Unread()
 
     assert check_capture(part) == []

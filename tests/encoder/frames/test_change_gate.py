@@ -3,15 +3,15 @@ import torch
 
 from quarc_ref.encoder.frames.change_gate import measure_change
 from quarc_ref.encoder.training.trainable import from_splats
-from tests.encoder.toys import make_splats, make_studio
+from tests.encoder.toys import make_context, make_splats
 
 
 def test_the_gate_opens_where_the_picture_changes_and_not_elsewhere():
-    studio = make_studio()
+    context = make_context()
     splats = make_splats(1)
     attributes = from_splats(splats, torch.device("cpu"))
 
-    weights = measure_change(studio, attributes, frame=1, view_count=3).numpy()
+    weights = measure_change(context, attributes, frame=1, view_count=3).numpy()
 
     wall, blobs = weights[:63], weights[63:]
     assert weights.min() >= 0
@@ -21,15 +21,17 @@ def test_the_gate_opens_where_the_picture_changes_and_not_elsewhere():
 
 
 def test_between_equal_pictures_it_stays_shut(monkeypatch):
-    studio = make_studio()
-    still = studio.truth(0, 0)
-    monkeypatch.setattr(type(studio), "truth", lambda *_: still)
+    context = make_context()
+    still = context.truth(0, 0)
+    monkeypatch.setattr(type(context), "truth", lambda *_: still)
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
-    assert not measure_change(studio, attributes, frame=1, view_count=3).any()
+    assert not measure_change(context, attributes, frame=1, view_count=3).any()
 
 
 def test_without_views_it_is_open_for_all():
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
-    assert measure_change(make_studio(), attributes, frame=1, view_count=0).unique().tolist() == [1]
+    assert measure_change(make_context(), attributes, frame=1, view_count=0).unique().tolist() == [
+        1
+    ]

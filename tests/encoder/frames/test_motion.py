@@ -11,14 +11,14 @@ from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.settings.config import MotionSettings
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import without_rounding
-from quarc_ref.encoder.training.studio import Studio
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import LOG_SCALES, StreamHeader
-from tests.encoder.toys import SMALL, make_capture, make_splats, make_studio
+from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
 
 _CPU = torch.device("cpu")
 _DOUBLINGS = 3
@@ -56,7 +56,7 @@ class _Same:
         return self._capture.image(camera, frame)
 
 
-def _eight_times_as_far(studio: Studio) -> Studio:
+def _eight_times_as_far(context: TrainingContext) -> TrainingContext:
     capture = make_capture()
     cameras = [
         replace(
@@ -67,52 +67,52 @@ def _eight_times_as_far(studio: Studio) -> Studio:
         for camera in capture.cameras
     ]
     far = Capture("far", cameras, 4, 30.0, capture.points, _Same(capture), "0" * 64)
-    return replace(studio, views=TrainingViews(far, _CPU), extent=_EIGHT * studio.extent)
+    return replace(context, views=TrainingViews(far, _CPU), extent=_EIGHT * context.extent)
 
 
-def _fit(studio: Studio, state: State, settings: MotionSettings) -> Int64:
-    fitted = fit_motion(studio, state, begin_frame(state, 0), settings)
+def _fit(context: TrainingContext, state: State, settings: MotionSettings) -> Int64:
+    fitted = fit_motion(context, state, begin_frame(state, 0), settings)
     return np.concatenate(fitted.symbols, axis=1)
 
 
 def test_a_capture_in_other_units_moves_by_the_same_symbols():
-    studio, state = make_studio(), _make_state()
+    context, state = make_context(), _make_state()
 
-    here = _fit(studio, state, _MOTION)
-    far = _fit(_eight_times_as_far(studio), _eight_times(state), _MOTION)
+    here = _fit(context, state, _MOTION)
+    far = _fit(_eight_times_as_far(context), _eight_times(state), _MOTION)
 
     assert np.count_nonzero(here) > 20
     assert np.mean(here == far) > 0.95  # a few hang on the last bits of floats
 
 
 def test_the_rate_of_translations_is_in_world_units_where_it_is_not_in_steps():
-    studio, state = make_studio(), _make_state()
+    context, state = make_context(), _make_state()
     step = _HEADER.translation_step * 2.0**-_HEADER.lattice_exponent
 
     in_steps = replace(_MOTION, lr=1e-3, translation_lr=2.0)
     in_units = replace(_MOTION, lr=2.0 * step, translation_lr=0.0)
-    rows = [_fit(studio, state, settings)[:3] for settings in (in_steps, in_units)]
+    rows = [_fit(context, state, settings)[:3] for settings in (in_steps, in_units)]
 
     assert np.abs(rows[0]).sum() == pytest.approx(np.abs(rows[1]).sum(), rel=0.2)
 
 
 def test_the_dearer_symbols_are_the_fewer_there_are():
-    studio, state = make_studio(), _make_state()
+    context, state = make_context(), _make_state()
 
     counts = [
-        np.count_nonzero(_fit(studio, state, replace(_MOTION, rd_lambda=weight)))
+        np.count_nonzero(_fit(context, state, replace(_MOTION, rd_lambda=weight)))
         for weight in (0.0, 2e-3, 1.0)
     ]
     assert counts[0] > counts[1] > counts[2]
 
 
 def test_residuals_are_the_symbols_unless_nothing_is_rounded():
-    studio, state = make_studio(), _make_state()
+    context, state = make_context(), _make_state()
     begun = begin_frame(state, 0)
 
-    rounded = fit_motion(studio, state, begun, _MOTION)
+    rounded = fit_motion(context, state, begun, _MOTION)
     with without_rounding():
-        free = fit_motion(studio, state, begun, _MOTION)
+        free = fit_motion(context, state, begun, _MOTION)
 
     symbols = np.concatenate(rounded.symbols, axis=1).T
     assert np.allclose(rounded.residuals.numpy(), symbols, atol=1e-4)

@@ -12,7 +12,7 @@ from quarc_ref.encoder.settings.config import BirthSettings
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.rendering.pictures import render_picture
-from tests.encoder.toys import make_splats, make_studio
+from tests.encoder.toys import make_context, make_splats
 
 _CPU = torch.device("cpu")
 _PLACE = np.array([0.2, -0.1, -1.2], dtype=np.float32)
@@ -35,56 +35,56 @@ def _with_a_red_blob(splats: Splats) -> Splats:
 
 
 @pytest.fixture
-def studio(monkeypatch):
-    """A studio whose truth is the scene of frame 0 with a blob that the scene has not."""
-    studio = make_studio()
+def context(monkeypatch):
+    """A context whose truth is the scene of frame 0 with a blob that the scene has not."""
+    context = make_context()
     changed = _with_a_red_blob(make_splats(0))
 
     def truth(_, view: int, frame: int) -> torch.Tensor:
         del frame
-        return torch.from_numpy(np.clip(render_picture(changed, studio.camera(view)), 0, 1))
+        return torch.from_numpy(np.clip(render_picture(changed, context.camera(view)), 0, 1))
 
-    monkeypatch.setattr(type(studio), "truth", truth)
-    return studio
+    monkeypatch.setattr(type(context), "truth", truth)
+    return context
 
 
-def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(studio):
-    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
+def test_newborn_start_where_the_picture_is_wrong_in_the_color_of_the_truth(context):
+    scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    newborn, parents = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+    newborn, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
 
     colors = 0.5 + _SH_C0 * newborn.sh_dc[:, 0].numpy()
     red = colors[:, 0] > colors[:, 1:].max(axis=1) + 0.25
     assert 1 <= parents.numel() <= _SETTINGS.max_births
     assert red.mean() > 0.8
-    cameras = [studio.camera(view) for view in range(len(studio.views.cameras))]
+    cameras = [context.camera(view) for view in range(len(context.views.cameras))]
     apart = [_pixels_apart(camera, newborn.means.numpy(), _PLACE) for camera in cameras]
     assert np.max(np.min(apart, axis=0)) < 4
 
 
-def test_they_lie_on_the_surface_that_the_camera_sees(studio):
-    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
+def test_they_lie_on_the_surface_that_the_camera_sees(context):
+    scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    newborn, _ = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+    newborn, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
 
     depths = newborn.means[:, 2].numpy()
     assert depths.min() > -0.8
     assert depths.max() < 1.3
 
 
-def test_the_worst_pixels_come_first_and_the_bound_holds(studio):
-    scene = FixedScene(studio, from_splats(make_splats(0), _CPU))
+def test_the_worst_pixels_come_first_and_the_bound_holds(context):
+    scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    many, _ = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
-    few, _ = place_on_errors(studio, scene, frame=1, settings=replace(_SETTINGS, max_births=4))
+    many, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
+    few, _ = place_on_errors(context, scene, frame=1, settings=replace(_SETTINGS, max_births=4))
 
     assert torch.equal(few.means, many.means[:4])
 
 
-def test_no_one_is_born_into_a_picture_that_is_right(studio):
-    scene = FixedScene(studio, from_splats(_with_a_red_blob(make_splats(0)), _CPU))
+def test_no_one_is_born_into_a_picture_that_is_right(context):
+    scene = FixedScene(context, from_splats(_with_a_red_blob(make_splats(0)), _CPU))
 
-    _, parents = place_on_errors(studio, scene, frame=1, settings=_SETTINGS)
+    _, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
 
     assert parents.numel() == 0
 

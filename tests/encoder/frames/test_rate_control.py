@@ -69,7 +69,7 @@ def test_rate_weight_multiplies_every_price_of_a_frame():
 
 def test_prices_are_shares_of_the_loss_of_frame_0_but_the_papers():
     main, paper = (
-        price_bytes(choose_preset(name), [], usual_loss=0.01) for name in ("main", "paper")
+        price_bytes(choose_preset(name), [], reference_loss=0.01) for name in ("main", "paper")
     )
 
     assert main.motion.rd_lambda == pytest.approx(0.01 * choose_preset("main").motion.rd_lambda)

@@ -5,7 +5,7 @@ import torch
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
-from quarc_ref.encoder.frames.surrogate import Following, deform
+from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.training.straight_through import translation_step
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.format.records import StreamHeader
@@ -19,7 +19,7 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
     symbols = make_symbols(begun, seed=1)
     rows = torch.tensor(np.concatenate(symbols, axis=1).T, dtype=torch.float32)
     steps = [translation_step(header)] * 3 + [1 / header.rotation_unity] * components
-    following = Following(begun.known_anchors, torch.device("cpu"))
+    following = BindingSums(begun.known_anchors, torch.device("cpu"))
     sums = following.sum_levels(rows * torch.tensor(steps))
 
     before = from_splats(dequantize(begun.scene), torch.device("cpu"))
@@ -35,7 +35,7 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
 def test_the_gradient_of_an_anchor_is_the_sum_over_its_followers():
     header = StreamHeader(gaussians_per_anchor=3)
     begun = begin_frame(begin_canonical(header, 0, make_gaussians(header, 50)), 0)
-    following = Following(begun.known_anchors, torch.device("cpu"))
+    following = BindingSums(begun.known_anchors, torch.device("cpu"))
     count = int(following.borders[-1])
     leaf = torch.randn(count, 2, requires_grad=True)
     weights = torch.randn(50, 2)

@@ -17,7 +17,7 @@ from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.format.constants import RESIDUAL_ROWS
 from quarc_ref.format.records import SH_DC, StreamHeader
-from tests.encoder.toys import SMALL, make_splats, make_studio
+from tests.encoder.toys import SMALL, make_context, make_splats
 
 _CPU = torch.device("cpu")
 _HEADER = StreamHeader(gaussians_per_anchor=4, updates=True)
@@ -37,7 +37,7 @@ def _with_codes(state: State, row: int, gaussians: list[int], more: int) -> Stat
 
 
 def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMotion:
-    return fit_motion(make_studio(), state, begin_frame(state, 0), _MOTION, settings)
+    return fit_motion(make_context(), state, begin_frame(state, 0), _MOTION, settings)
 
 
 def test_what_is_drawn_in_training_is_what_the_decoder_makes_of_it():

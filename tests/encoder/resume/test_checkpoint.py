@@ -7,7 +7,7 @@ import pytest
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.resume.array_file import Layout, write_arrays
-from quarc_ref.encoder.resume.checkpoint import Checkpoint, name_checkpoint
+from quarc_ref.encoder.resume.checkpoint import Checkpoint, checkpoint_path
 from quarc_ref.encoder.stream_file import encode_file
 from tests.encoder.toys import SMALL, make_capture
 
@@ -113,14 +113,14 @@ def _put_text(file):
 def test_a_file_that_is_not_whole_or_another_s_is_as_good_as_none(damage, tmp_path, unbroken):
     path = tmp_path / "toy.quarc"
     _break_off(path, 30)
-    damage(name_checkpoint(path))
+    damage(checkpoint_path(path))
     options = _options()
 
     encode_file(make_capture(), path, options)
 
     assert path.read_bytes() == unbroken
     assert options.progress.first == 1
-    assert not name_checkpoint(path).exists()
+    assert not checkpoint_path(path).exists()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from quarc_ref.encoder.resume.interruption import uninterrupted
+from quarc_ref.encoder.resume.interruption import signals_deferred
 
 _SIGNALS = [signal.SIGINT, signal.SIGTERM]
 
@@ -25,7 +25,7 @@ def _handled():
 
 
 def _work(done, *arriving):
-    with uninterrupted():
+    with signals_deferred():
         for number in arriving:
             signal.raise_signal(number)
         done.append("all")
@@ -56,7 +56,7 @@ def test_a_signal_that_is_ignored_or_left_to_the_system_stays_so():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
-    with uninterrupted():
+    with signals_deferred():
         within = [signal.getsignal(number) for number in _SIGNALS]
 
     assert within == [signal.SIG_IGN, signal.SIG_DFL]

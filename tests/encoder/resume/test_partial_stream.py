@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.encoder import EncodeOptions, encode_stream
-from quarc_ref.encoder.resume.partial_stream import Begun, read_begun
+from quarc_ref.encoder.resume.partial_stream import PartialStream, read_partial_stream
 from quarc_ref.encoder.settings.config import UpdateSettings
 from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.encoder.stream_file import encode_file
@@ -117,7 +117,7 @@ def _with_metadata(data, **changes):
         for chunk in split_chunks(data)
         if chunk.kind not in (container.INDX, container.TAIL)
     ]
-    begun = read_begun(BytesSource(data))
+    begun = read_partial_stream(BytesSource(data))
     metadata = container.wire.build_metadata({**begun.metadata, **changes})
     chunks[2] = (container.META, metadata)
     return rebuild_stream(chunks)
@@ -144,7 +144,7 @@ def test_other_settings_are_refused_by_name(changes, said, whole, tmp_path):
 
 
 def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
-    today = read_begun(BytesSource(whole)).metadata["settings"]
+    today = read_partial_stream(BytesSource(whole)).metadata["settings"]
     names = {new: old for old, new in RENAMED.items()}
     items = (item.partition("=") for item in today.split(" "))
     quoted = " ".join(names.get(name, name) + "=" + value for name, _, value in items)
@@ -203,7 +203,7 @@ def test_chunks_that_the_encoder_does_not_write_are_refused():
     kinds = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
     for place in (1, 2, 4):
         with pytest.raises(ResumeError, match="does not write"):
-            read_begun(
+            read_partial_stream(
                 BytesSource(rebuild_stream([*kinds[:place], (b"more", b""), *kinds[place:]]))
             )
 
@@ -212,11 +212,11 @@ def test_what_is_whole_is_told():
     data, states = make_stream(gaussian_count=8, frame_count=3)
     ends = _ends(data)
 
-    assert [read_begun(BytesSource(data[:end])) for end in (0, 4, *ends[:3], ends[3] - 1)] == [
-        None
-    ] * 6
-    part, all_ = (read_begun(BytesSource(data[:end])) for end in (ends[4] + 9, ends[-1]))
-    assert isinstance(part, Begun)
+    assert [
+        read_partial_stream(BytesSource(data[:end])) for end in (0, 4, *ends[:3], ends[3] - 1)
+    ] == [None] * 6
+    part, all_ = (read_partial_stream(BytesSource(data[:end])) for end in (ends[4] + 9, ends[-1]))
+    assert isinstance(part, PartialStream)
     assert (len(part.frames), part.end, part.is_finished) == (2, ends[4], False)
     assert (len(all_.frames), all_.end, all_.is_finished) == (3, ends[5], True)
     assert part.header == states[0].scene.header

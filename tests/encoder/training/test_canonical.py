@@ -7,12 +7,16 @@ import torch
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.settings.config import CanonicalSettings
-from quarc_ref.encoder.training.canonical import rates_at, start_from_points, train_canonical
+from quarc_ref.encoder.training.canonical import (
+    learning_rates_at,
+    start_from_points,
+    train_canonical,
+)
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.format.records import LOG_SCALES, StreamHeader
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
-from tests.encoder.toys import SMALL, make_capture, make_studio
+from tests.encoder.toys import SMALL, make_capture, make_context
 
 _CPU = torch.device("cpu")
 
@@ -51,26 +55,26 @@ def test_too_many_points_are_drawn_from():
     assert {tuple(row) for row in attributes.means.tolist()} <= rows
 
 
-def _errors(studio, attributes):
+def _errors(context, attributes):
     with torch.no_grad():
         return [
             float(
-                (studio.render(attributes.activated(), view).image - studio.truth(view, 0))
+                (context.render(attributes.activated(), view).image - context.truth(view, 0))
                 .square()
                 .mean()
             )
-            for view in range(len(studio.views.cameras))
+            for view in range(len(context.views.cameras))
         ]
 
 
 def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
-    studio, header = make_studio(), StreamHeader()
+    context, header = make_context(), StreamHeader()
     points = make_capture().points
     before = start_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
 
-    after = train_canonical(studio, points, SMALL.canonical, header)
+    after = train_canonical(context, points, SMALL.canonical, header)
 
-    assert np.mean(_errors(studio, after)) < 0.25 * np.mean(_errors(studio, before))
+    assert np.mean(_errors(context, after)) < 0.25 * np.mean(_errors(context, before))
     again = after.quantized(header)
     for trained, rounded in zip(after.tensors(), again.tensors(), strict=True):
         assert torch.allclose(trained, rounded, atol=1e-6)
@@ -87,22 +91,22 @@ def test_half_the_pixels_at_first_and_all_at_last(monkeypatch):
             widths.append(camera.width) or render(self, gaussians, camera, background)
         ),
     )
-    studio, points = make_studio(), make_capture().points
+    context, points = make_context(), make_capture().points
     settings = replace(SMALL.canonical, half_resolution_until_iter=10)
     before = start_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
 
-    after = train_canonical(studio, points, settings, StreamHeader())
+    after = train_canonical(context, points, settings, StreamHeader())
 
-    whole = studio.camera(0).width
+    whole = context.camera(0).width
     assert widths == 10 * [whole // 2] + (settings.iterations - 10) * [whole]
-    assert np.mean(_errors(studio, after)) < 0.25 * np.mean(_errors(studio, before))
+    assert np.mean(_errors(context, after)) < 0.25 * np.mean(_errors(context, before))
 
 
 def test_the_same_seed_gives_the_same_scene_to_the_bit():
     points, header = make_capture().points, StreamHeader()
 
     first, second, other = (
-        train_canonical(make_studio(seed), points, SMALL.canonical, header) for seed in (0, 0, 1)
+        train_canonical(make_context(seed), points, SMALL.canonical, header) for seed in (0, 0, 1)
     )
 
     assert all(torch.equal(a, b) for a, b in zip(first.tensors(), second.tensors(), strict=True))
@@ -112,18 +116,18 @@ def test_the_same_seed_gives_the_same_scene_to_the_bit():
 def test_without_spherical_harmonics_none_are_trained():
     header = StreamHeader(sh_degree=0)
 
-    after = train_canonical(make_studio(), make_capture().points, SMALL.canonical, header)
+    after = train_canonical(make_context(), make_capture().points, SMALL.canonical, header)
 
     assert not after.sh_rest.any()
 
 
 def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
-    studio = make_studio()
+    context = make_context()
     points = make_capture().points
     priced = replace(SMALL.canonical, opacity_reg=1.0, scale_reg=1.0)
 
     free, thin = (
-        train_canonical(studio, points, settings, SMALL.stream)
+        train_canonical(context, points, settings, SMALL.stream)
         for settings in (SMALL.canonical, priced)
     )
 
@@ -132,16 +136,16 @@ def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
 
 
 def test_what_the_pictures_do_not_ask_for_fades_away():
-    studio, points = make_studio(), make_capture().points
+    context, points = make_context(), make_capture().points
     fading = replace(SMALL.canonical, opacity_decay=0.02)
 
     lasting, faded = (
-        train_canonical(studio, points, settings, SMALL.stream)
+        train_canonical(context, points, settings, SMALL.stream)
         for settings in (SMALL.canonical, fading)
     )
 
     assert torch.sigmoid(faded.opacities).mean() < torch.sigmoid(lasting.opacities).mean()
-    assert np.mean(_errors(studio, faded)) < 1.5 * np.mean(_errors(studio, lasting))
+    assert np.mean(_errors(context, faded)) < 1.5 * np.mean(_errors(context, lasting))
 
 
 def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkeypatch):
@@ -157,7 +161,7 @@ def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkey
     )
     settings = replace(SMALL.canonical, position_noise=0.0, axis_noise=0.5)
 
-    train_canonical(make_studio(), make_capture().points, settings, StreamHeader())
+    train_canonical(make_context(), make_capture().points, settings, StreamHeader())
 
     quantized = StreamHeader()
     step = position_step(quantized)
@@ -168,34 +172,35 @@ def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkey
 
 
 def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price():
-    studio, points = make_studio(), make_capture().points
+    context, points = make_context(), make_capture().points
     priced = replace(SMALL.canonical, prune_rd_lambda=0.02)
 
     free, few = (
-        train_canonical(studio, points, settings, SMALL.stream)
+        train_canonical(context, points, settings, SMALL.stream)
         for settings in (SMALL.canonical, priced)
     )
 
     assert few.means.shape[0] < 0.9 * free.means.shape[0]
-    assert np.mean(_errors(studio, few)) < 1.5 * np.mean(_errors(studio, free))
+    assert np.mean(_errors(context, few)) < 1.5 * np.mean(_errors(context, free))
 
 
 def test_rates_fall_to_their_end_over_fine_tuning_alone():
     settings = replace(SMALL.canonical, lr_end_factor=0.1, quantize_from=0.8)
 
     shares = [
-        rates_at(settings, 1.0, step)[1] / settings.rotation_rate for step in (0, 79, 80, 90, 100)
+        learning_rates_at(settings, 1.0, step)[1] / settings.rotation_rate
+        for step in (0, 79, 80, 90, 100)
     ]
 
     assert shares == pytest.approx([1, 1, 1, 0.55, 0.1])
 
 
 def test_codes_are_smaller_where_they_have_a_price():
-    studio, points = make_studio(), make_capture().points
+    context, points = make_context(), make_capture().points
     priced = replace(SMALL.canonical, code_rd_lambda=0.01)
 
     free, cheap = (
-        quantize_gaussians(train_canonical(studio, points, settings, SMALL.stream), SMALL.stream)
+        quantize_gaussians(train_canonical(context, points, settings, SMALL.stream), SMALL.stream)
         for settings in (SMALL.canonical, priced)
     )
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.training.exposure import Exposures, find_gain
+from quarc_ref.encoder.training.exposure import Exposures, estimate_gain
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import decode
 from tests.encoder.toys import SMALL, make_capture
@@ -24,7 +24,7 @@ def _image(seed=0):
 
 @given(st.tuples(*[st.floats(0.55, 1.5)] * 3))
 def test_a_gain_is_what_an_image_was_multiplied_by(factors):
-    gain = find_gain(_image(), _image() * torch.tensor(factors))
+    gain = estimate_gain(_image(), _image() * torch.tensor(factors))
 
     assert torch.allclose(gain, torch.tensor(factors), rtol=1e-4)
 
@@ -33,15 +33,15 @@ def test_saturated_pixels_say_nothing():
     image, picture = _image(), _image() * 1.2
     picture[:5] = 1.0
 
-    assert torch.allclose(find_gain(image, picture), torch.tensor(1.2), rtol=1e-4)
+    assert torch.allclose(estimate_gain(image, picture), torch.tensor(1.2), rtol=1e-4)
 
 
 def test_of_a_black_image_nothing_is_learnt():
-    assert torch.equal(find_gain(torch.zeros(4, 4, 3), _image()[:4, :4]), torch.ones(3))
+    assert torch.equal(estimate_gain(torch.zeros(4, 4, 3), _image()[:4, :4]), torch.ones(3))
 
 
 def test_gains_are_bounded():
-    assert torch.equal(find_gain(_image(), _image() * 1e-3), torch.full((3,), 0.5))
+    assert torch.equal(estimate_gain(_image(), _image() * 1e-3), torch.full((3,), 0.5))
 
 
 @pytest.mark.parametrize("settled", [False, True])

@@ -15,7 +15,7 @@ from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
 from tests.encoder.resume.saved import read_saved
-from tests.encoder.toys import SMALL, make_capture, make_studio
+from tests.encoder.toys import SMALL, make_capture, make_context
 
 _CONFIG = replace(
     SMALL.canonical, iterations=12, densify_from_iter=4, densify_until_iter=9, exposure_lr=0.2,
@@ -44,10 +44,10 @@ class _Steps:
 def _train(path, last=None):
     """Train with a checkpoint; return the attributes and the first step that was taken."""
     steps = _Steps(last)
-    studio = replace(make_studio(), progress=steps)
+    context = replace(make_context(), progress=steps)
     header = make_header(SMALL, 30.0, 160)
     trained = train_canonical(
-        studio, make_capture().points, _CONFIG, header, Checkpoint(path, "toy")
+        context, make_capture().points, _CONFIG, header, Checkpoint(path, "toy")
     )
     return trained, steps.first
 

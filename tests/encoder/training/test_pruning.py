@@ -4,29 +4,29 @@ import torch
 
 from quarc_ref.encoder.settings.config import CanonicalSettings
 from quarc_ref.encoder.training.canonical import start_from_points
-from quarc_ref.encoder.training.pruning import measure_presence, prune_unmissed
+from quarc_ref.encoder.training.pruning import measure_contributions, prune_by_contribution
 from quarc_ref.encoder.training.trainable import Trainer
-from tests.encoder.toys import make_capture, make_studio
+from tests.encoder.toys import make_capture, make_context
 
 
 @pytest.fixture(scope="module")
-def studio():
-    return make_studio()
+def context():
+    return make_context()
 
 
 @pytest.fixture
-def attributes(studio):
+def attributes(context):
     points = make_capture().points
     generator = torch.Generator().manual_seed(0)
-    return start_from_points(points, CanonicalSettings(), generator, studio.device)
+    return start_from_points(points, CanonicalSettings(), generator, context.device)
 
 
-def _render(studio, attributes):
+def _render(context, attributes):
     with torch.no_grad():
         return torch.stack(
             [
-                studio.render(attributes.activated(), view).image
-                for view in range(len(studio.views.cameras))
+                context.render(attributes.activated(), view).image
+                for view in range(len(context.views.cameras))
             ]
         )
 
@@ -35,23 +35,23 @@ def _generator():
     return torch.Generator().manual_seed(1)
 
 
-def test_presence_is_what_a_view_that_sees_the_gaussian_would_miss(studio, attributes):
-    full = _render(studio, attributes)
+def test_presence_is_what_a_view_that_sees_the_gaussian_would_miss(context, attributes):
+    full = _render(context, attributes)
     every = torch.arange(attributes.opacities.numel())
     sampled = every[::9]
     changes = torch.stack(
         [
-            (_render(studio, attributes.rows(every != one)) - full).square().mean(dim=3).sum()
+            (_render(context, attributes.rows(every != one)) - full).square().mean(dim=3).sum()
             for one in sampled
         ]
     )
     seen = sum(
-        studio.render(attributes.activated(), view).radii[sampled] > 0
-        for view in range(len(studio.views.cameras))
+        context.render(attributes.activated(), view).radii[sampled] > 0
+        for view in range(len(context.views.cameras))
     )
     generator = _generator()
 
-    draws = [measure_presence(studio, attributes, generator)[0] for _ in range(200)]
+    draws = [measure_contributions(context, attributes, generator)[0] for _ in range(200)]
 
     estimate = torch.stack(draws).mean(dim=0)[sampled].numpy()
     # 400 probes in each of 3 views: a deviation of at most sqrt(2 / 400) of a view's share.
@@ -59,26 +59,26 @@ def test_presence_is_what_a_view_that_sees_the_gaussian_would_miss(studio, attri
 
 
 def test_the_error_around_a_gaussian_is_that_of_the_pixels_it_shows_in(
-    studio, attributes, monkeypatch
+    context, attributes, monkeypatch
 ):
-    pictures = _render(studio, attributes)
-    pictures[:, :, : studio.camera(0).width // 2] += 0.3
-    monkeypatch.setattr(type(studio), "truth", lambda _, view, __: pictures[view])
+    pictures = _render(context, attributes)
+    pictures[:, :, : context.camera(0).width // 2] += 0.3
+    monkeypatch.setattr(type(context), "truth", lambda _, view, __: pictures[view])
 
-    _, error = measure_presence(studio, attributes, _generator())
+    _, error = measure_contributions(context, attributes, _generator())
 
     share = error / error.max()
     assert float((share > 0.1).float().mean()) > 0.1
     assert float((share < 1e-3).float().mean()) > 0.1
 
 
-def test_an_error_where_few_gaussians_show_keeps_all_others(studio, attributes, monkeypatch):
-    pictures = _render(studio, attributes) + 0.1
-    monkeypatch.setattr(type(studio), "truth", lambda _, view, __: pictures[view])
+def test_an_error_where_few_gaussians_show_keeps_all_others(context, attributes, monkeypatch):
+    pictures = _render(context, attributes) + 0.1
+    monkeypatch.setattr(type(context), "truth", lambda _, view, __: pictures[view])
     counts = []
     for _ in range(2):
         trainer = Trainer(attributes, (0.1,) * 6)
-        prune_unmissed(trainer, studio, 0.5, _generator())
+        prune_by_contribution(trainer, context, 0.5, _generator())
         counts.append(trainer.count)
         pictures[:, :4, :4] += 100.0
 
@@ -86,25 +86,25 @@ def test_an_error_where_few_gaussians_show_keeps_all_others(studio, attributes, 
     assert counts[1] == pytest.approx(counts[0], abs=2)
 
 
-def test_gaussians_that_no_view_sees_go_and_the_others_stay(studio, attributes):
+def test_gaussians_that_no_view_sees_go_and_the_others_stay(context, attributes):
     hidden = attributes.rows(torch.arange(5))
     hidden.means[:] = torch.tensor([0.0, 0.0, -1e3])
     trainer = Trainer(attributes.joined(hidden), (0.1,) * 6)
-    presence, _ = measure_presence(studio, attributes, _generator())
+    presence, _ = measure_contributions(context, attributes, _generator())
     seen = int((presence > 0).sum())
 
-    prune_unmissed(trainer, studio, 1e-9, _generator())
+    prune_by_contribution(trainer, context, 1e-9, _generator())
 
     assert seen - 1 <= trainer.count <= seen
     assert trainer.attributes.means[:, 2].min() > -1e3
 
 
-def test_a_higher_price_keeps_fewer_and_never_less_than_half(studio, attributes):
-    seen = int((measure_presence(studio, attributes, _generator())[0] > 0).sum())
+def test_a_higher_price_keeps_fewer_and_never_less_than_half(context, attributes):
+    seen = int((measure_contributions(context, attributes, _generator())[0] > 0).sum())
     counts = []
     for price in (0.0, 0.005, 0.02, 1e9):
         trainer = Trainer(attributes, (0.1,) * 6)
-        prune_unmissed(trainer, studio, price, _generator())
+        prune_by_contribution(trainer, context, price, _generator())
         counts.append(trainer.count)
 
     assert counts[0] == seen

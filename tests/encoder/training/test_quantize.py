@@ -10,7 +10,7 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
 from quarc_ref.encoder.training.quantize import (
-    keep_representable,
+    drop_unrepresentable,
     quantize_births,
     quantize_gaussians,
 )
@@ -81,7 +81,7 @@ def test_stragglers_off_the_lattice_are_left_out():
     attributes = _attributes(header)
     attributes.means[5, 1] = 1e7
 
-    kept = keep_representable(attributes, header)
+    kept = drop_unrepresentable(attributes, header)
 
     assert kept.means.shape[0] == 19
     quantize_gaussians(kept, header)
@@ -93,7 +93,7 @@ def test_a_scene_of_which_no_gaussian_can_be_carried_is_an_encode_error():
     attributes.means[:] = 1e30
 
     with pytest.raises(EncodeError, match="no Gaussian"):
-        keep_representable(attributes, header)
+        drop_unrepresentable(attributes, header)
 
 
 def test_a_number_beyond_all_integers_is_an_encode_error():

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from quarc_ref.encoder.settings.config import CanonicalSettings
-from quarc_ref.encoder.training.prices import price_codes, price_haze
+from quarc_ref.encoder.training.regularizers import code_rate_penalty, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
@@ -22,18 +22,18 @@ _BLANK = Attributes(
 
 def _codes(**changed: torch.Tensor) -> float:
     settings = CanonicalSettings(code_rd_lambda=2.0)
-    return float(price_codes(replace(_BLANK, **changed), settings, _HEADER))
+    return float(code_rate_penalty(replace(_BLANK, **changed), settings, _HEADER))
 
 
 def test_haze_costs_the_mean_opacity_and_the_mean_scale():
     settings = CanonicalSettings(opacity_reg=2.0, scale_reg=3.0)
 
-    assert float(price_haze(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
+    assert float(opacity_scale_penalty(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
 
 
 def test_nothing_costs_anything_without_a_price():
-    assert price_haze(_BLANK, CanonicalSettings()) == 0
-    assert price_codes(_BLANK, CanonicalSettings(), _HEADER) == 0
+    assert opacity_scale_penalty(_BLANK, CanonicalSettings()) == 0
+    assert code_rate_penalty(_BLANK, CanonicalSettings(), _HEADER) == 0
 
 
 def test_alike_codes_are_free_and_so_is_the_component_that_is_not_coded():
@@ -65,7 +65,7 @@ def test_turning_less_is_the_way_down():
     rotations = torch.tensor([[1.0, 0.2, -0.1, 0]]).requires_grad_()
     attributes = replace(_BLANK.rows(torch.tensor([0])), rotations=rotations)
 
-    loss = price_codes(attributes, CanonicalSettings(code_rd_lambda=1.0), _HEADER)
+    loss = code_rate_penalty(attributes, CanonicalSettings(code_rd_lambda=1.0), _HEADER)
     (gradient,) = torch.autograd.grad(loss, rotations)
 
     assert gradient[0, 1] > 0 > gradient[0, 2]

@@ -18,7 +18,7 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rend
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Studio:
+class TrainingContext:
     """The training views of a capture and the means to draw them.
 
     Attributes:
@@ -39,8 +39,8 @@ class Studio:
     extent: float
     exposures: Exposures
 
-    def halved(self) -> "Studio":
-        """Return the studio with pictures of half the width and half the height."""
+    def halved(self) -> "TrainingContext":
+        """Return the context with pictures of half the width and half the height."""
         return replace(self, views=self.views.halved())
 
     def camera(self, view: int) -> Camera:
@@ -52,10 +52,10 @@ class Studio:
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render(gaussians, self.camera(view), background)
 
-    def set_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
+    def render_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
         """Draw what a view sees, for others to be added."""
         background = torch.zeros(3, device=self.device)
-        return self.rasterizer.set_backdrop(gaussians, self.camera(view), background)
+        return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
 
     def truth(self, view: int, frame: int) -> Tensor:
         """Return `[H, W, 3]` the picture of a view, as the mean camera would have taken it."""

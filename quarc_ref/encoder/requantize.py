@@ -15,7 +15,7 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Gaussians
 
 
-def put_on_grid(scene: Scene) -> Gaussians:
+def requantize(scene: Scene) -> Gaussians:
     """Return a scene's Gaussians in the steps of its stream, in the order of the scene.
 
     Raises:

@@ -14,7 +14,7 @@ from quarc_ref.format.records import StreamHeader
 _LEAST_SQUARE = 1e-24
 
 
-def price_haze(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
+def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
     """Return the price of opacity and of size."""
     if not (settings.opacity_reg or settings.scale_reg):
         return 0.0
@@ -22,7 +22,7 @@ def price_haze(attributes: Attributes, settings: CanonicalSettings) -> Tensor | 
     return settings.opacity_reg * opacities.mean() + settings.scale_reg * scales.mean()
 
 
-def price_codes(
+def code_rate_penalty(
     attributes: Attributes, settings: CanonicalSettings, header: StreamHeader
 ) -> Tensor | float:
     """Return the price of codes, by about how many nats a Gaussian takes.
@@ -34,14 +34,14 @@ def price_codes(
     if not settings.code_rd_lambda:
         return 0.0
     count = attributes.means.shape[0]
-    turns = _price_turns(attributes.rotations, 1 << header.rotation_bits).mean()
+    turns = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
     rest = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
-    spread = _price_spread(attributes.log_scales, header.log_scale_step)
-    spread = spread + _price_spread(attributes.sh_dc.flatten(1), header.sh_dc_step)
+    spread = _spread_nats(attributes.log_scales, header.log_scale_step)
+    spread = spread + _spread_nats(attributes.sh_dc.flatten(1), header.sh_dc_step)
     return settings.code_rd_lambda * (turns + rest + spread)
 
 
-def _price_turns(rotations: Tensor, unity: int) -> Tensor:
+def _rotation_nats(rotations: Tensor, unity: int) -> Tensor:
     """Return `[N]` the sum of ln(1 + code) over the components but the largest, which has none.
 
     Written out: `normalize`, and the largest of the logarithms, take twice as long.
@@ -51,7 +51,7 @@ def _price_turns(rotations: Tensor, unity: int) -> Tensor:
     return torch.log1p(codes).sum(dim=1) - torch.log1p(codes.amax(dim=1))
 
 
-def _price_spread(values: Tensor, step: float) -> Tensor:
+def _spread_nats(values: Tensor, step: float) -> Tensor:
     """Return the sum of ln(1 + spread in steps) over the columns of `[N, c]`."""
     spread = (values - values.mean(dim=0)).abs().mean(dim=0)
     return torch.log1p(spread / step).sum()

@@ -1,0 +1,111 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.decoder.canonical import begin_canonical
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.encoder.frames.birth_selection import BirthObjective, measure_gains, select_births
+from quarc_ref.encoder.training.fixed_scene import FixedScene
+from quarc_ref.encoder.training.quantize import quantize_gaussians
+from quarc_ref.encoder.training.trainable import Attributes, from_splats, to_sh_dc
+from quarc_ref.format.coding.gaussian_planes import write_births
+from quarc_ref.rendering.pictures import render_picture
+from tests.encoder.toys import SMALL, make_context, make_splats
+
+_CPU = torch.device("cpu")
+_PARENTS = torch.tensor([3, 9, 20])
+
+
+def _blobs() -> Attributes:
+    """Three blobs before the scene: two red ones, and between them a green one."""
+    colors = torch.tensor([[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.9, 0.1, 0.1]])
+    return Attributes(
+        torch.tensor([[0.2, -0.1, -1.2], [-0.3, 0.3, -1.2], [-0.3, -0.4, -1.2]]),
+        torch.tensor([1.0, 0.0, 0.0, 0.0]).repeat(3, 1),
+        torch.log(torch.tensor([0.1, 0.1, 0.05]))[:, None].repeat(1, 3),
+        torch.full((3,), 2.0),
+        to_sh_dc(colors)[:, None],
+        torch.zeros(3, 3, 3),
+    )
+
+
+@pytest.fixture
+def objective(monkeypatch) -> BirthObjective:
+    """An objective whose truth is the scene with the red blobs."""
+    context, header = make_context(), SMALL.stream
+    state = begin_canonical(
+        header, 0, quantize_gaussians(from_splats(make_splats(0), _CPU), header)
+    )
+    scene = from_splats(dequantize(state.scene), _CPU)
+    red = _blobs().rows(torch.tensor([0, 2])).quantized(header)
+    with torch.no_grad():
+        drawn = scene.joined(red).activated()
+        truths = [context.render(drawn, view).image for view in range(len(context.views.cameras))]
+    monkeypatch.setattr(type(context), "truth", lambda *asked: truths[asked[1]])
+    return BirthObjective(
+        context,
+        SMALL,
+        state,
+        FixedScene(context, scene),
+        lambda births: write_births(births, state.birth_counts).byte_count(),
+    )
+
+
+def _priced(objective: BirthObjective, price: float) -> BirthObjective:
+    """The objective where a byte must take so much off the loss."""
+    births = replace(objective.config.births, rd_lambda=price * objective.state.scene.count)
+    return replace(objective, config=replace(objective.config, births=births))
+
+
+def test_what_is_missing_is_worth_most_and_what_is_wrong_less_than_nothing(objective):
+    large, wrong, small = measure_gains(objective, _blobs()).tolist()
+
+    assert large > small > 0 > wrong
+
+
+def test_a_newborns_worth_is_near_to_what_the_loss_falls_by(objective):
+    red = _blobs().rows(torch.tensor([0]))
+
+    fall = objective.mean_loss_without() - objective.mean_loss(red)
+    assert float(measure_gains(objective, red)) == pytest.approx(fall, rel=0.5)
+
+
+def test_those_that_do_not_pay_are_left_out_and_the_others_stay(objective):
+    births = select_births(_priced(objective, 1e-9), _blobs(), _PARENTS)
+
+    assert births is not None
+    assert births.parents.tolist() == [3, 20]
+
+
+def test_no_one_is_born_where_bytes_are_too_dear(objective):
+    assert select_births(_priced(objective, 1.0), _blobs(), _PARENTS) is None
+
+
+def test_all_stay_or_none_where_bytes_cost_nothing(objective):
+    births = select_births(_priced(objective, 0), _blobs(), _PARENTS)
+    wrong = torch.tensor([1])
+
+    assert births is not None
+    assert births.parents.tolist() == _PARENTS.tolist()
+    assert select_births(_priced(objective, 0), _blobs().rows(wrong), _PARENTS[wrong]) is None
+
+
+def test_what_they_gain_is_set_against_the_bytes_of_their_section(objective):
+    red = _blobs().rows(torch.tensor([0, 2]))
+    born = select_births(objective, red, _PARENTS[[0, 2]])
+    assert born is not None
+    gain = objective.mean_loss_without() - objective.mean_loss(red)
+    even = gain / write_births(born, objective.state.birth_counts).byte_count()
+
+    first = torch.tensor([0])
+    assert select_births(_priced(objective, 1.5 * even), red.rows(first), _PARENTS[first]) is None
+    assert select_births(_priced(objective, 0.2 * even), red, _PARENTS[[0, 2]]) is not None
+
+
+def test_the_scene_is_as_the_decoder_has_it(objective):
+    splats = dequantize(objective.state.scene)
+    picture = render_picture(splats, objective.context.camera(0))
+
+    assert np.allclose(objective.scene.backdrop(0).image.numpy(), picture, atol=1e-4)
