@@ -23,7 +23,7 @@ from quarc_ref.datasets.transforms_entries import read_transforms
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.encoder.resume.array_file import ArrayFileError, Layout, read_arrays
 from quarc_ref.export.gaussian_ply import parse_ply
-from quarc_ref.files import MARKER, PlaceError, grown_folder
+from quarc_ref.files import MARKER, OutputPathError, grown_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
 from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
@@ -161,9 +161,9 @@ def training(data: bytes) -> None:
 def marker(data: bytes) -> None:
     """Read the marker of a folder, and go on with it."""
     with _file(MARKER, data) as path:
-        with suppress(PlaceError):
+        with suppress(OutputPathError):
             read_marker(path.parent)
-        with suppress(PlaceError), grown_folder(path.parent, replace=True, keep=True) as made:
+        with suppress(OutputPathError), grown_folder(path.parent, replace=True, keep=True) as made:
             made.write("a.ply", data)
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from quarc_ref.format.coding.entropy import decoding_with
-from quarc_ref.inspection.twin_coders import TwinCoders
+from quarc_ref.inspection.cross_check import CrossCheckingDecoder
 from tests.clusters import run_cluster
 
 settings.register_profile("dev", max_examples=50, deadline=None)
@@ -32,7 +32,7 @@ _BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_ba
 @pytest.fixture(scope="session", autouse=True)
 def both_entropy_decoders():
     """Every section of every stream is decoded by both decoders, which must agree."""
-    coders = TwinCoders()
+    coders = CrossCheckingDecoder()
     with decoding_with(coders.open):
         yield coders
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from quarc_ref.decoder import compute_digest
 from quarc_ref.decoder.engine import FAST, REFERENCE
 from quarc_ref.decoder.engines import decoding_by
-from quarc_ref.format.errors import BitstreamError, LimitError, ProofError
+from quarc_ref.format.errors import BitstreamError, LimitError, VerificationError
 from quarc_ref.playback import Player
 
 _End = BitstreamError | LimitError | None
@@ -19,15 +19,15 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
         A digest of every frame.
 
     Raises:
-        ProofError: They differ in a frame, or in how the stream ends.
+        VerificationError: They differ in a frame, or in how the stream ends.
         BitstreamError: What is wrong with the stream.
         LimitError: It asks for more than this decoder gives.
-        VariableError: The fast engine is not installed.
+        EnvironmentVariableError: The fast engine is not installed.
     """
     (frames, end), (fast, other) = (_tell(data, engine) for engine in (REFERENCE, FAST))
     if (frames, _place(end)) != (fast, _place(other)):
         message = f"the reference gives {frames}, {end!r}; the fast engine {fast}, {other!r}"
-        raise ProofError(message)
+        raise VerificationError(message)
     yield from frames
     if end is not None:
         raise end

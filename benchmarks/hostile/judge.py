@@ -23,8 +23,8 @@ from quarc_ref.format.errors import (
     LimitError,
     SourceError,
 )
+from quarc_ref.inspection.cross_check import CrossCheckingDecoder
 from quarc_ref.inspection.inspect_stream import inspect_stream
-from quarc_ref.inspection.twin_coders import TwinCoders
 from quarc_ref.streams import BytesSource, PipeSource, decode, recover
 from quarc_ref.streams.cut import cut
 from quarc_ref.streams.join import join
@@ -140,7 +140,7 @@ def _decode(data: bytes) -> Iterator[object]:
 
 def _decode_twice(data: bytes) -> Iterator[object]:
     """Decode by both entropy decoders: where they differ, it is an escape."""
-    with decoding_with(TwinCoders().open):
+    with decoding_with(CrossCheckingDecoder().open):
         yield from decode(data)
 
 

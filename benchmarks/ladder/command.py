@@ -14,7 +14,7 @@ from ladder.rungs import RUNGS
 from ladder.tables import format_rows
 from paper.unquantized import open_studio
 from quarc_ref.cli.encoder_options import configure
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture

@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from paper.trials import Floats, Trial
-from quarc_ref.encoder.settings.config import BirthSettings, EncoderConfig
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
 STEP_FACTORS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)

@@ -10,7 +10,7 @@ import typer
 
 from quarc_ref import __version__
 from quarc_ref.cli.command import Verb
-from quarc_ref.cli.faults import heed_termination, provide_outputs
+from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
 from quarc_ref.cli.verbs import (
     bench,
     capture,
@@ -68,6 +68,6 @@ def _options(
 
 def main() -> None:
     """Run the command."""
-    provide_outputs()
-    heed_termination()
+    ensure_standard_streams()
+    install_sigterm_handler()
     app(prog_name="quarc-ref")

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.faults import UsageError, regain_signals
+from quarc_ref.cli.errors import UsageError, restore_sigterm_handler
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
@@ -41,7 +41,7 @@ def require_positive(asked: dict[str, float | None]) -> None:
             raise UsageError(message)
 
 
-def name_settings(asked: dict[str, float | None]) -> list[str]:
+def as_settings(asked: dict[str, float | None]) -> list[str]:
     """Return options that are settings under names of their own as `KEY=VALUE`."""
     return [f"{key}={value}" for key, value in asked.items() if value is not None]
 
@@ -69,7 +69,7 @@ def require_device(device: str) -> None:
         raise UsageError(message)
 
 
-def open_asked(folder: Path, downscale: int, held_out: list[str]) -> "Capture":
+def open_capture_for(folder: Path, downscale: int, held_out: list[str]) -> "Capture":
     """Open a capture at the size asked for.
 
     Raises:
@@ -83,7 +83,7 @@ def open_asked(folder: Path, downscale: int, held_out: list[str]) -> "Capture":
     from quarc_ref.datasets.errors import HeldOutError
     from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 
-    regain_signals()
+    restore_sigterm_handler()
     try:
         capture = open_capture(folder, CaptureOptions(downscale, tuple(held_out)))
     except HeldOutError as error:

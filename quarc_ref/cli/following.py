@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.faults import reported_faults
+from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import STANDARD_STREAM, check_file, is_file
 from quarc_ref.cli.output import tell
 
@@ -25,7 +25,7 @@ FollowedName = Annotated[
         show_default=False,
     ),
 ]
-FollowIt = Annotated[
+FollowFlag = Annotated[
     bool,
     typer.Option("--follow", help="Wait for a stream that is still being written, or will be."),
 ]
@@ -50,7 +50,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     Raises:
         BadParameter: The stream is a path, and no file is there.
     """
-    with reported_faults():
+    with report_errors():
         if follow and is_file(name):
             _await_file(Path(name), patience)
     try:

@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from quarc_ref.cli.completion import complete_setting
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
 _DIGITS = 20  # more than any ordinal has

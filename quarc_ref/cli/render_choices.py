@@ -3,7 +3,7 @@
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.video_writer import VideoForm

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import refuse_target
 from quarc_ref.files import MadeFolder, grown_folder, holds_files, sync_file, sync_folder
 
@@ -71,7 +71,7 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[MadeFo
 
     Raises:
         UsageError: The target cannot be written, or segments are left of another encode.
-        PlaceError: The folder holds what was not made there, or is in use.
+        OutputPathError: The folder holds what was not made there, or is in use.
     """
     refuse_target(target, force=force)
     path = target.with_name(target.name + _SEGMENTS)

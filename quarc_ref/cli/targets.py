@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref import files
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.options import STANDARD_STREAM
 from quarc_ref.cli.output import tell
 from quarc_ref.files import MadeFolder
@@ -69,7 +69,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
 
     Raises:
         UsageError: The target is `-`, or has the name of a file.
-        PlaceError: It holds something, and is not to be replaced.
+        OutputPathError: It holds something, and is not to be replaced.
     """
     _refuse_folder(target)
     with files.written_folder(target, replace=force) as made:
@@ -89,7 +89,7 @@ def grown_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
 
     Raises:
         UsageError: As for `written_folder`.
-        PlaceError: As for `written_folder`.
+        OutputPathError: As for `written_folder`.
     """
     _refuse_folder(target)
     with files.grown_folder(target, replace=force) as made, _said_to_stay(made):

@@ -10,7 +10,7 @@ from typing import Any
 
 from quarc_ref.decoder.engine import FAST, REFERENCE, Engine
 from quarc_ref.decoder.reference_engine import ReferenceEngine
-from quarc_ref.format.errors import VariableError
+from quarc_ref.format.errors import EnvironmentVariableError
 
 
 def choose_engine(threads: int = 1) -> Engine[Any]:
@@ -22,16 +22,16 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
         threads: How many the engine may take for one frame.
 
     Raises:
-        VariableError: QUARC_REF_ENGINE names no engine, or one that is not installed.
+        EnvironmentVariableError: QUARC_REF_ENGINE names no engine, or one that is not installed.
     """
     wanted = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
     if wanted not in (None, "", REFERENCE, FAST):
         message = f"QUARC_REF_ENGINE is {wanted!r}; it may be {REFERENCE} or {FAST}"
-        raise VariableError(message)
+        raise EnvironmentVariableError(message)
     fast = None if wanted == REFERENCE else find_fast_engine()
     if fast is None and wanted == FAST:
         message = "QUARC_REF_ENGINE is fast, and quarc_core is not installed: see core/README.md"
-        raise VariableError(message)
+        raise EnvironmentVariableError(message)
     return fast(threads) if fast else ReferenceEngine()
 
 

@@ -29,7 +29,8 @@ from quarc_ref.encoder.frames.rate_control import price_bytes
 from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
-from quarc_ref.encoder.settings.config import BirthSettings, EncoderConfig, make_header
+from quarc_ref.encoder.settings.config import EncoderConfig, make_header
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.settings.presets import choose_preset
 from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.training.canonical import train_canonical
@@ -72,7 +73,7 @@ class EncodeOptions:
         """Report what speaks against a good picture of a capture, if it is to be checked.
 
         Raises:
-            NoPictureError: No picture can come of the capture.
+            UnusableCaptureError: No picture can come of the capture.
             CaptureError: A picture cannot be read.
         """
         if self.checks:
@@ -99,7 +100,7 @@ def encode(
     Raises:
         CaptureError: A picture cannot be read, or the capture has not as many
             frames (`TooFewFramesError`).
-        NoPictureError: No picture can come of the capture, and it is checked.
+        UnusableCaptureError: No picture can come of the capture, and it is checked.
         EncodeError: The scene cannot be written with these settings.
         ResumeError: What the sink holds was begun otherwise.
     """

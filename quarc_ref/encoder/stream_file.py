@@ -34,7 +34,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         BitstreamError: The file is no stream.
         ResumeError: The file has a stream that was begun otherwise, or is
             being written by another process.
-        PlaceError: It is a symbolic link, or not a regular file.
+        OutputPathError: It is a symbolic link, or not a regular file.
     """
     with open_exclusively(path) as file:
         encode_into(capture, file, path, options)
@@ -69,7 +69,7 @@ def open_exclusively(path: Path) -> Iterator[BinaryIO]:
 
     Raises:
         ResumeError: Another process has it open.
-        PlaceError: It is a symbolic link, or not a regular file.
+        OutputPathError: It is a symbolic link, or not a regular file.
         OSError: It cannot be opened.
     """
     while True:

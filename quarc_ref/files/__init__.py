@@ -12,7 +12,7 @@ own files in a marker, and only files listed there are ever deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.folders import grown_folder, written_folder
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.made_folder import MadeFolder
@@ -22,7 +22,7 @@ from quarc_ref.files.stock import holds_files
 __all__ = [
     "MARKER",
     "MadeFolder",
-    "PlaceError",
+    "OutputPathError",
     "atomic_file",
     "grown_folder",
     "holds_files",

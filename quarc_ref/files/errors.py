@@ -1,7 +1,7 @@
 """What can be in the way of a file or folder."""
 
 
-class PlaceError(FileExistsError):
+class OutputPathError(FileExistsError):
     """What is in a place must not be replaced, followed or written to.
 
     Attributes:

@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from quarc_ref.files.beside import PART, name_beside, name_old
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.locks import CAN_LOCK
 from quarc_ref.files.made_folder import (
@@ -32,7 +32,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[MadeFolde
         The folder to fill.
 
     Raises:
-        PlaceError: Something else is there, or another process is writing it.
+        OutputPathError: Something else is there, or another process is writing it.
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
@@ -66,7 +66,7 @@ def grown_folder(
         The folder to fill.
 
     Raises:
-        PlaceError: Something else is there, or another process is writing it.
+        OutputPathError: Something else is there, or another process is writing it.
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
@@ -93,18 +93,18 @@ def _open_in_place(target: Path, *, keep: bool) -> MadeFolder:
 
 
 def _require_free(target: Path, *, replace: bool) -> None:
-    """Raise PlaceError if a folder may not be put in a place."""
+    """Raise OutputPathError if a folder may not be put in a place."""
     remove_leftovers(target)
     if not os.path.lexists(target):
         return
     if target.is_symlink() or not target.is_dir():
         message = f"{target} is not a folder of its own"
-        raise PlaceError(message)
+        raise OutputPathError(message)
     require_made(target)
     if any(target.iterdir()):
         if not replace:
             message = f"{target} exists"
-            raise PlaceError(message, replaceable=True)
+            raise OutputPathError(message, replaceable=True)
         open_marker(target).close()
 
 
@@ -133,7 +133,7 @@ def _put_in_place(made: MadeFolder, target: Path, *, replace: bool) -> None:
         _swap(made, target)
     else:
         message = f"{target} exists: it was made in the meantime"
-        raise PlaceError(message)
+        raise OutputPathError(message)
 
 
 def _swap(made: MadeFolder, target: Path) -> None:

@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from quarc_ref.files.beside import OLD, PART, is_beside
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.locks import lock, open_regular
 from quarc_ref.files.marker import MARKER
 from quarc_ref.files.stock import remove_made
@@ -44,7 +44,7 @@ def _remove(path: Path, target: Path) -> None:
         file = open_regular(path / MARKER if is_folder else path)
     except OSError:
         return
-    with file, suppress(PlaceError):  # a damaged marker
+    with file, suppress(OutputPathError):  # a damaged marker
         if not lock(file):
             return
         if not is_folder:

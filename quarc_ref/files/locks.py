@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 
 CAN_LOCK = sys.platform != "win32"  # there, an open file can be neither renamed nor removed
 _BINARY = getattr(os, "O_BINARY", 0)
@@ -27,17 +27,17 @@ def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
         flags: As for `os.open`.
 
     Raises:
-        PlaceError: Something else than a regular file is there.
+        OutputPathError: Something else than a regular file is there.
         OSError: It cannot be opened.
     """
     if path.is_symlink() and not flags & os.O_EXCL:
         message = f"{path} is a symbolic link: name the file itself, or remove the link"
-        raise PlaceError(message)
+        raise OutputPathError(message)
     number = os.open(path, flags | _CAREFUL | _BINARY, _MODE)
     if not stat.S_ISREG(os.fstat(number).st_mode):
         os.close(number)
         message = f"{path} is not a regular file"
-        raise PlaceError(message)
+        raise OutputPathError(message)
     return os.fdopen(number, "r+b" if flags & os.O_RDWR else "rb")
 
 

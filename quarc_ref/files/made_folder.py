@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.files.atomic import atomic_file
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.locks import create_locked, lock, open_regular
 from quarc_ref.files.marker import MARKER, append_line, begin_marker, continue_marker
 from quarc_ref.files.stock import holds_files, remove_listed
@@ -108,18 +108,18 @@ def open_marker(path: Path) -> BinaryIO:
     """Open a folder's marker to be read and written, and lock it.
 
     Raises:
-        PlaceError: The folder has none, or another process is writing the folder.
+        OutputPathError: The folder has none, or another process is writing the folder.
         OSError: It cannot be opened.
     """
     try:
         marker = open_regular(path / MARKER)
     except FileNotFoundError as error:
         message = f"{path} was not made by quarc-ref: it holds no {MARKER}"
-        raise PlaceError(message) from error
+        raise OutputPathError(message) from error
     if lock(marker) is False:
         marker.close()
         message = f"{path} is being written by another process"
-        raise PlaceError(message)
+        raise OutputPathError(message)
     return marker
 
 
@@ -127,7 +127,7 @@ def continue_folder(path: Path) -> MadeFolder:
     """Open a folder that was made before, with its files.
 
     Raises:
-        PlaceError: As for `open_marker`, or the marker is damaged.
+        OutputPathError: As for `open_marker`, or the marker is damaged.
         OSError: The marker cannot be opened.
     """
     with ExitStack() as opened:
@@ -141,7 +141,7 @@ def empty_folder(path: Path) -> MadeFolder:
     """Open a folder that was made before, and remove the files that it lists.
 
     Raises:
-        PlaceError: As for `open_marker`, or the marker is damaged.
+        OutputPathError: As for `open_marker`, or the marker is damaged.
         OSError: A file cannot be removed, or the marker not be written.
     """
     with ExitStack() as opened:

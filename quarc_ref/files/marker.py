@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.locks import open_regular
 
 MARKER = ".quarc-ref-made"
@@ -43,7 +43,7 @@ def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
     """Return the lines of a marker, after which more can be appended.
 
     Raises:
-        PlaceError: It is damaged.
+        OutputPathError: It is damaged.
     """
     lines, end = _read_lines(marker, folder)
     marker.truncate(marker.seek(end))
@@ -56,7 +56,7 @@ def read_marker(folder: Path) -> set[str]:
     """Return the lines of a folder's marker; none if there is no marker.
 
     Raises:
-        PlaceError: It is damaged.
+        OutputPathError: It is damaged.
     """
     try:
         with open_regular(folder / MARKER, os.O_RDONLY) as marker:
@@ -84,5 +84,5 @@ def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
             f"{folder / MARKER} is damaged, or was not written by quarc-ref: "
             "remove the folder yourself, or choose another"
         )
-        raise PlaceError(message)
+        raise OutputPathError(message)
     return set(names), end

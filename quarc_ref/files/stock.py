@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from quarc_ref.files.beside import PART, is_beside
-from quarc_ref.files.errors import PlaceError
+from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.marker import MARKER, read_marker
 
 _DEPTH = 1  # a folder in a folder has none of its own
@@ -18,14 +18,14 @@ def holds_files(folder: Path) -> bool:
 
 
 def require_made(folder: Path, depth: int = _DEPTH) -> None:
-    """Raise PlaceError if a folder holds anything that its marker does not list."""
+    """Raise OutputPathError if a folder holds anything that its marker does not list."""
     stock = _take_stock(folder, depth)
     if stock.foreign:
         message = (
             f"{folder} holds {stock.foreign[0].name}, which quarc-ref has not made (no {MARKER} "
             "lists it): remove it yourself, or choose another folder"
         )
-        raise PlaceError(message)
+        raise OutputPathError(message)
     for path in stock.folders:
         require_made(path, depth - 1)
 
@@ -34,7 +34,7 @@ def remove_made(folder: Path, depth: int = _DEPTH) -> None:
     """Remove a folder with the files that its marker lists; if it holds others, they stay in it.
 
     Raises:
-        PlaceError: The marker is damaged.
+        OutputPathError: The marker is damaged.
         OSError: A file cannot be removed.
     """
     remove_listed(folder, depth)
@@ -47,7 +47,7 @@ def remove_listed(folder: Path, depth: int = _DEPTH) -> None:
     """Remove the files that a folder's marker lists.
 
     Raises:
-        PlaceError: The marker is damaged.
+        OutputPathError: The marker is damaged.
         OSError: A file cannot be removed.
     """
     stock = _take_stock(folder, depth)

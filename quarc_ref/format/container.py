@@ -139,7 +139,7 @@ def header_crc_holds(data: bytes) -> bool:
     return zlib.crc32(data[:-CHUNK_CRC_BYTES]) == stored
 
 
-def prove_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
+def verify_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
     """Compare the CRC of a payload with the bytes that are stored after it.
 
     Raises:
@@ -166,7 +166,7 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
         PayloadCrcError: The payload does not match its CRC.
     """
     payload = data[: header.length]
-    prove_payload(header, zlib.crc32(payload), data[header.length :])
+    verify_payload(header, zlib.crc32(payload), data[header.length :])
     return Chunk(header.kind, payload, header.offset, header.sequence)
 
 

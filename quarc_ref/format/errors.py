@@ -7,12 +7,12 @@
     │   └── StateError          what the frame would make of the scene
     ├── LimitError              they ask for more than this decoder gives
     ├── SourceError             what holds the bytes cannot be read
-    ├── VariableError           your environment asks for what there is not
+    ├── EnvironmentVariableError           your environment asks for what there is not
     ├── EncodeError             your scene or setting cannot be written
     ├── ResumeError             your stream cannot be gone on with so
     ├── EditError               your streams cannot be cut or joined so
     ├── ClosedLoopError         encoder and decoder disagree: our fault
-    └── ProofError              two ways to the same result do not meet: our fault
+    └── VerificationError              two ways to the same result do not meet: our fault
 
 Each leaf of `BitstreamError` carries the stable `reject_id` of its SPEC row.
 Malformed bytes raise a leaf of `BitstreamError` and nothing else.
@@ -238,7 +238,7 @@ class SourceError(QuarcError):
     """What holds the stream cannot be read as asked: no fault of the bytes."""
 
 
-class VariableError(QuarcError):
+class EnvironmentVariableError(QuarcError):
     """A variable of the environment says what cannot be done."""
 
 
@@ -246,7 +246,7 @@ class EncodeError(QuarcError):
     """The scene, or a setting, cannot be written into a stream."""
 
 
-class NoPictureError(EncodeError):
+class UnusableCaptureError(EncodeError):
     """No picture can come of a capture: its cameras see too little."""
 
 
@@ -262,5 +262,5 @@ class ClosedLoopError(QuarcError):
     """The encoder's state is not the decoder's: a fault of this package."""
 
 
-class ProofError(QuarcError):
+class VerificationError(QuarcError):
     """Two ways that must lead to the same result do not: a fault of this package."""

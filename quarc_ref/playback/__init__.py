@@ -1,6 +1,6 @@
 """Playback: frames decoded ahead, from any frame on."""
 
-from quarc_ref.playback.frame_maker import Frame
+from quarc_ref.playback.frame_pipeline import Frame
 from quarc_ref.playback.player import Player
 
 __all__ = ["Frame", "Player"]

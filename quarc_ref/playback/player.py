@@ -4,13 +4,13 @@
         for frame in player:
             draw(frame.splats)
 
-How that is done is told in `frame_maker`.
+How that is done is told in `frame_pipeline`.
 """
 
 from collections.abc import Callable, Iterator
 from types import TracebackType
 
-from quarc_ref.playback.frame_maker import Frame, FrameMaker, Frames, Times
+from quarc_ref.playback.frame_pipeline import Frame, FramePipeline, Frames, Times
 from quarc_ref.streams.follow import Follow
 from quarc_ref.streams.source import Source, as_source
 
@@ -22,7 +22,7 @@ class Player:
         stream: A stream; it is the caller's to close, after the player.
         threads: 1 to decode a frame when it is asked for and no sooner; 2 or
             more to decode ahead, by an engine that may take so many.
-        ahead: How many frames may wait to be taken, at least 1. Memory is
+        prefetch: How many frames may wait to be taken, at least 1. Memory is
             bounded by it: a frame that waits takes about 200 bytes a Gaussian.
         follow: How long to wait for a stream that still grows; None not to.
 
@@ -38,15 +38,15 @@ class Player:
         stream: bytes | Source,
         *,
         threads: int = 2,
-        ahead: int = 2,
+        prefetch: int = 2,
         follow: Follow | None = None,
     ) -> None:
-        if threads < 1 or ahead < 1:
-            message = f"{threads} threads, {ahead} frames ahead: there must be 1 of each at least"
+        if threads < 1 or prefetch < 1:
+            message = f"{threads} threads, {prefetch} frames to prefetch: each must be at least 1"
             raise ValueError(message)
         self.times = Times()
-        self._ahead = ahead
-        self._maker = FrameMaker(as_source(stream), threads, ahead, follow, self.times)
+        self._prefetch = prefetch
+        self._pipeline = FramePipeline(as_source(stream), threads, prefetch, follow, self.times)
         self._run: Frames | None = None
         self._due = -1  # of the run of `frame`: the ordinal of what comes next
 
@@ -89,7 +89,7 @@ class Player:
             SourceError: What holds the stream does not give its bytes.
         """
         self.close()
-        run = self._run = self._maker.make(start, stop)
+        run = self._run = self._pipeline.make(start, stop)
         return run
 
     def frame(self, ordinal: int) -> Frame:
@@ -100,7 +100,7 @@ class Player:
             BitstreamError: As for `frames`.
             SourceError: As for `frames`.
         """
-        if self._due < 0 or not self._due <= ordinal <= self._due + self._ahead:
+        if self._due < 0 or not self._due <= ordinal <= self._due + self._prefetch:
             self.frames(ordinal)
         frame = None
         try:

@@ -148,9 +148,9 @@ def check_payload(source: Source, header: ChunkHeader) -> None:
     while offset < end:
         piece = source.read(offset, min(_PIECE_BYTES, end - offset))
         if not piece:
-            container.prove_payload(header, crc, b"")
+            container.verify_payload(header, crc, b"")
         crc, offset = zlib.crc32(piece, crc), offset + len(piece)
-    container.prove_payload(header, crc, source.read(end, CHUNK_CRC_BYTES))
+    container.verify_payload(header, crc, source.read(end, CHUNK_CRC_BYTES))
 
 
 def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:

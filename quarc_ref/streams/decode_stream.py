@@ -12,7 +12,7 @@ from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container
 from quarc_ref.format.container import Chunk
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.follow import Follow, ask
+from quarc_ref.streams.follow import Follow, poll
 from quarc_ref.streams.seek import seek
 from quarc_ref.streams.source import Source, as_source
 
@@ -73,7 +73,7 @@ def walk_frames(
         The chunk and the state of every frame that is decoded.
     """
     reader = ChunkReader(as_source(stream))
-    while (chunk := ask(reader.read_chunk, follow)) is not None:
+    while (chunk := poll(reader.read_chunk, follow)) is not None:
         state = decoder.push(chunk)
         if chunk.kind == container.HEAD and start > 0:
             decoder.skip_to(*seek(reader, start))

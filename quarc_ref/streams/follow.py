@@ -16,19 +16,19 @@ class Follow:
     """How long to wait for what is still to be written.
 
     Attributes:
-        poll: Seconds from one look to the next.
+        interval: Seconds from one look to the next.
         patience: Seconds without a new whole chunk after which the stream
             counts as cut.
         ended: Is set from elsewhere when nobody waits any more: then the
             stream counts as cut, too.
     """
 
-    poll: float = 0.1
+    interval: float = 0.1
     patience: float = 10.0
     ended: Event = field(default_factory=Event, compare=False)
 
 
-def ask(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
+def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
     """Do what needs more of a stream than there may be yet.
 
     Args:
@@ -52,5 +52,5 @@ def ask(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
                 waited = str(follow.patience).removesuffix(".0")
                 message = f"{error.args[0]}; nothing new came in {waited} seconds"
                 raise TruncatedError(message, error.offset) from error
-            if follow.ended.wait(follow.poll):
+            if follow.ended.wait(follow.interval):
                 raise

@@ -19,7 +19,7 @@ from quarc_ref.format.errors import (
     UnknownCriticalError,
 )
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.follow import Follow, ask
+from quarc_ref.streams.follow import Follow, poll
 from quarc_ref.streams.resync import Effort, Search, canonical_frame, find_resumption
 from quarc_ref.streams.source import Source, as_source
 
@@ -104,7 +104,7 @@ class _Recovery:
                 yield scene
 
     def _read(self) -> Chunk | None:
-        return ask(self._reader.read_chunk, self._follow)
+        return poll(self._reader.read_chunk, self._follow)
 
     def _push(self, chunk: Chunk | None) -> Scene | None:
         state = None if chunk is None else self._decoder.push(chunk)
@@ -142,7 +142,7 @@ class _Recovery:
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
         try:
-            found = ask(lambda: find_resumption(self._source, search), follow)
+            found = poll(lambda: find_resumption(self._source, search), follow)
         except TruncatedError as cut:
             self.is_over = True
             yield _gap(error, offset, cut.offset, None)

@@ -36,7 +36,7 @@ def write_synthetic_capture(
         progress: Is told how many pictures are done, and of how many.
 
     Raises:
-        PlaceError: The folder is there and not empty.
+        OutputPathError: The folder is there and not empty.
         OSError: The folder cannot be written.
     """
     folder.absolute().parent.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,8 @@ from paper.experiments import (
     list_experiments,
     list_trials,
 )
-from quarc_ref.encoder.settings.config import BirthSettings, StepSettings
+from quarc_ref.encoder.settings.config import StepSettings
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.settings.presets import PRESETS
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from quarc_ref.cli import encode_work
+from quarc_ref.cli import encode_job
 from quarc_ref.encoder import encode_stream, segments
 from quarc_ref.encoder.checks.findings import Finding
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
@@ -115,6 +115,6 @@ def test_a_refused_segment_is_never_begun(narrow_capture, tmp_path, monkeypatch)
         message = "a segment was begun"
         raise AssertionError(message)
 
-    monkeypatch.setattr(encode_work, "_cut", refuse)
+    monkeypatch.setattr(encode_job, "_cut", refuse)
 
     assert run(*_command(narrow_capture, tmp_path / "a.quarc", "--segments", 2)).exit_code == 3

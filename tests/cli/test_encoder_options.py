@@ -1,7 +1,7 @@
 import pytest
 
-from quarc_ref.cli.encoder_options import configure, name_settings
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.encoder_options import as_settings, configure
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.encoder.settings.presets import choose_preset
 
 
@@ -22,7 +22,7 @@ def test_of_two_settings_of_a_name_the_last_counts():
 
 
 def test_options_that_are_settings_change_them_and_those_not_given_do_not():
-    asked = name_settings(
+    asked = as_settings(
         {"rd_lambda": 2.5, "target_kb_per_frame": None, "canonical.keyframe_interval": 30}
     )
     config = configure("main", asked, 0)

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.options import parse_frames
 
 _STARTS = st.integers(0, 10**6)

@@ -3,7 +3,7 @@ import os
 
 import pytest
 
-from quarc_ref.cli import encode_work
+from quarc_ref.cli import encode_job
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode, segments
 from quarc_ref.encoder.segments import slice_capture
@@ -159,7 +159,7 @@ def test_what_does_not_fit_segments_is_a_usage_error_and_makes_nothing(
 def test_processors_are_shared_out(asked, processors, where, monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: processors)
 
-    assert encode_work.choose_where(*asked) == where
+    assert encode_job.choose_workers(*asked) == where
 
 
 def test_segments_of_a_cluster_are_those_of_this_machine(capture, parts, tmp_path, ray_cluster):

@@ -4,7 +4,7 @@ import stat
 import pytest
 
 from quarc_ref.cli.stream_targets import growing_stream, kept_segments
-from quarc_ref.files import PlaceError
+from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names
 
 
@@ -46,7 +46,7 @@ def test_a_stream_does_not_grow_through_a_link(options, tmp_path):
     name = "a.quarc" if options["live"] else "a.quarc.part"
     (tmp_path / name).symlink_to(tmp_path / "victim")
     with (
-        pytest.raises(PlaceError, match="symbolic link"),
+        pytest.raises(OutputPathError, match="symbolic link"),
         growing_stream(tmp_path / "a.quarc", force=True, resume=True, **options),
     ):
         pytest.fail("the target was opened")

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import (
     grown_folder,
     written_file,
@@ -11,7 +11,7 @@ from quarc_ref.cli.targets import (
     written_frame,
     written_stream,
 )
-from quarc_ref.files import PlaceError
+from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names, make_folder
 
 _FOLDERS = [written_folder, grown_folder]
@@ -118,7 +118,7 @@ def test_a_folder_may_have_the_name_of_standard_output_by_its_whole_path(tmp_pat
 
 @pytest.mark.parametrize("make", _FOLDERS)
 def test_a_folder_is_replaced_by_force_alone(make, old_folder):
-    with pytest.raises(PlaceError, match="out exists"):
+    with pytest.raises(OutputPathError, match="out exists"):
         _write_frame(make, old_folder)
     kept = list_names(old_folder)
     _write_frame(make, old_folder, force=True)

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from quarc_ref.cli.app import app
-from quarc_ref.cli.faults import heed_termination
+from quarc_ref.cli.errors import install_sigterm_handler
 from tests.cli.commands import list_names, make_folder, run
 from tests.cli.stress import (
     MAKING,
@@ -174,7 +174,7 @@ def test_a_full_disk_leaves_what_was_there_as_it_was(name, place):
 @pytest.fixture
 def _signals_as_in_the_command():
     before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGINT)}
-    heed_termination()
+    install_sigterm_handler()
     yield
     for each, handler in before.items():
         signal.signal(each, handler)

@@ -2,7 +2,7 @@ import pytest
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format.coding.ans import PythonBitDecoder
-from quarc_ref.inspection import prove_stream, twin_coders
+from quarc_ref.inspection import cross_check, verify_stream
 from tests.cli.commands import run, run_json
 from tests.small_streams import make_stream
 
@@ -47,7 +47,7 @@ def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, mo
             return ~super().take(count, weight)
 
     with monkeypatch.context() as patch:
-        patch.setattr(twin_coders, "PythonBitDecoder", Wrong)
+        patch.setattr(cross_check, "PythonBitDecoder", Wrong)
         result = run("verify", file, "--deep")
 
     assert result.exit_code == 3
@@ -56,7 +56,7 @@ def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, mo
 
 
 def test_where_there_is_one_decoder_no_more_is_said_to_be_proved(file, monkeypatch):
-    monkeypatch.setattr(prove_stream, "HAS_CONSTRICTION", False)
+    monkeypatch.setattr(verify_stream, "HAS_CONSTRICTION", False)
 
     assert run_json("verify", file, "--deep")["proved"]["coders"] == 1
     shown = " ".join(run("verify", file, "--deep").stdout.split())

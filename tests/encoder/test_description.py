@@ -2,7 +2,8 @@ from dataclasses import replace
 
 from quarc_ref import __version__
 from quarc_ref.encoder.description import describe_encode
-from quarc_ref.encoder.settings.config import EncoderConfig, MotionSettings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.frames import MotionSettings
 from tests.encoder.toys import make_capture
 
 

@@ -15,7 +15,7 @@ from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.frames.rate_control import price_bytes
-from quarc_ref.encoder.settings.config import BirthSettings
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.container import FRAM
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.inspection.inspect_stream import inspect_stream

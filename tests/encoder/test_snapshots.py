@@ -9,7 +9,8 @@ import pytest
 from quarc_ref.decoder.digest import compute_digest
 from quarc_ref.encoder import EncodeOptions
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.settings.config import CanonicalSettings, make_header
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
 from quarc_ref.format.errors import CountLevelError

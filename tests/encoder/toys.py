@@ -8,12 +8,9 @@ import torch
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.progress import NullProgress
-from quarc_ref.encoder.settings.config import (
-    BirthSettings,
-    CanonicalSettings,
-    EncoderConfig,
-    MotionSettings,
-)
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.frames import BirthSettings, MotionSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from quarc_ref.files import MARKER, PlaceError, grown_folder, write_file, written_folder
+from quarc_ref.files import MARKER, OutputPathError, grown_folder, write_file, written_folder
 
 
 def _list(folder):
@@ -100,7 +100,7 @@ def test_a_growing_folder_may_keep_what_it_has(old):
 
 @pytest.mark.parametrize("make", [written_folder, grown_folder])
 def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
-    with pytest.raises(PlaceError, match="out exists") as caught:
+    with pytest.raises(OutputPathError, match="out exists") as caught:
         _make(old, make=make)
     _make(old, "c.ply", make=make, replace=True)
 
@@ -112,7 +112,7 @@ def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
 @pytest.mark.parametrize("make", [written_folder, grown_folder])
 def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
     (old / "thesis.tex").write_text("mine")
-    with pytest.raises(PlaceError, match=r"out holds thesis\.tex, which") as caught:
+    with pytest.raises(OutputPathError, match=r"out holds thesis\.tex, which") as caught:
         _make(old, make=make, replace=True)
 
     assert not caught.value.replaceable
@@ -124,7 +124,7 @@ def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
 def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
     place = old.parent / kind
     place.write_text("mine") if kind == "file" else place.symlink_to(old)
-    with pytest.raises(PlaceError, match="not a folder of its own"):
+    with pytest.raises(OutputPathError, match="not a folder of its own"):
         _make(place, make=make, replace=True)
 
     assert place.is_symlink() == (kind == "link")
@@ -136,7 +136,7 @@ def test_a_folder_that_another_process_writes_is_refused(make, tmp_path):
     pytest.importorskip("fcntl")
     with grown_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")
-        with pytest.raises(PlaceError, match="being written by another process"):
+        with pytest.raises(OutputPathError, match="being written by another process"):
             _make(tmp_path / "out", make=make, replace=True)
 
     assert _list(tmp_path / "out") == [MARKER, "a.ply"]
@@ -163,7 +163,7 @@ def test_a_folder_deeper_than_any_that_is_made_is_one_of_others(tmp_path):
         inner.folder("innermost") as innermost,
     ):
         innermost.write("a.ply", b"made")
-    with pytest.raises(PlaceError, match="inner holds innermost"):
+    with pytest.raises(OutputPathError, match="inner holds innermost"):
         _make(tmp_path / "out", replace=True)
 
 
@@ -218,7 +218,7 @@ def test_a_folder_that_others_made_meanwhile_is_not_replaced(replace, tmp_path):
             target.mkdir()
             write_file(target / "mine.txt", b"mine")
 
-    with pytest.raises(PlaceError, match="out"):
+    with pytest.raises(OutputPathError, match="out"):
         make()
 
     assert _list(tmp_path) == ["out"]

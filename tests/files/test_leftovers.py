@@ -9,7 +9,7 @@ import pytest
 
 from quarc_ref.files import (
     MARKER,
-    PlaceError,
+    OutputPathError,
     atomic_file,
     grown_folder,
     remove_leftovers,
@@ -129,7 +129,7 @@ def test_a_folder_that_was_to_be_replaced_is_put_back(call, tmp_path):
     target = _make(tmp_path / "out", "a.ply", "b.ply")
     _kill(_IN_A_SWAP.format(call=call), target)
     is_aside = not target.exists()
-    with pytest.raises(PlaceError, match="out exists"):
+    with pytest.raises(OutputPathError, match="out exists"):
         _make(target, "c.ply")
 
     assert is_aside == (call == 2)

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from quarc_ref.files import MARKER, PlaceError, grown_folder, written_folder
+from quarc_ref.files import MARKER, OutputPathError, grown_folder, written_folder
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def test_a_marker_with_a_name_that_is_not_plain_is_not_trusted(line, made):
     (made.parent / "victim").write_text("mine")
     with (made / MARKER).open("ab") as marker:
         marker.write(line + b"\n")
-    with pytest.raises(PlaceError, match="damaged"):
+    with pytest.raises(OutputPathError, match="damaged"):
         _replace(made)
 
     assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
@@ -35,7 +35,7 @@ def test_a_marker_with_a_name_that_is_not_plain_is_not_trusted(line, made):
 @pytest.mark.parametrize("text", ["a.ply\n", "other\na.ply\n", "x", "[1, 2]\n"])
 def test_a_marker_of_something_else_is_not_trusted(text, made):
     (made / MARKER).write_text(text)
-    with pytest.raises(PlaceError, match="damaged"):
+    with pytest.raises(OutputPathError, match="damaged"):
         _replace(made)
 
     assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
@@ -50,7 +50,7 @@ def test_a_marker_must_be_a_file(kind, made, tmp_path):
         (made / MARKER).mkdir()
     else:
         os.mkfifo(made / MARKER)
-    with pytest.raises(PlaceError, match="quarc-ref-made is"):
+    with pytest.raises(OutputPathError, match="quarc-ref-made is"):
         _replace(made)
 
     assert sorted(os.listdir(made)) == [MARKER, "a.ply"]
@@ -60,7 +60,7 @@ def test_a_line_that_was_not_written_whole_names_nothing(made):
     (made / "b").write_text("mine")
     with (made / MARKER).open("ab") as marker:
         marker.write(b"b")
-    with pytest.raises(PlaceError, match="holds b"):
+    with pytest.raises(OutputPathError, match="holds b"):
         _replace(made)
     (made / "b").unlink()
     with grown_folder(made, replace=True, keep=True) as folder:

@@ -11,7 +11,7 @@ from quarc_ref.decoder.engines import decoding_by
 from quarc_ref.format import container
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.errors import BitstreamError, SourceError, StateCrcError
-from quarc_ref.playback import Player, frame_maker
+from quarc_ref.playback import Player, frame_pipeline
 from quarc_ref.streams import BytesSource, Follow, decode
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.engines import engines
@@ -136,9 +136,9 @@ def _frames_or_fault(scenes):
 
 
 @engines
-@pytest.mark.parametrize("ahead", [1, 2])
-def test_arrays_last_for_as_long_as_somebody_has_them(engine, ahead):
-    with decoding_by(engine), Player(_STREAM, threads=2, ahead=ahead) as player:
+@pytest.mark.parametrize("prefetch", [1, 2])
+def test_arrays_last_for_as_long_as_somebody_has_them(engine, prefetch):
+    with decoding_by(engine), Player(_STREAM, threads=2, prefetch=prefetch) as player:
         frames = player.frames()
         first = next(frames)
         kept = _numbers(first.splats)
@@ -176,7 +176,7 @@ class _Broken(BytesSource):
 
 def test_a_player_of_a_stream_that_does_not_grow_closes_at_once():
     whole = list(split_chunks(_STREAM))[4].offset
-    player = Player(_STREAM[:whole], follow=Follow(poll=0.01, patience=3600))
+    player = Player(_STREAM[:whole], follow=Follow(interval=0.01, patience=3600))
     frames = player.frames()
     next(frames)
     closer = threading.Thread(target=player.close)
@@ -198,7 +198,7 @@ def test_a_player_that_nobody_holds_leaves_no_thread_behind(threads):
     assert threading.active_count() == before
 
 
-@pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"ahead": 0}])
+@pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"prefetch": 0}])
 def test_there_must_be_a_thread_and_a_frame(counts):
     with pytest.raises(ValueError, match="at least"):
         Player(_STREAM, **counts)
@@ -207,7 +207,7 @@ def test_there_must_be_a_thread_and_a_frame(counts):
 def test_what_a_source_takes_is_not_decoding(monkeypatch):
     source = CountedSource(_STREAM)
     clock = SimpleNamespace(perf_counter_ns=lambda: len(source.reads))
-    monkeypatch.setattr(frame_maker, "time", clock)
+    monkeypatch.setattr(frame_pipeline, "time", clock)
     with Player(source, threads=1) as player:
         assert [frame.nanoseconds for frame in player] == [0] * 12
 

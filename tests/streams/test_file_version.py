@@ -59,7 +59,7 @@ def server(request):
 
 def test_a_stream_that_grows_is_followed_whatever_its_server_says_of_it(server):
     server.file = lambda request: DATA[: 20 * request.number]
-    scenes = decode(HttpSource(server.url), follow=Follow(poll=0, patience=20))
+    scenes = decode(HttpSource(server.url), follow=Follow(interval=0, patience=20))
 
     assert [compute_digest(scene) for scene in scenes] == _DIGESTS
 

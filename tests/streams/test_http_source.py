@@ -110,7 +110,7 @@ def test_a_cut_stream_on_a_server_is_cut():
 
 def test_a_stream_that_grows_on_a_server_can_be_followed():
     with _serve(_DATA[:500]) as server:
-        scenes = decode(HttpSource(server.url), follow=Follow(poll=0.01, patience=20))
+        scenes = decode(HttpSource(server.url), follow=Follow(interval=0.01, patience=20))
         timer = threading.Timer(0.1, lambda: setattr(server, "data", _DATA))
         timer.start()
         assert [compute_digest(scene) for scene in scenes] == _DIGESTS

@@ -293,7 +293,7 @@ def test_what_cannot_be_recovered_is_refused():
 
 
 def test_a_stream_that_stops_growing_is_given_up():
-    frames, gaps = _recover(_DATA[:-50], follow=Follow(poll=0.001, patience=0.01))
+    frames, gaps = _recover(_DATA[:-50], follow=Follow(interval=0.001, patience=0.01))
 
     assert frames == list(range(9))
     assert [gap.reject_id for gap in gaps] == ["truncated"]

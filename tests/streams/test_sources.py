@@ -132,7 +132,7 @@ def test_a_file_can_be_played_while_it_grows(tmp_path):
     writer = threading.Thread(target=write)
     writer.start()
     with open_source(str(path)) as source:
-        scenes = decode(source, follow=Follow(poll=0.002, patience=30))
+        scenes = decode(source, follow=Follow(interval=0.002, patience=30))
         first = next(scenes)
         seen.set()
         digests = [compute_digest(scene) for scene in (first, *scenes)]
@@ -147,7 +147,7 @@ def test_a_frame_of_a_file_that_still_grows_can_be_sought(tmp_path):
     path.write_bytes(_DATA[: fifth.offset + 30])
 
     with open_source(str(path)) as source:
-        scenes = decode(source, 3, follow=Follow(poll=0.002, patience=30))
+        scenes = decode(source, 3, follow=Follow(interval=0.002, patience=30))
         digests = [compute_digest(next(scenes))]
         path.write_bytes(_DATA)
         digests += [compute_digest(scene) for scene in scenes]
@@ -160,6 +160,6 @@ def test_a_file_that_stops_growing_is_cut(tmp_path):
     path.write_bytes(_DATA[:-1])
     begun = time.monotonic()
     with open_source(str(path)) as source, pytest.raises(TruncatedError):
-        list(decode(source, follow=Follow(poll=0.01, patience=0.1)))
+        list(decode(source, follow=Follow(interval=0.01, patience=0.1)))
 
     assert time.monotonic() - begun >= 0.1

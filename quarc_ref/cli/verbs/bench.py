@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 
@@ -21,7 +21,7 @@ def bench(
     quiet: Quiet = False,
 ) -> None:
     """Play a stream as fast as it goes: frames per second, time by stage, memory."""
-    with reported_faults():
+    with report_errors():
         from quarc_ref.inspection.decode_speed import measure_speed
 
         with TerminalProgress(quiet=quiet) as progress:

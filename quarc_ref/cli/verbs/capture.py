@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from quarc_ref.cli.encoder_options import configure
-from quarc_ref.cli.faults import UsageError, regain_signals, reported_faults
+from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.targets import written_folder
@@ -39,7 +39,7 @@ def synth(
     quiet: Quiet = False,
 ) -> None:
     """Ray-trace a synthetic capture in N3DV's layout, of which cam00 is to be held out."""
-    with reported_faults():
+    with report_errors():
         from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.synth import SynthOptions, fill_synthetic_capture
 
@@ -74,12 +74,12 @@ def demo(
     quiet: Quiet = False,
 ) -> None:
     """Do it all once: trace a capture, encode it, decode and measure it, write a report."""
-    with reported_faults():
+    with report_errors():
         config = configure("demo", settings or [], seed)
         from quarc_ref.cli.demo_work import run_demo
         from quarc_ref.synth import SynthOptions
 
-        regain_signals()
+        restore_sigterm_handler()
         options = SynthOptions(frames=frames, seed=seed)
         with (
             TerminalProgress(quiet=quiet) as progress,

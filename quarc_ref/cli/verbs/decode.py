@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.faults import STREAM_IS_BAD, UsageError, reported_faults
-from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
+from quarc_ref.cli.errors import STREAM_IS_BAD, UsageError, report_errors
+from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table, tell
 from quarc_ref.cli.targets import OneFrame, grown_folder, written_folder, written_frame
@@ -43,7 +43,7 @@ def decode_frames(
         ),
     ] = None,
     frames: Frames = None,
-    follow: FollowIt = False,
+    follow: FollowFlag = False,
     patience: Patience = PATIENCE,
     past_damage: Annotated[
         bool, typer.Option("--recover", help="Go on past damage, and report what is missing.")
@@ -57,7 +57,7 @@ def decode_frames(
     With --follow a file is there as soon as its frame is, else all come at the end.
     """
     waiting = follow_stream(file, patience, follow=follow)
-    with reported_faults(), TerminalProgress(quiet=quiet) as progress:
+    with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.inspection.inspect_stream import count_frames
         from quarc_ref.streams import open_source
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
     AsJson,
@@ -44,7 +44,7 @@ def cut(
     force: Force = False,
 ) -> None:
     """Write some frames of a stream as a stream of their own, exactly; ordinals stay."""
-    with reported_faults():
+    with report_errors():
         from quarc_ref.streams import open_source
         from quarc_ref.streams.cut import cut as cut_stream
 
@@ -71,7 +71,7 @@ def join(
     force: Force = False,
 ) -> None:
     """Write streams of one kind, one after the other, as one stream; states stay."""
-    with reported_faults(), ExitStack() as stack:
+    with report_errors(), ExitStack() as stack:
         from quarc_ref.streams import open_source
         from quarc_ref.streams.join import join as join_streams
 

@@ -7,17 +7,17 @@ from typing import Annotated, Literal
 import typer
 
 from quarc_ref.cli.completion import complete_preset
-from quarc_ref.cli.encode_warnings import Warnings
-from quarc_ref.cli.encode_work import (
-    EncodeWork,
-    FileWanted,
-    choose_where,
+from quarc_ref.cli.encode_job import (
+    EncodeJob,
+    WriteMode,
+    choose_workers,
     encode_to_file,
     encode_to_joined_file,
     encode_to_pipe,
 )
-from quarc_ref.cli.encoder_options import configure, name_settings, print_settings, require_positive
-from quarc_ref.cli.faults import UsageError, reported_faults
+from quarc_ref.cli.encode_warnings import Warnings
+from quarc_ref.cli.encoder_options import as_settings, configure, print_settings, require_positive
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
     AsJson,
@@ -38,7 +38,7 @@ _PRESET_HELP = (
 
 def _list_settings(asked: bool) -> None:
     if asked:
-        with reported_faults():
+        with report_errors():
             print_settings()
         raise typer.Exit
 
@@ -190,7 +190,7 @@ def encode(
 ) -> None:
     """Encode multi-view video into a stream."""
     del list_settings
-    with reported_faults():
+    with report_errors():
         to_pipe = str(output) == STANDARD_STREAM
         if to_pipe:
             _refuse_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
@@ -210,20 +210,20 @@ def encode(
             "target_kb_per_frame": target,
         }
         old = ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
-        config = configure(preset, [*(settings or []), *name_settings(asked), *old], seed)
+        config = configure(preset, [*(settings or []), *as_settings(asked), *old], seed)
         begun, found = time.monotonic(), Warnings()
         with TerminalProgress(quiet=quiet) as progress:
             cameras = tuple(held_out or ())
-            work = EncodeWork(
+            work = EncodeJob(
                 capture, downscale, cameras, config, frames, device, progress, found, not no_checks
             )
-            wanted = FileWanted(force, live, resume)
+            wanted = WriteMode(force, live, resume)
             if to_pipe:
                 encode_to_pipe(work, output)
             elif segments is None:
                 encode_to_file(work, output, wanted)
             else:
-                where = choose_where(segments, workers, ray, device)
+                where = choose_workers(segments, workers, ray, device)
                 encode_to_joined_file(work, output, wanted, segments, where)
         if not to_pipe:
             _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)

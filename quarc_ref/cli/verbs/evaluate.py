@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, regain_signals, reported_faults
+from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, CaptureFolder, Force, Quiet, StreamFile
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_table, tell
 from quarc_ref.cli.targets import written_folder
@@ -36,10 +36,10 @@ def evaluate(
     quiet: Quiet = False,
 ) -> None:
     """Measure a stream on the held-out cameras, decoded from the file."""
-    with reported_faults():
+    with report_errors():
         from quarc_ref.evaluation.evaluate import evaluate_stream
 
-        regain_signals()
+        restore_sigterm_handler()
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             with _refused(file, as_json=as_json):

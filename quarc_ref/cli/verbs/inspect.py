@@ -4,7 +4,7 @@ import sys
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.faults import reported_faults
+from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json
 
@@ -22,7 +22,7 @@ def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> 
 
     Sizes are bytes. An estimate is the zero-order entropy of the same symbols.
     """
-    with reported_faults():
+    with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
-from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.render_choices import choose_camera, choose_form, require_pixels
+from quarc_ref.cli.seekable_stream import seekable_stream
 from quarc_ref.cli.targets import written_file, written_folder, written_frame
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def render(
 
     Pictures are rounded to 8 bits and otherwise exact; a video is H.264 at CRF 6.
     """
-    with reported_faults(), TerminalProgress(quiet=quiet) as progress:
+    with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
         from quarc_ref.viewing.outline import outline_stream
 
@@ -90,7 +90,7 @@ def render(
         if kind == "png" and pixels:
             message = "PNG files do not go with --pixels"
             raise UsageError(message)
-        with open_source(file) as opened, held_stream(opened) as source:
+        with open_source(file) as opened, seekable_stream(opened) as source:
             outline = outline_stream(source)
             eye = choose_camera(outline, camera, width, kind)
             require_pixels(eye, max_pixels)

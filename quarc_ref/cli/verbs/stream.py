@@ -5,22 +5,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.faults import reported_faults
-from quarc_ref.cli.following import PATIENCE, FollowedName, FollowIt, Patience, follow_stream
-from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.errors import report_errors
+from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
 from quarc_ref.cli.options import AsJson, Quiet, StreamName, name_stream
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.seekable_stream import seekable_stream
 from quarc_ref.format.errors import BitstreamError
 
 if TYPE_CHECKING:
-    from quarc_ref.inspection.prove_stream import Proof
     from quarc_ref.inspection.stream_summary import StreamSummary
+    from quarc_ref.inspection.verify_stream import Verification
     from quarc_ref.streams import Follow, Source
 
 
 def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
     """Show what a stream is made of: counts, real bytes by kind, the paper's estimate beside."""
-    with reported_faults():
+    with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source
 
@@ -42,14 +42,14 @@ def verify(
             "the same states, and how far the stream is within its level.",
         ),
     ] = False,
-    follow: FollowIt = False,
+    follow: FollowFlag = False,
     patience: Patience = PATIENCE,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Decode a stream from end to end and check every CRC and every state."""
     waiting = follow_stream(file, patience, follow=follow)
-    with reported_faults(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
+    with report_errors(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.streams import open_source
 
         source = stack.enter_context(open_source(file))
@@ -98,12 +98,12 @@ class _Run:
             self.digest = compute_digest(scene)
             self._note("decode", self.frames + 1, total)
 
-    def prove(self, source: "Source", follow: "Follow | None") -> "Proof":
+    def prove(self, source: "Source", follow: "Follow | None") -> "Verification":
         """Decode every frame, and prove the rest."""
-        from quarc_ref.inspection.prove_stream import prove_stream
+        from quarc_ref.inspection.verify_stream import verify_stream
 
-        with held_stream(source) as whole:
-            proof = prove_stream(whole, self._note, follow)
+        with seekable_stream(source) as whole:
+            proof = verify_stream(whole, self._note, follow)
         self.digest = proof.sha256
         return proof
 
@@ -113,7 +113,7 @@ class _Run:
         self._progress.advance(stage, done, total)
 
 
-def describe_proof(proof: "Proof") -> dict[str, str]:
+def describe_proof(proof: "Verification") -> dict[str, str]:
     """Return the lines of `verify --deep` as names and values."""
     bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
     coders = f"both decoders give the same {bits}"

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from quarc_ref.cli.faults import UsageError, reported_faults
-from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, StreamName, name_stream
 from quarc_ref.cli.output import print_json, print_table, warn_of_reference_engine
+from quarc_ref.cli.seekable_stream import seekable_stream
 
 if TYPE_CHECKING:
     from quarc_ref.streams import Source
@@ -56,14 +56,14 @@ def view(
     A Gaussian has one color at a time, as seen by whoever moved last; `render`
     draws exactly.
     """
-    with reported_faults():
+    with report_errors():
         from quarc_ref.streams import open_source
 
         title, place = name_stream(file), _Place((host, port), _require_names(allowed or []))
         with (
             open_source(file) as opened,
             suppress(KeyboardInterrupt),
-            held_stream(opened) as source,
+            seekable_stream(opened) as source,
             _open_page(source, title, place, playing=playing) as (page, run),
         ):
             _announce(title, page.url, as_json=as_json, open_browser=open_browser)

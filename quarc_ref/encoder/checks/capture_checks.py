@@ -17,7 +17,7 @@ from quarc_ref.encoder.checks.color_agreement import compare_colors
 from quarc_ref.encoder.checks.findings import Finding, list_names
 from quarc_ref.encoder.checks.sightings import Sighting, find_center, sight_points
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.errors import NoPictureError
+from quarc_ref.format.errors import UnusableCaptureError
 
 _MOST_POINTS = 20000
 _LEAST_VIEWS = 2
@@ -55,7 +55,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         capture: Its held-out cameras are not looked at.
 
     Raises:
-        NoPictureError: No picture can come of the capture.
+        UnusableCaptureError: No picture can come of the capture.
         CaptureError: A picture cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)
@@ -64,7 +64,7 @@ def check_capture(capture: Capture) -> list[Finding]:
             f"capture {capture.name} has {len(cameras)} training camera, and depth needs at least "
             f"{_LEAST_VIEWS}: hold out fewer cameras, or add some"
         )
-        raise NoPictureError(message)
+        raise UnusableCaptureError(message)
     seen = _sight(capture, cameras)
     if not seen.within.any():
         message = (
@@ -72,7 +72,7 @@ def check_capture(capture: Capture) -> list[Finding]:
             f"{capture.name} is inside a training view: check that poses and points have the "
             "same axes, origin and scale"
         )
-        raise NoPictureError(message)
+        raise UnusableCaptureError(message)
     return [
         *_find_lost_points(seen),
         *_find_blind_cameras(seen),

@@ -16,7 +16,7 @@ from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.frames.updates import TrainedUpdates
 from quarc_ref.encoder.frames.warm_start import start_symbols
-from quarc_ref.encoder.settings.config import MotionSettings, UpdateSettings
+from quarc_ref.encoder.settings.frames import MotionSettings, UpdateSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics
 from quarc_ref.encoder.training.losses import photometric_loss

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from quarc_ref.encoder.frames.change_gate import measure_change
-from quarc_ref.encoder.settings.config import BirthSettings
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, draw_within
 from quarc_ref.encoder.training.fixed_scene import FixedScene

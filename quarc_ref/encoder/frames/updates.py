@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.encoder.frames.surrogate import turn
-from quarc_ref.encoder.settings.config import UpdateSettings
+from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64

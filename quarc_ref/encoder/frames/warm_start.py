@@ -13,7 +13,7 @@ from torch import Tensor
 
 from quarc_ref.decoder.anchors import AnchorLevel
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.settings.config import MotionSettings
+from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.format.arrays import Int64
 
 _NEIGHBORS = 3

@@ -10,7 +10,7 @@ the stream's metadata tells.
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.renamed import update_names
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera

@@ -12,13 +12,9 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from quarc_ref.encoder.settings.config import (
-    BirthSettings,
-    CanonicalSettings,
-    EncoderConfig,
-    MotionSettings,
-    StepSettings,
-)
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
+from quarc_ref.encoder.settings.frames import BirthSettings, MotionSettings
 from quarc_ref.encoder.settings.ranges import describe_values
 from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.format.records import StreamHeader

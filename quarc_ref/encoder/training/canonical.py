@@ -26,7 +26,7 @@ from quarc_ref.encoder.resume.array_file import Arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.interruption import signals_deferred
 from quarc_ref.encoder.resume.saved_training import Bounds
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
 from quarc_ref.encoder.training.losses import photometric_loss

@@ -9,7 +9,7 @@ import math
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Rendering, to_ndc

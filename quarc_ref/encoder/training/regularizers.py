@@ -7,7 +7,7 @@ about as many as the logarithm of their magnitude or of their spread.
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 

@@ -8,7 +8,7 @@ from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.findings import list_names
 from quarc_ref.encoder.checks.sightings import find_center
 from quarc_ref.encoder.segments import slice_capture
-from quarc_ref.format.errors import EncodeError, NoPictureError
+from quarc_ref.format.errors import EncodeError, UnusableCaptureError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.synth.variants import VARIANTS
 from tests.encoder.checks.planted import (
@@ -102,13 +102,13 @@ def test_cameras_in_one_place_are_told(honest):
 
 
 def test_one_training_camera_is_refused(honest):
-    with pytest.raises(NoPictureError, match="1 training camera, and depth needs at least 2"):
+    with pytest.raises(UnusableCaptureError, match="1 training camera, and depth needs at least 2"):
         check_capture(keep_cameras(honest, [0, 5]))
-    assert issubclass(NoPictureError, EncodeError)
+    assert issubclass(UnusableCaptureError, EncodeError)
 
 
 def test_points_of_another_scene_are_refused(honest):
-    with pytest.raises(NoPictureError, match="none of the 8004 initial points of capture"):
+    with pytest.raises(UnusableCaptureError, match="none of the 8004 initial points of capture"):
         check_capture(move_points(honest, 1.0, (500.0, 0.0, 0.0)))
 
 

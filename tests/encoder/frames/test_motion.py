@@ -10,7 +10,7 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.frames.motion import fit_motion
-from quarc_ref.encoder.settings.config import MotionSettings
+from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import without_rounding

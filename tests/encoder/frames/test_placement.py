@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.frames.placement import find_largest_around, find_nearest, place_on_errors
-from quarc_ref.encoder.settings.config import BirthSettings
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.rendering.pictures import render_picture

@@ -11,7 +11,7 @@ from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update
 from quarc_ref.encoder.frames.motion import FittedMotion, fit_motion
 from quarc_ref.encoder.frames.updates import TrainedUpdates
-from quarc_ref.encoder.settings.config import UpdateSettings
+from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.training.density import ScreenStatistics
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.trainable import from_splats

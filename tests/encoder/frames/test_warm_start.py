@@ -5,7 +5,7 @@ import numpy as np
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.frames.warm_start import start_symbols
-from quarc_ref.encoder.settings.config import MotionSettings
+from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import make_gaussians, make_symbols
 

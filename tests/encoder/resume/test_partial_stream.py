@@ -4,7 +4,7 @@ import pytest
 
 from quarc_ref.encoder import EncodeOptions, encode_stream
 from quarc_ref.encoder.resume.partial_stream import PartialStream, read_partial_stream
-from quarc_ref.encoder.settings.config import UpdateSettings
+from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container

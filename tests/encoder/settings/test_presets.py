@@ -3,13 +3,9 @@ from dataclasses import replace
 import pytest
 
 from quarc_ref.encoder import EncodeOptions
-from quarc_ref.encoder.settings.config import (
-    BirthSettings,
-    CanonicalSettings,
-    EncoderConfig,
-    StepSettings,
-    make_header,
-)
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings, make_header
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.settings.presets import (
     PRESETS,
     SettingError,

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical import (
     learning_rates_at,
     start_from_points,

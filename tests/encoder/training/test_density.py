@@ -2,7 +2,7 @@ import math
 
 import torch
 
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within, split
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.rendering.rasterizer import Rendering

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical import start_from_points
 from quarc_ref.encoder.training.pruning import measure_contributions, prune_by_contribution
 from quarc_ref.encoder.training.trainable import Trainer

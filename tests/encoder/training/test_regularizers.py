@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from quarc_ref.encoder.settings.config import CanonicalSettings
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.regularizers import code_rate_penalty, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader

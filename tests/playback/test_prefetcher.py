@@ -4,7 +4,7 @@ from itertools import count
 
 import pytest
 
-from quarc_ref.playback.ahead import Ahead
+from quarc_ref.playback.prefetcher import Prefetcher
 
 
 def test_items_come_in_order_and_from_another_thread():
@@ -12,7 +12,7 @@ def test_items_come_in_order_and_from_another_thread():
         for number in range(5):
             yield number, threading.get_ident()
 
-    items = list(Ahead(make, 2))
+    items = list(Prefetcher(make, 2))
 
     assert [number for number, _ in items] == list(range(5))
     assert threading.get_ident() not in {thread for _, thread in items}
@@ -24,7 +24,7 @@ def test_a_fault_comes_after_all_items_before_it():
         message = "broken"
         raise OSError(message)
 
-    ahead = Ahead(make, 4)
+    ahead = Prefetcher(make, 4)
 
     assert next(ahead) == "first"
     with pytest.raises(OSError, match="broken"):
@@ -43,7 +43,7 @@ def test_no_more_are_made_than_may_wait():
                 asked.set()
             yield number
 
-    ahead = Ahead(make, 3)
+    ahead = Prefetcher(make, 3)
     next(ahead)
     assert asked.wait(10)  # 0 was taken, 1 to 3 wait, 4 is held
     ahead.close()
@@ -60,7 +60,7 @@ def test_what_is_closed_ends_its_iterator_and_gives_no_more():
         finally:
             closed.set()
 
-    ahead = Ahead(make, 1)
+    ahead = Prefetcher(make, 1)
     next(ahead)
     ahead.close()
 
@@ -81,7 +81,7 @@ def test_whoever_waits_for_an_item_is_told_when_it_is_closed():
             items.append(item)
             taken.set()
 
-    ahead = Ahead(make, 1)
+    ahead = Prefetcher(make, 1)
     taker = threading.Thread(target=take)
     taker.start()
     assert taken.wait(10)
@@ -104,7 +104,7 @@ def test_an_iterator_need_not_wait_when_it_is_closed():
         waits.set()
         assert closed.wait(60)
 
-    ahead = Ahead(make, 1, closed=closed)
+    ahead = Prefetcher(make, 1, closed=closed)
     next(ahead)
     assert waits.wait(10)
     ahead.close()
@@ -121,7 +121,7 @@ def test_the_thread_of_what_is_let_go_ends():
         finally:
             ended.set()
 
-    ahead = Ahead(make, 1)
+    ahead = Prefetcher(make, 1)
     next(ahead)
     del ahead
     gc.collect()
@@ -134,4 +134,4 @@ def test_what_was_never_asked_for_is_closed_without_beginning():
         pytest.fail("nobody asked")
         yield
 
-    Ahead(make, 1).close()
+    Prefetcher(make, 1).close()

@@ -20,14 +20,14 @@ import typer
 
 from quarc_ref.cli.output import tell
 from quarc_ref.datasets.errors import CaptureError
-from quarc_ref.files import PlaceError
+from quarc_ref.files import OutputPathError
 from quarc_ref.format.errors import (
     BitstreamError,
     EditError,
-    NoPictureError,
+    EnvironmentVariableError,
     QuarcError,
     ResumeError,
-    VariableError,
+    UnusableCaptureError,
 )
 
 STREAM_IS_BAD = 1
@@ -48,7 +48,7 @@ class Termination(KeyboardInterrupt):
 
 
 @contextmanager
-def reported_faults() -> Iterator[None]:
+def report_errors() -> Iterator[None]:
     """Turn the faults of a command into a line on stderr and an exit code."""
     try:
         yield
@@ -60,7 +60,7 @@ def reported_faults() -> Iterator[None]:
         _leave(*_judge(error))
 
 
-def heed_termination() -> None:
+def install_sigterm_handler() -> None:
     """End on SIGTERM as on Ctrl-C: with nothing left behind."""
     signal.signal(signal.SIGTERM, _terminate)
 
@@ -69,12 +69,12 @@ def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
     raise Termination
 
 
-def regain_signals() -> None:
+def restore_sigterm_handler() -> None:
     """Take SIGTERM back from pycolmap, which takes it for itself when it is imported."""
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
 
 
-def provide_outputs() -> None:
+def ensure_standard_streams() -> None:
     """Let there be a standard output and error, for nobody, where they were closed."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -100,11 +100,11 @@ def _ask_for_another_name(error: UnicodeEncodeError) -> str:
     return f"the name {error.object!r} is not {encoding}: rename the file or folder that has it"
 
 
-def _offer_no_checks(error: NoPictureError) -> str:
+def _offer_no_checks(error: UnusableCaptureError) -> str:
     return f"{error}; --no-checks encodes it all the same"
 
 
-def _offer_force(error: PlaceError) -> str:
+def _offer_force(error: OutputPathError) -> str:
     return f"{error}; --force replaces it" if error.replaceable else str(error)
 
 
@@ -123,9 +123,9 @@ def _sentence(error: BaseException) -> str:
 
 _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
     ((BitstreamError,), STREAM_IS_BAD, _refusal),
-    ((UsageError, EditError, ResumeError, VariableError), USAGE, str),
-    ((PlaceError,), USAGE, _offer_force),
-    ((NoPictureError,), TOOL_FAILED, _offer_no_checks),
+    ((UsageError, EditError, ResumeError, EnvironmentVariableError), USAGE, str),
+    ((OutputPathError,), USAGE, _offer_force),
+    ((UnusableCaptureError,), TOOL_FAILED, _offer_no_checks),
     ((ImportError,), TOOL_FAILED, _name_extra),
     ((UnicodeEncodeError,), TOOL_FAILED, _ask_for_another_name),
     ((CaptureError, QuarcError, OSError, RuntimeError, MemoryError), TOOL_FAILED, _sentence),

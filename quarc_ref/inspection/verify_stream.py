@@ -10,17 +10,17 @@ from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.coding.entropy import HAS_CONSTRICTION, decoding_with
 from quarc_ref.format.container import Chunk
-from quarc_ref.format.errors import ProofError
+from quarc_ref.format.errors import VerificationError
+from quarc_ref.inspection.cross_check import CrossCheckingDecoder
 from quarc_ref.inspection.inspect_stream import count_frames
-from quarc_ref.inspection.twin_coders import TwinCoders
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.decode_stream import decode
-from quarc_ref.streams.follow import Follow, ask
+from quarc_ref.streams.follow import Follow, poll
 from quarc_ref.streams.source import Source
 
 
 @dataclass(frozen=True, slots=True)
-class Proof:
+class Verification:
     """What has been proved of a stream.
 
     Attributes:
@@ -58,11 +58,11 @@ class Proof:
         return proved | {"level": self.level / 10}
 
 
-def prove_stream(
+def verify_stream(
     source: Source,
     note: Callable[[str, int, int], None] = lambda *_: None,
     follow: Follow | None = None,
-) -> Proof:
+) -> Verification:
     """Prove a stream.
 
     Args:
@@ -72,17 +72,17 @@ def prove_stream(
 
     Raises:
         BitstreamError: What is wrong with the bytes.
-        ProofError: Two ways to decode the stream do not meet.
+        VerificationError: Two ways to decode the stream do not meet.
         SourceError: What holds the stream does not give its bytes.
     """
-    coders = TwinCoders()
+    coders = CrossCheckingDecoder()
     run = _Run(source, note)
     with decoding_with(coders.open):
-        while (chunk := ask(run.reader.read_chunk, follow)) is not None:
+        while (chunk := poll(run.reader.read_chunk, follow)) is not None:
             run.push(chunk)
     frames_sought = run.decode_from_seek_points(source)
     header = run.decoder.header
-    return Proof(
+    return Verification(
         frames=len(run.digests),
         chunks=run.chunk_count,
         coders=2 if HAS_CONSTRICTION else 1,
@@ -132,14 +132,14 @@ class _Run:
         """Decode every frame again, from the last canonical one; return how many there are.
 
         Raises:
-            ProofError: One has another state than it had before.
+            VerificationError: One has another state than it had before.
         """
         done = 0
         for start, stop in zip(self.canonical, [*self.canonical[1:], None], strict=False):
             for scene in decode(source, start, stop):
                 if compute_digest(scene) != self.digests[scene.frame]:
                     message = f"frame {scene.frame} has another state from seek point {start}"
-                    raise ProofError(message)
+                    raise VerificationError(message)
                 done += 1
                 self._note("seek", done, len(self.digests))
         return done

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from quarc_ref.format.coding import ans
 from quarc_ref.format.coding.entropy import decoding_with, open_fastest, open_words
 from quarc_ref.format.constants import WEIGHT_TOTAL
-from quarc_ref.format.errors import InvalidWordsError, ProofError, UnconsumedWordsError
-from quarc_ref.inspection import twin_coders
-from quarc_ref.inspection.twin_coders import TwinCoders
+from quarc_ref.format.errors import InvalidWordsError, UnconsumedWordsError, VerificationError
+from quarc_ref.inspection import cross_check
+from quarc_ref.inspection.cross_check import CrossCheckingDecoder
 from quarc_ref.streams import decode
 from tests.small_streams import make_stream
 
@@ -42,7 +42,7 @@ def _decode(coders):
 
 
 def test_both_give_the_bits_and_are_counted():
-    coders = TwinCoders()
+    coders = CrossCheckingDecoder()
 
     assert _decode(coders).tolist() == _BITS.tolist()
     assert _decode(coders).tolist() == _BITS.tolist()
@@ -51,11 +51,11 @@ def test_both_give_the_bits_and_are_counted():
 
 @pytest.mark.parametrize("fault", ["bit", "finish"])
 def test_what_only_one_of_them_does_is_a_fault_of_ours(fault, monkeypatch):
-    monkeypatch.setattr(twin_coders, "PythonBitDecoder", _Wrong)
+    monkeypatch.setattr(cross_check, "PythonBitDecoder", _Wrong)
     monkeypatch.setattr(_Wrong, "fault", fault)
 
-    with pytest.raises(ProofError):
-        _decode(TwinCoders())
+    with pytest.raises(VerificationError):
+        _decode(CrossCheckingDecoder())
 
 
 @given(
@@ -74,15 +74,19 @@ def test_any_words_are_decoded_alike_or_refused_alike(words, runs):
             return error.reject_id
         return bits
 
-    assert outcome(TwinCoders().open) == outcome(open_fastest) == outcome(ans.PythonBitDecoder)
+    assert (
+        outcome(CrossCheckingDecoder().open)
+        == outcome(open_fastest)
+        == outcome(ans.PythonBitDecoder)
+    )
 
 
 def test_another_decoder_is_opened_only_as_long_as_it_is_asked_for():
     before = type(open_words(_WORDS))
     with decoding_with(ans.PythonBitDecoder):
         assert type(open_words(_WORDS)) is ans.PythonBitDecoder
-        with decoding_with(TwinCoders().open):
-            assert type(open_words(_WORDS)).__name__ == "_TwinBitDecoder"
+        with decoding_with(CrossCheckingDecoder().open):
+            assert type(open_words(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
         assert type(open_words(_WORDS)) is ans.PythonBitDecoder
     assert type(open_words(_WORDS)) is before
 

@@ -19,7 +19,7 @@ from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format.container import Chunk
-from quarc_ref.playback.ahead import Ahead
+from quarc_ref.playback.prefetcher import Prefetcher
 from quarc_ref.streams.decode_stream import walk_frames
 from quarc_ref.streams.follow import Follow
 from quarc_ref.streams.source import Source
@@ -52,7 +52,7 @@ class Frame:
 
 
 # What gives frames in order, and can be closed.
-Frames = Ahead[Frame] | Generator[Frame]
+Frames = Prefetcher[Frame] | Generator[Frame]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,20 +65,20 @@ class _Decoded:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FrameMaker:
+class FramePipeline:
     """Makes the frames of a stream; the threads at it hold this, and no player.
 
     Attributes:
         source: The stream.
         threads: As for `Player`.
-        ahead: The same.
+        prefetch: The same.
         follow: The same.
         times: Nanoseconds by stage are added to these.
     """
 
     source: Source
     threads: int
-    ahead: int
+    prefetch: int
     follow: Follow | None
     times: Times
 
@@ -91,9 +91,9 @@ class FrameMaker:
         closed = Event()
         follow = self.follow and replace(self.follow, ended=closed)
         dequantize = engine.dequantizer()
-        decoded = Ahead(lambda: self._decode(engine, start, stop, follow), self.ahead)
-        return Ahead(
-            lambda: self._finish(decoded, start, stop, dequantize), self.ahead, closed=closed
+        decoded = Prefetcher(lambda: self._decode(engine, start, stop, follow), self.prefetch)
+        return Prefetcher(
+            lambda: self._finish(decoded, start, stop, dequantize), self.prefetch, closed=closed
         )
 
     def _decode(
@@ -107,7 +107,7 @@ class FrameMaker:
 
     def _finish(
         self,
-        decoded: Generator[_Decoded] | Ahead[_Decoded],
+        decoded: Generator[_Decoded] | Prefetcher[_Decoded],
         start: int,
         stop: int | None,
         dequantize: Callable[[FrameState], Splats],

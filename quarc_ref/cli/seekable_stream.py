@@ -14,7 +14,7 @@ _PIECE_BYTES = 1 << 16
 
 
 @contextmanager
-def held_stream(source: "Source") -> "Iterator[Source]":
+def seekable_stream(source: "Source") -> "Iterator[Source]":
     """Yield a stream that can be read again; what comes only once is copied to a temporary file.
 
     Raises:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from quarc_ref.cli.encode_warnings import Warnings
-from quarc_ref.cli.encoder_options import open_asked, require_device
-from quarc_ref.cli.faults import UsageError
+from quarc_ref.cli.encoder_options import open_capture_for, require_device
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.stream_targets import growing_stream, kept_segments
 from quarc_ref.cli.targets import written_file, written_stream
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class EncodeWork:
+class EncodeJob:
     """A capture and how to encode it.
 
     Attributes:
@@ -57,7 +57,7 @@ class EncodeWork:
         from quarc_ref.encoder import EncodeOptions
 
         require_device(self.device)
-        capture = open_asked(self.folder, self.downscale, list(self.held_out))
+        capture = open_capture_for(self.folder, self.downscale, list(self.held_out))
         try:
             capture.require_frames(self.frames)
         except TooFewFramesError as error:
@@ -74,7 +74,7 @@ class EncodeWork:
 
 
 @dataclass(frozen=True, slots=True)
-class FileWanted:
+class WriteMode:
     """How a file is to be written.
 
     Attributes:
@@ -88,7 +88,7 @@ class FileWanted:
     resume: bool
 
 
-def encode_to_pipe(work: EncodeWork, target: Path) -> None:
+def encode_to_pipe(work: EncodeJob, target: Path) -> None:
     """Encode to standard output."""
     with written_stream(target, force=False) as sink:
         from quarc_ref.encoder import encode
@@ -97,7 +97,7 @@ def encode_to_pipe(work: EncodeWork, target: Path) -> None:
         encode(capture, sink, options)
 
 
-def encode_to_file(work: EncodeWork, target: Path, wanted: FileWanted) -> None:
+def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
     """Encode into a file, or go on with one.
 
     Raises:
@@ -114,13 +114,13 @@ def encode_to_file(work: EncodeWork, target: Path, wanted: FileWanted) -> None:
 
 
 def encode_to_joined_file(
-    work: EncodeWork, target: Path, wanted: FileWanted, segment_count: int, where: "Where"
+    work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, where: "Where"
 ) -> None:
     """Encode segments apart, and join them in a file.
 
     Raises:
         UsageError: The file cannot be written so, or there are fewer frames than segments.
-        NoPictureError: No picture can come of the capture.
+        UnusableCaptureError: No picture can come of the capture.
         ResumeError: The file that is there is not the one asked for.
         JobsError: Some segments could not be encoded; the others are kept.
     """
@@ -143,7 +143,9 @@ def encode_to_joined_file(
             segments.join_segments(parts, sink)
 
 
-def choose_where(segment_count: int, workers: int | None, ray: str | None, device: str) -> "Where":
+def choose_workers(
+    segment_count: int, workers: int | None, ray: str | None, device: str
+) -> "Where":
     """Return where segments are encoded.
 
     A process of this machine has an even share of its processors, a task of a
@@ -158,7 +160,7 @@ def choose_where(segment_count: int, workers: int | None, ray: str | None, devic
 
 
 def _cut(
-    work: EncodeWork, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
+    work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
 ) -> "list[Segment]":
     """Return the segments of a capture, whose files are to be in a folder."""
     from quarc_ref.datasets.open_capture import CaptureOptions

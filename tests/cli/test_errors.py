@@ -3,23 +3,23 @@ import errno
 import pytest
 import typer
 
-from quarc_ref.cli.faults import Termination, UsageError, reported_faults
+from quarc_ref.cli.errors import Termination, UsageError, report_errors
 from quarc_ref.datasets.errors import TruncatedVideoError
 from quarc_ref.format.errors import (
     ClosedLoopError,
     EditError,
     EncodeError,
+    EnvironmentVariableError,
     HeaderCrcError,
-    ProofError,
     SourceError,
     StateCrcError,
-    VariableError,
+    VerificationError,
 )
 
 
 def _leave(error):
     """The exit code that an error becomes."""
-    with pytest.raises(typer.Exit) as left, reported_faults():
+    with pytest.raises(typer.Exit) as left, report_errors():
         raise error
     return left.value.exit_code
 
@@ -47,10 +47,10 @@ def _leave(error):
         (MemoryError("Unable to allocate 2 TiB"), 3, "not enough memory: Unable to allocate"),
         (MemoryError(), 3, "out of memory"),
         (EditError("frame 3 is not canonical"), 2, "frame 3 is not canonical"),
-        (VariableError("no such kernels"), 2, "no such kernels"),
+        (EnvironmentVariableError("no such kernels"), 2, "no such kernels"),
         (UnicodeEncodeError("utf-8", "a\udcff", 1, 2, "why"), 3, r"name 'a\udcff' is not UTF-8"),
         (SourceError("the server is silent"), 3, "the server is silent"),
-        (ProofError("two results"), 3, "two results"),
+        (VerificationError("two results"), 3, "two results"),
     ],
 )
 def test_a_fault_becomes_one_line_and_its_code(error, code, said, capsys):
@@ -85,7 +85,7 @@ def test_a_message_cannot_steer_the_terminal(capsys):
 
 
 def test_what_goes_well_is_left_alone():
-    with reported_faults():
+    with report_errors():
         value = 3
 
     assert value == 3

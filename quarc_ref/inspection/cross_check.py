@@ -12,12 +12,12 @@ import numpy as np
 from quarc_ref.format.arrays import Bits, UInt32
 from quarc_ref.format.coding.ans import PythonBitDecoder
 from quarc_ref.format.coding.entropy import BitDecoder, open_fastest
-from quarc_ref.format.errors import BitstreamError, ProofError
+from quarc_ref.format.errors import BitstreamError, VerificationError
 
 _Answer = TypeVar("_Answer")
 
 
-class TwinCoders:
+class CrossCheckingDecoder:
     """Opens sections with both decoders and keeps account of them.
 
     Attributes:
@@ -34,15 +34,15 @@ class TwinCoders:
 
         Raises:
             InvalidWordsError: Both refuse the words.
-            ProofError: Only one does.
+            VerificationError: Only one does.
         """
         fast, plain = _ask_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))
         self.section_count += 1
-        return _TwinBitDecoder(fast, plain, self)
+        return _CrossCheckingBitDecoder(fast, plain, self)
 
 
-class _TwinBitDecoder:
-    def __init__(self, fast: BitDecoder, plain: BitDecoder, account: TwinCoders) -> None:
+class _CrossCheckingBitDecoder:
+    def __init__(self, fast: BitDecoder, plain: BitDecoder, account: CrossCheckingDecoder) -> None:
         self._fast = fast
         self._plain = plain
         self._account = account
@@ -59,7 +59,7 @@ class _TwinBitDecoder:
 
 
 def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tuple[_Answer, _Answer]:
-    """Return both answers; raise what both raise, and ProofError where only one does."""
+    """Return both answers; raise what both raise, and VerificationError where only one does."""
     answers: list[_Answer] = []
     faults: list[BitstreamError] = []
     for action in (fast, plain):
@@ -76,4 +76,4 @@ def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tupl
 
 def _disagree() -> NoReturn:
     message = "the two entropy decoders do not give the same of a section"
-    raise ProofError(message)
+    raise VerificationError(message)

@@ -7,7 +7,7 @@ import tracemalloc
 
 import pytest
 
-from quarc_ref.cli.held_stream import held_stream
+from quarc_ref.cli.seekable_stream import seekable_stream
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import SourceError
@@ -40,13 +40,13 @@ class _Endless(io.RawIOBase):
 
 def test_what_can_be_read_again_is_left_as_it_is():
     source = BytesSource(_DATA)
-    with held_stream(source) as held:
+    with seekable_stream(source) as held:
         assert held is source
 
 
 @pytest.mark.parametrize("size", [0, 5, 30, _CHUNKS[2].offset + 7, len(_DATA) - 1, len(_DATA)])
 def test_a_pipe_is_held_as_far_as_it_goes(size):
-    with held_stream(PipeSource(io.BytesIO(_DATA[:size]))) as held:
+    with seekable_stream(PipeSource(io.BytesIO(_DATA[:size]))) as held:
         assert held.size() == size
         assert held.read(0, len(_DATA)) == _DATA[:size]
         assert held.read(3, 5) == _DATA[:size][3:8]
@@ -55,14 +55,14 @@ def test_a_pipe_is_held_as_far_as_it_goes(size):
 def test_a_chunk_whose_payload_is_damaged_is_held_and_what_follows_it():
     data = bytearray(_DATA)
     data[_CHUNKS[3].offset + 25] ^= 1
-    with held_stream(PipeSource(io.BytesIO(data))) as held:
+    with seekable_stream(PipeSource(io.BytesIO(data))) as held:
         assert held.read(0, len(_DATA)) == bytes(data)
 
 
 @pytest.mark.parametrize("size", [0, 8, _CHUNKS[3].offset, len(_DATA)])
 def test_what_is_not_a_stream_is_held_no_further(size):
     pipe = _Endless(_DATA[:size])
-    with held_stream(PipeSource(pipe)) as held:
+    with seekable_stream(PipeSource(pipe)) as held:
         assert size < held.size() < size + 100
         assert held.read(0, size) == _DATA[:size]
     assert pipe.count < size + 100
@@ -72,7 +72,7 @@ def test_a_long_stream_is_held_in_little_memory():
     data = _DATA[: _CHUNKS[1].offset] + build_chunk(b"oDds", 1, bytes(_LONG))
     pipe = PipeSource(io.BytesIO(data), kept_bytes=0)
     tracemalloc.start()
-    with held_stream(pipe) as held:
+    with seekable_stream(pipe) as held:
         assert held.size() == len(data)
     assert tracemalloc.get_traced_memory()[1] < _LONG / 2
     tracemalloc.stop()
@@ -83,11 +83,11 @@ def test_a_full_disk_is_named(monkeypatch):
         def write(self, _):
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("quarc_ref.cli.held_stream.TemporaryFile", lambda **_: Full())
+    monkeypatch.setattr("quarc_ref.cli.seekable_stream.TemporaryFile", lambda **_: Full())
     fault = f"does not fit in {tempfile.gettempdir()}: No space left on device"
     with (
         pytest.raises(SourceError, match=fault),
-        held_stream(PipeSource(io.BytesIO(_DATA))),
+        seekable_stream(PipeSource(io.BytesIO(_DATA))),
     ):
         pass
 

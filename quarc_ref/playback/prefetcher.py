@@ -12,7 +12,7 @@ _Item = TypeVar("_Item")
 _LOOK_AGAIN = 0.1
 
 
-class Ahead(Generic[_Item]):
+class Prefetcher(Generic[_Item]):
     """Yields what an iterator yields, and raises what it raises, after all before it.
 
     The thread begins with the first item that is asked for, in a copy of the
@@ -37,7 +37,7 @@ class Ahead(Generic[_Item]):
         self._is_over = False
         weakref.finalize(self, self._work.end)  # the thread holds the work, and not this
 
-    def __iter__(self) -> "Ahead[_Item]":
+    def __iter__(self) -> "Prefetcher[_Item]":
         return self
 
     def __next__(self) -> _Item:
@@ -64,7 +64,7 @@ class Ahead(Generic[_Item]):
 
 
 class _Work(Generic[_Item]):
-    """What the thread of an `Ahead` does and shares with it."""
+    """What the thread of an `Prefetcher` does and shares with it."""
 
     def __init__(self, make: Callable[[], Generator[_Item]], most: int, closed: Event) -> None:
         self._make = make

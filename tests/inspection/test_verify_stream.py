@@ -7,9 +7,9 @@ from quarc_ref.decoder import compute_digest
 from quarc_ref.format import wire
 from quarc_ref.format.coding import entropy
 from quarc_ref.format.container import build_chunk
-from quarc_ref.format.errors import BitstreamError, ProofError, TruncatedError
-from quarc_ref.inspection import prove_stream as proving
-from quarc_ref.inspection.prove_stream import prove_stream
+from quarc_ref.format.errors import BitstreamError, TruncatedError, VerificationError
+from quarc_ref.inspection import verify_stream as proving
+from quarc_ref.inspection.verify_stream import verify_stream
 from quarc_ref.streams import BytesSource, Follow
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.small_streams import make_stream
@@ -20,7 +20,7 @@ _CHUNKS = list(split_chunks(_DATA))
 
 def test_what_is_said_to_be_proved_is_what_there_is():
     told = []
-    proof = prove_stream(BytesSource(_DATA), lambda *note: told.append(note))
+    proof = verify_stream(BytesSource(_DATA), lambda *note: told.append(note))
 
     births = [wire.parse_frame(chunk.payload) for chunk in _CHUNKS if chunk.kind == b"FRAM"]
     assert (proof.frames, proof.chunks) == (8, len(_CHUNKS))
@@ -46,7 +46,7 @@ def test_a_stream_without_frames_is_proved_to_have_none():
     chunks = list(split_chunks(data))
     tail = wire.build_tail(wire.Tail(0, 0, 0))
     body = data[: chunks[3].offset]
-    proof = prove_stream(BytesSource(body + build_chunk(b"TAIL", 3, tail)))
+    proof = verify_stream(BytesSource(body + build_chunk(b"TAIL", 3, tail)))
 
     assert (proof.frames, proof.sha256, proof.seek_points) == (0, None, 0)
 
@@ -60,16 +60,16 @@ def test_a_seek_point_that_leads_to_another_state_is_found(monkeypatch):
             yield replace(scene, codes=codes.astype(np.int16))
 
     monkeypatch.setattr(proving, "decode", decode_another)
-    with pytest.raises(ProofError, match="frame 4 has another state from seek point 3"):
-        prove_stream(BytesSource(_DATA))
+    with pytest.raises(VerificationError, match="frame 4 has another state from seek point 3"):
+        verify_stream(BytesSource(_DATA))
 
 
 @pytest.mark.parametrize("size", range(0, len(_DATA), 211))
 def test_a_stream_that_is_cut_is_not_proved(size):
     with pytest.raises(TruncatedError):
-        prove_stream(BytesSource(_DATA[:size]))
+        verify_stream(BytesSource(_DATA[:size]))
     with pytest.raises(TruncatedError):
-        prove_stream(BytesSource(_DATA[:size]), follow=Follow(poll=0.001, patience=0.002))
+        verify_stream(BytesSource(_DATA[:size]), follow=Follow(interval=0.001, patience=0.002))
 
 
 @pytest.mark.parametrize("place", range(30, len(_DATA), 101))
@@ -78,4 +78,4 @@ def test_damage_is_found(place):
     damaged[place] ^= 16
 
     with pytest.raises(BitstreamError):
-        prove_stream(BytesSource(bytes(damaged)))
+        verify_stream(BytesSource(bytes(damaged)))
