@@ -75,7 +75,7 @@ class Tally:
 
     def as_json(self) -> dict[str, Any]:
         """Return what is printed."""
-        refusals = {
+        rejections = {
             name: count
             for name, count in self.outcomes.most_common()
             if name not in ("decoded", "declined", "hang", "escape")
@@ -85,7 +85,7 @@ class Tally:
             "streams": self.outcomes.total(),
             "decoded": self.outcomes["decoded"],
             "declined": self.outcomes["declined"],
-            "refusals": refusals,
+            "rejections": rejections,
             "escapes": self.outcomes["escape"],
             "hangs": self.outcomes["hang"],
             "peak_rss_mib": round(self.peak_rss_mib, 1),

@@ -19,7 +19,7 @@ from hostile.mutations import Mutator
 from hostile.structured.maker import StructuredMaker
 
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
-_WHAT = "Mutated streams, decoded: whatever the bytes, there come frames or a refusal, soon."
+_WHAT = "Mutated streams, decoded: whatever the bytes, there come frames or a rejection, soon."
 _Block = tuple[int, int]
 _AT = "at_"  # files of processes, each with the number that it is at
 _series: list[Series] = []  # of this process
@@ -130,6 +130,6 @@ def _read_seeds(folder: Path) -> dict[str, bytes]:
 
 
 def _as_text(told: dict[str, Any]) -> str:
-    lines = [f"{name}: {value}" for name, value in told.items() if name != "refusals"]
-    rows = [f"| {name} | {count:,} |" for name, count in told["refusals"].items()]
+    lines = [f"{name}: {value}" for name, value in told.items() if name != "rejections"]
+    rows = [f"| {name} | {count:,} |" for name, count in told["rejections"].items()]
     return "\n".join([*lines, "", "| reject id | streams |", "|---|---|", *rows])

@@ -1,4 +1,4 @@
-"""What comes of a stream that may be anything: frames, a refusal, or an escape."""
+"""What comes of a stream that may be anything: frames, a rejection, or an escape."""
 
 import contextlib
 import io
@@ -39,7 +39,7 @@ class Verdict:
     """What came of a stream.
 
     Attributes:
-        outcome: `decoded`, `declined`, the reject id of a refusal, `hang`, or `escape`.
+        outcome: `decoded`, `declined`, the reject id of a rejection, `hang`, or `escape`.
         seconds: Of the processor.
         frames: How many came out.
         detail: A traceback where it is a hang or an escape.

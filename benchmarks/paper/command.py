@@ -109,7 +109,7 @@ def main(words: Sequence[str] | None = None) -> int:
     arguments = _parse_arguments(words)
     try:
         if arguments.lpips:
-            Lpips(arguments.lpips)  # refused now, not after the first hour
+            Lpips(arguments.lpips)  # rejected now, not after the first hour
         study = plan_study(arguments)
         where = Where(arguments.workers, arguments.threads, arguments.ray)
     except (ValueError, CaptureError, EncodeError) as error:

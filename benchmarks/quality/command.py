@@ -90,7 +90,7 @@ def main(words: Sequence[str] | None = None) -> int:
             print(compare_studies(arguments.out, arguments.against))
             return 0
         if arguments.lpips:
-            Lpips(arguments.lpips)  # refused now, not after the first hour
+            Lpips(arguments.lpips)  # rejected now, not after the first hour
         where = Where(arguments.workers, arguments.threads, arguments.ray)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:
@@ -119,7 +119,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
         first = open_capture(arguments.still).cameras[0].name
         subjects.append(Subject("still", arguments.still.resolve(), ((first,),)))
     for name in arguments.variants:
-        parse_traced(name)  # refused before any is traced
+        parse_traced(name)  # rejected before any is traced
     traced = (arguments.captures or arguments.out / "captures").resolve()
     subjects += [provide_traced(name, traced) for name in arguments.variants]
     if not subjects:

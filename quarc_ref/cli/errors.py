@@ -108,8 +108,8 @@ def _offer_force(error: OutputPathError) -> str:
     return f"{error}; --force replaces it" if error.replaceable else str(error)
 
 
-def _refusal(error: BitstreamError) -> str:
-    return "; ".join([f"the stream is refused: {error}", *getattr(error, "__notes__", [])])
+def _rejection(error: BitstreamError) -> str:
+    return "; ".join([f"the stream is rejected: {error}", *getattr(error, "__notes__", [])])
 
 
 def _sentence(error: BaseException) -> str:
@@ -122,7 +122,7 @@ def _sentence(error: BaseException) -> str:
 
 
 _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
-    ((BitstreamError,), STREAM_IS_BAD, _refusal),
+    ((BitstreamError,), STREAM_IS_BAD, _rejection),
     ((UsageError, EditError, ResumeError, EnvironmentVariableError), USAGE, str),
     ((OutputPathError,), USAGE, _offer_force),
     ((UnusableCaptureError,), TOOL_FAILED, _offer_no_checks),

@@ -31,7 +31,7 @@ def check_file(name: str) -> str:
         BadParameter: It is not there, or no file.
     """
     if is_file(name) and not stat.S_ISREG(_find_file_mode(name)):
-        _refuse(name, "is no file that can be read twice; - is standard input")
+        _reject(name, "is no file that can be read twice; - is standard input")
     return name
 
 
@@ -42,7 +42,7 @@ def check_path(name: str) -> str:
         BadParameter: It is none, or a folder's.
     """
     if not is_file(name):
-        _refuse(name, "is no file, and this verb takes a file only")
+        _reject(name, "is no file, and this verb takes a file only")
     _find_file_mode(name)
     return name
 
@@ -54,14 +54,14 @@ def check_folder(path: Path) -> Path:
         BadParameter: It is not there, or no folder.
     """
     if not stat.S_ISDIR(_find_mode(str(path))):
-        _refuse(str(path), "is no folder")
+        _reject(str(path), "is no folder")
     return path
 
 
 def _find_file_mode(path: str) -> int:
     mode = _find_mode(path)
     if stat.S_ISDIR(mode):
-        _refuse(path, "is a folder")
+        _reject(path, "is a folder")
     return mode
 
 
@@ -70,12 +70,12 @@ def _find_mode(path: str) -> int:
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
-        _refuse(path, "does not exist")
+        _reject(path, "does not exist")
     except OSError as error:
-        _refuse(path, f"cannot be found: {error.strerror}")
+        _reject(path, f"cannot be found: {error.strerror}")
 
 
-def _refuse(path: str, fault: str) -> NoReturn:
+def _reject(path: str, fault: str) -> NoReturn:
     message = f"{path!r} {fault}."
     raise typer.BadParameter(message)
 

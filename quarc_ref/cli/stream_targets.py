@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.targets import refuse_target
+from quarc_ref.cli.targets import reject_target
 from quarc_ref.files import MadeFolder, grown_folder, holds_files, sync_file, sync_folder
 
 _PART = ".part"
@@ -42,13 +42,13 @@ def growing_stream(
     from quarc_ref.encoder.stream_file import open_exclusively
 
     place = _choose_resumed(target, live=live) if resume else _choose_new(target, live=live)
-    refuse_target(target, force=force or (resume and place == target))
+    reject_target(target, force=force or (resume and place == target))
     if force and not resume:
         _remove(place)
     with open_exclusively(place) as file:
         try:
             if not resume:
-                _refuse_begun(place)
+                _reject_begun(place)
             with _said_to_stay(place):
                 yield place, file
             sync_file(file)
@@ -73,11 +73,11 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[MadeFo
         UsageError: The target cannot be written, or segments are left of another encode.
         OutputPathError: The folder holds what was not made there, or is in use.
     """
-    refuse_target(target, force=force)
+    reject_target(target, force=force)
     path = target.with_name(target.name + _SEGMENTS)
     with grown_folder(path, replace=True, keep=resume or not force) as folder:
         if not (resume or force) and folder.holds_files():
-            _refuse_left(path)
+            _reject_left(path)
         with _said_to_stay(path):
             yield folder
         folder.empty()
@@ -128,13 +128,13 @@ def _drop(place: Path, file: BinaryIO) -> None:
         place.unlink(missing_ok=True)
 
 
-def _refuse_begun(place: Path) -> None:
+def _reject_begun(place: Path) -> None:
     for path in (place, _name_training(place)):
         if _holds_something(path):
-            _refuse_left(path)
+            _reject_left(path)
 
 
-def _refuse_left(place: Path) -> NoReturn:
+def _reject_left(place: Path) -> NoReturn:
     message = f"{place} is what an encode has left: --resume goes on, --force begins anew"
     raise UsageError(message)
 

@@ -32,7 +32,7 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
     Raises:
         UsageError: The target is `-`, or exists and is not to be replaced.
     """
-    refuse_target(target, force=force)
+    reject_target(target, force=force)
     files.remove_leftovers(target)
     with files.atomic_file(target, durable=durable) as sink:
         yield sink
@@ -71,7 +71,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
         UsageError: The target is `-`, or has the name of a file.
         OutputPathError: It holds something, and is not to be replaced.
     """
-    _refuse_folder(target)
+    _reject_folder(target)
     with files.written_folder(target, replace=force) as made:
         yield made
     if made.kept_aside:
@@ -91,7 +91,7 @@ def grown_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
         UsageError: As for `written_folder`.
         OutputPathError: As for `written_folder`.
     """
-    _refuse_folder(target)
+    _reject_folder(target)
     with files.grown_folder(target, replace=force) as made, _said_to_stay(made):
         yield made
 
@@ -137,10 +137,10 @@ def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
         yield OneFrame(target, sink)
 
 
-def refuse_target(target: Path, *, force: bool) -> None:
+def reject_target(target: Path, *, force: bool) -> None:
     """Raise UsageError if a file may not be put in a place."""
-    _refuse_standard_output(target, "this file")
-    _refuse_missing_parent(target)
+    _reject_standard_output(target, "this file")
+    _reject_missing_parent(target)
     if os.path.lexists(target) and not force:
         message = f"{target} exists; --force replaces it"
         raise UsageError(message)
@@ -152,10 +152,10 @@ def refuse_target(target: Path, *, force: bool) -> None:
         raise UsageError(message)
 
 
-def _refuse_folder(target: Path) -> None:
+def _reject_folder(target: Path) -> None:
     """Raise UsageError if no folder may be made under a name."""
-    _refuse_standard_output(target, "a folder")
-    _refuse_missing_parent(target)
+    _reject_standard_output(target, "a folder")
+    _reject_missing_parent(target)
     if target.suffix.lower() in _FILE_SUFFIXES:
         message = (
             f"{target} is to be a folder, but its name ends like that of a file: choose a name "
@@ -164,13 +164,13 @@ def _refuse_folder(target: Path) -> None:
         raise UsageError(message)
 
 
-def _refuse_standard_output(target: Path, what: str) -> None:
+def _reject_standard_output(target: Path, what: str) -> None:
     if str(target) == STANDARD_STREAM:
         message = f"-: {what} cannot go to standard output"
         raise UsageError(message)
 
 
-def _refuse_missing_parent(target: Path) -> None:
+def _reject_missing_parent(target: Path) -> None:
     if not target.absolute().parent.is_dir():
         message = f"{target.absolute().parent} is no folder"
         raise UsageError(message)

@@ -1,7 +1,7 @@
 """The contract of conformance tests: `python -m quarc_ref.conformance < stream`.
 
 Bytes come in on standard input; a JSON line goes out for every frame, as soon
-as it is decoded, with the SHA-256 of its state, and one that names the refusal
+as it is decoded, with the SHA-256 of its state, and one that names the rejection
 if there is one. conformance/RUNNER.md says the rest.
 """
 
@@ -17,12 +17,12 @@ from quarc_ref.format.coding.ans import PythonBitDecoder
 from quarc_ref.format.coding.entropy import decoding_with
 from quarc_ref.streams.sources import PipeSource
 
-_REFUSED = 1
+_REJECTED = 1
 _DECLINED = 3
 
 
 def main() -> int:
-    """Do as the arguments say; return 0, 1 if a stream is refused, 3 if it is declined."""
+    """Do as the arguments say; return 0, 1 if a stream is rejected, 3 if it is declined."""
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":
@@ -49,7 +49,7 @@ def _parse_arguments() -> argparse.Namespace:
 def _decode() -> int:
     status = 0
     for line in describe_stream(PipeSource(sys.stdin.buffer)):
-        status = _REFUSED if "refused" in line else _DECLINED if "declined" in line else 0
+        status = _REJECTED if "refused" in line else _DECLINED if "declined" in line else 0
         sys.stdout.write(json.dumps(line) + "\n")
         sys.stdout.flush()
     return status

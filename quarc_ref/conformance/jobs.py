@@ -55,9 +55,9 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
         more = [key for key in _NUMBERS if job.get(key)]
         yield from describe_stream(stream, job.get("start", 0), more)
     elif kind == "recover":
-        yield from _refusing(_describe_recovery(stream))
+        yield from _rejecting(_describe_recovery(stream))
     elif kind == "unit":
-        yield from _refusing(answer_unit(job["function"], job["input"]))
+        yield from _rejecting(answer_unit(job["function"], job["input"]))
     else:
         yield {"unsupported": kind}
 
@@ -65,7 +65,7 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
 def describe_stream(
     stream: bytes | Source, start: int = 0, more: Iterable[str] = ()
 ) -> Iterator[Line]:
-    """Yield a line for every frame from `start` on, and one more for a refusal.
+    """Yield a line for every frame from `start` on, and one more for a rejection.
 
     Args:
         stream: A stream.
@@ -74,10 +74,10 @@ def describe_stream(
             to, and `values`, all of it.
     """
     scenes = decode(as_source(stream), start)
-    yield from _refusing(_describe(scene, more) for scene in scenes)
+    yield from _rejecting(_describe(scene, more) for scene in scenes)
 
 
-def _refusing(lines: Iterator[Line]) -> Iterator[Line]:
+def _rejecting(lines: Iterator[Line]) -> Iterator[Line]:
     try:
         yield from lines
     except BitstreamError as error:

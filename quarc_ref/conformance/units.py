@@ -38,7 +38,7 @@ def answer_unit(function: str, given: dict[str, Any]) -> Iterator[dict[str, Any]
     """Yield the answer to one case.
 
     Raises:
-        BitstreamError: The case is one of a refusal.
+        BitstreamError: The case is one of a rejection.
     """
     yield {"output": UNITS[function](**given)}
 

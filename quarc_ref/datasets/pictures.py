@@ -1,7 +1,7 @@
 """Where a capture's pictures come from: videos, picture files, and rectified ones.
 
 Each is a `PictureSource`; `RectifiedPictures` stands before one of the others.
-Pictures of another size than the calibration says are refused: files by their
+Pictures of another size than the calibration says are rejected: files by their
 headers, frames of videos once they are decoded.
 """
 

@@ -164,7 +164,7 @@ class StreamDecoder:
         return state
 
     def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
-        """Refuse a canonical frame that is not the one due."""
+        """Reject a canonical frame that is not the one due."""
         if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
             message = f"frame {frame} follows frame {self._state.frame}"
             raise FrameOrderError(message)

@@ -87,7 +87,7 @@ class ClosedLoop:
         """Take a frame that the sink has already; return the decoder's state of it.
 
         Raises:
-            ResumeError: The decoder refuses it.
+            ResumeError: The decoder rejects it.
         """
         begun = self._writer.offset
         try:
@@ -275,7 +275,7 @@ class ClosedLoop:
         try:
             self._decoded = self._decoder.push(chunk)
         except BitstreamError as error:
-            message = f"the decoder refuses what would be written: {error}"
+            message = f"the decoder rejects what would be written: {error}"
             raise ClosedLoopError(message) from error
 
 

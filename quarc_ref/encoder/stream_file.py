@@ -65,7 +65,7 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
 def open_exclusively(path: Path) -> Iterator[BinaryIO]:
     """Open a file to read and write, which no other process opens so until it is closed.
 
-    It is made if it is not there. Where it is refused, nothing has been done to it.
+    It is made if it is not there. Where it is rejected, nothing has been done to it.
 
     Raises:
         ResumeError: Another process has it open.

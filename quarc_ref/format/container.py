@@ -171,7 +171,7 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
 
 
 def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
-    """Refuse types that a stream cannot have (SPEC 5.2).
+    """Reject types that a stream cannot have (SPEC 5.2).
 
     Args:
         header: Of the chunk.
@@ -193,7 +193,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
 
 
 def check_place(header: ChunkHeader, before: bytes) -> None:
-    """Refuse a chunk that stands where its type may not (SPEC 5.1).
+    """Reject a chunk that stands where its type may not (SPEC 5.1).
 
     Args:
         header: Of the chunk.
@@ -212,7 +212,7 @@ def check_place(header: ChunkHeader, before: bytes) -> None:
 
 
 def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
-    """Refuse a payload that is longer than the stream's level allows (SPEC 3.2).
+    """Reject a payload that is longer than the stream's level allows (SPEC 3.2).
 
     Args:
         length: Bytes of the payload.

@@ -1,4 +1,4 @@
-"""Everything that can be refused, by name: SPEC 3.3.
+"""Everything that can be rejected, by name: SPEC 3.3.
 
     QuarcError
     ├── BitstreamError          those bytes are wrong

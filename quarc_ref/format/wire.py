@@ -1,7 +1,7 @@
 """Payloads of chunks as records, and back: SPEC 5, by the layouts of `layouts`.
 
 Each layout serves both ways (`parse_x` beside `build_x`); what construct or a
-record refuses becomes a `FieldError`, bytes after the last field a
+record rejects becomes a `FieldError`, bytes after the last field a
 `TrailingDataError`.
 """
 

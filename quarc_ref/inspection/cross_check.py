@@ -1,7 +1,7 @@
 """Every section decoded by both entropy decoders at once.
 
 The fast one and the one in plain Python must give the same bits of the same
-words, or refuse them for the same reason.
+words, or reject them for the same reason.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class CrossCheckingDecoder:
         """Return a decoder that asks both.
 
         Raises:
-            InvalidWordsError: Both refuse the words.
+            InvalidWordsError: Both reject the words.
             VerificationError: Only one does.
         """
         fast, plain = _ask_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))

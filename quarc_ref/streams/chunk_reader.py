@@ -1,7 +1,7 @@
 """The chunks of a stream in their order: SPEC 5.1.
 
 What is read of a stream, strictly or after damage, from its beginning or from
-a seek point, is read here. A chunk is refused by its header where it can be,
+a seek point, is read here. A chunk is rejected by its header where it can be,
 before its payload is read or room is made for it.
 """
 
@@ -27,7 +27,7 @@ _PIECE_BYTES = 1 << 16
 class ChunkReader:
     """Reads a stream chunk by chunk.
 
-    A read that is refused leaves the reader where it was: of a stream that
+    A read that is rejected leaves the reader where it was: of a stream that
     grows, a `TruncatedError` says that the chunk may be asked for again later.
 
     Args:

@@ -95,14 +95,14 @@ def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Pa
         if step.is_frame and (start is None or (step.frame or 0) >= start):
             if start is None or (step.is_canonical and step.frame == start):
                 return step
-            _refuse(start, passed.canonical, step, steps)
+            _reject(start, passed.canonical, step, steps)
         passed.note(step, walk)
     near = _name_near(passed.canonical, None)
     message = f"the stream has no frame {'at all' if start is None else start}{near}"
     raise EditError(message)
 
 
-def _refuse(start: int, before: int | None, step: Step, steps: Iterator[Step]) -> NoReturn:
+def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -> NoReturn:
     """Raise EditError with the canonical frames on both sides of a frame."""
     after = step.frame if step.is_canonical else None
     with suppress(TruncatedError):

@@ -92,7 +92,7 @@ class FrameWalk:
         if self._size is not None and header.end > self._size:
             self._size = self._reader.source.size()
             if self._size is not None and header.end > self._size:
-                _refuse_the_end(header)
+                _reject_the_end(header)
         self._reader.skip(header)
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
@@ -112,10 +112,10 @@ class FrameWalk:
     def _read_ordinal(self, header: ChunkHeader) -> int:
         data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
         if len(data) < _FRAME_BYTES:
-            _refuse_the_end(header)
+            _reject_the_end(header)
         return canonical_frame(data)
 
 
-def _refuse_the_end(header: ChunkHeader) -> NoReturn:
+def _reject_the_end(header: ChunkHeader) -> NoReturn:
     message = "the stream ends inside a chunk"
     raise TruncatedError(message, header.offset)

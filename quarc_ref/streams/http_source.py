@@ -24,7 +24,7 @@ class HttpSource:
     otherwise. Its size, ETag and time are compared with each answer; where they
     leave it open whether a longer file is the same one, some bytes that have
     been read are read again. There is no `If-Range` or `If-Match`: both would
-    refuse a file that has only grown.
+    reject a file that has only grown.
 
     Args:
         url: Of the stream, `http` or `https`.
@@ -61,7 +61,7 @@ class HttpSource:
         body, version = self._ask(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
-            self._refuse("has another file now: it was changed while it was read")
+            self._reject("has another file now: it was changed while it was read")
         self._version = self._version.updated(version)
         self._keep_sample(offset, body)
         return body, version.size
@@ -84,30 +84,30 @@ class HttpSource:
             with self._client.get(self._url, wanted, self._timeout) as response:
                 return self._take(response, offset, length)
         except RedirectError as error:
-            self._refuse(str(error))
+            self._reject(str(error))
         except (OSError, HTTPException, ValueError) as error:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, TimeoutError):
-                self._refuse(f"takes more than {self._timeout} seconds to answer")
-            self._refuse(f"cannot be read: {_describe(reason)}")
+                self._reject(f"takes more than {self._timeout} seconds to answer")
+            self._reject(f"cannot be read: {_describe(reason)}")
 
     def _take(self, response: HTTPResponse, offset: int, length: int) -> tuple[bytes, FileVersion]:
         said = response.headers.get("Content-Range", "")
         if response.status == _BEYOND_THE_END:
             return b"", self._take_size(said, offset)
         if response.status != _PARTIAL:
-            self._refuse_status(response)
+            self._reject_status(response)
         encoding = response.headers.get("Content-Encoding", "identity")
         if encoding.lower() != "identity":
-            self._refuse(f"answers in encoding {encoding!r}: it must send the bytes of the file")
+            self._reject(f"answers in encoding {encoding!r}: it must send the bytes of the file")
         found = _RANGE.fullmatch(said)
         if found is None:
-            self._refuse("does not say which bytes it answers")
+            self._reject("does not say which bytes it answers")
         first, last = int(found[1]), int(found[2])
         size = None if found[3] == "*" else int(found[3])
         end = offset + length if size is None else min(offset + length, size)
         if first != offset or (last + 1 != end if size is not None else last >= end):
-            self._refuse(f"answers bytes {first} to {last} where {offset} to {end - 1} are due")
+            self._reject(f"answers bytes {first} to {last} where {offset} to {end - 1} are due")
         version = FileVersion.of(response.headers, size)
         return self._read_body(response, last + 1 - first), version
 
@@ -115,7 +115,7 @@ class HttpSource:
         """Return the version of a file that ends before the range asked for."""
         found = _TOTAL.fullmatch(said)
         if found and int(found[1]) > offset:
-            self._refuse(f"does not answer byte {offset} of {found[1]}")
+            self._reject(f"does not answer byte {offset} of {found[1]}")
         return FileVersion(int(found[1]) if found else None)
 
     def _read_body(self, response: HTTPResponse, length: int) -> bytes:
@@ -128,17 +128,17 @@ class HttpSource:
                 piece = b""
             body += piece
         if len(body) < length:
-            self._refuse(f"stops after {len(body)} bytes of {length}")
+            self._reject(f"stops after {len(body)} bytes of {length}")
         if len(body) > length:
-            self._refuse(f"sends more than the {length} bytes that are due")
+            self._reject(f"sends more than the {length} bytes that are due")
         return bytes(body)
 
-    def _refuse_status(self, response: HTTPResponse) -> NoReturn:
+    def _reject_status(self, response: HTTPResponse) -> NoReturn:
         if 200 <= response.status < 300:
-            self._refuse("does not answer ranges: download the stream to decode it")
-        self._refuse(f"answers {response.status} {response.reason}")
+            self._reject("does not answer ranges: download the stream to decode it")
+        self._reject(f"answers {response.status} {response.reason}")
 
-    def _refuse(self, what: str) -> NoReturn:
+    def _reject(self, what: str) -> NoReturn:
         message = f"the server of {self._url} {what}"
         raise SourceError(message)
 

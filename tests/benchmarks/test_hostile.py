@@ -22,7 +22,7 @@ def _run(out, *arguments):
     return json.loads(done.stdout)
 
 
-def test_mutants_end_in_frames_or_refusals_and_a_run_goes_on_where_it_was(tmp_path):
+def test_mutants_end_in_frames_or_rejections_and_a_run_goes_on_where_it_was(tmp_path):
     first = _run(tmp_path, "--streams", 150)
     kept = (tmp_path / "series_0" / "blocks.jsonl").read_text()
     again = _run(tmp_path, "--streams", 150)
@@ -30,7 +30,7 @@ def test_mutants_end_in_frames_or_refusals_and_a_run_goes_on_where_it_was(tmp_pa
     assert first == again
     assert (tmp_path / "series_0" / "blocks.jsonl").read_text() == kept
     assert first["streams"] == 150
-    assert first["decoded"] + first["declined"] + sum(first["refusals"].values()) == 150
+    assert first["decoded"] + first["declined"] + sum(first["rejections"].values()) == 150
     assert first["escapes"] == first["hangs"] == 0
     assert 0 < first["peak_rss_mib"] < judge.MEBIBYTES
 

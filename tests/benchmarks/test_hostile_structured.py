@@ -103,15 +103,15 @@ def test_engines_that_disagree_are_seen(streams, monkeypatch):
 
 
 @needs_fast
-def test_engines_that_refuse_otherwise_are_seen(monkeypatch):
+def test_engines_that_reject_otherwise_are_seen(monkeypatch):
     whole, _ = make_stream()
 
-    def refuse(*_arguments):
+    def reject(*_arguments):
         message = "not by this engine"
         raise CountError(message)
 
     assert _judge(whole).outcome == "decoded"
-    monkeypatch.setattr(reconstruct, "turn", refuse)  # of the reference alone
+    monkeypatch.setattr(reconstruct, "turn", reject)  # of the reference alone
     assert _judge(whole).outcome == "escape"
 
 

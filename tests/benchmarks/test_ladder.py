@@ -302,7 +302,7 @@ def test_the_command_encodes_where_to_begin_and_goes_on(folder, tmp_path, capsys
         (["--stream", "nowhere.quarc"], "nowhere.quarc"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_line(folder, tmp_path, capsys, words, said):
+def test_what_cannot_be_is_rejected_in_a_line(folder, tmp_path, capsys, words, said):
     assert command.main([str(folder), "--out", str(tmp_path), *TINY]) == 0
     (stream,) = tmp_path.glob("*.quarc")
     capsys.readouterr()

@@ -181,7 +181,7 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
         (["--against", "nowhere"], "quality.json does not exist: run the study first"),
     ],
 )
-def test_what_cannot_be_is_refused_before_anything_runs(words, told, tmp_path, here, capsys):
+def test_what_cannot_be_is_rejected_before_anything_runs(words, told, tmp_path, here, capsys):
     assert command.main([*words, "--out", str(tmp_path)]) == 2
     assert told in capsys.readouterr().err
     assert here == []

@@ -23,7 +23,7 @@ def test_each_set_has_three_different_cameras(count):
         assert set(held_out) < set(names)
 
 
-def test_too_few_cameras_are_refused():
+def test_too_few_cameras_are_rejected():
     with pytest.raises(ValueError, match="3 cameras are too few"):
         rotate_held_out(["a", "b", "c"])
 
@@ -53,6 +53,6 @@ def test_a_name_tells_variant_cameras_and_size():
         ("playroom-33x24", "width is 33"),
     ],
 )
-def test_a_name_that_cannot_be_traced_is_refused(name, told):
+def test_a_name_that_cannot_be_traced_is_rejected(name, told):
     with pytest.raises(ValueError, match=told):
         parse_traced(name)

@@ -72,12 +72,12 @@ def test_a_stream_that_is_there_is_taken_as_it_is(tmp_path):
 
 
 def test_what_cannot_be_gone_on_with_is_named(tmp_path, monkeypatch):
-    def refuse(*_):
+    def reject(*_):
         message = "begun otherwise"
         raise ResumeError(message)
 
     monkeypatch.setattr(jobs, "open_capture", lambda *_: make_capture())
-    monkeypatch.setattr(jobs, "encode_file", refuse)
+    monkeypatch.setattr(jobs, "encode_file", reject)
 
     with pytest.raises(ResumeError, match=r"begun otherwise; remove .*plane\.main\.quarc\.part"):
         provide_stream(JOB, tmp_path)

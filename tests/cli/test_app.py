@@ -67,7 +67,7 @@ def test_a_command_line_that_does_not_exist_is_a_usage_error(arguments):
         (["--width", "0"], "greater than or equal to 1"),
     ],
 )
-def test_a_value_that_an_option_does_not_take_is_refused_in_plain_words(
+def test_a_value_that_an_option_does_not_take_is_rejected_in_plain_words(
     arguments, said, stream_file
 ):
     result = run("render", stream_file, "-o", "out", *arguments)

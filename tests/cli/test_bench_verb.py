@@ -14,11 +14,11 @@ def test_a_stream_is_benched(tmp_path):
     assert "frames per second" in run("bench", path).stdout
 
 
-def test_a_bad_stream_is_refused(tmp_path):
+def test_a_bad_stream_is_rejected(tmp_path):
     path = tmp_path / "a.quarc"
     path.write_bytes(make_stream()[0][:-60])
 
     result = run("bench", path)
 
     assert result.exit_code == 1
-    assert "refused" in result.stderr
+    assert "rejected" in result.stderr

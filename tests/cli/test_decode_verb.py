@@ -64,12 +64,12 @@ def test_frames_of_another_decode_are_replaced_when_asked_for_alone(stream_file,
     command = ["decode", stream_file, "-o", tmp_path / "out"]
     assert run(*command).exit_code == 0
 
-    refused = run(*command, "--frames", "1:2")
+    rejected = run(*command, "--frames", "1:2")
     kept = list_names(tmp_path / "out")
     forced = run(*command, "--frames", "1:2", "--to", "npz", "--force")
 
-    assert refused.exit_code == 2
-    assert "--force" in refused.stderr
+    assert rejected.exit_code == 2
+    assert "--force" in rejected.stderr
     assert len(kept) == 4
     assert forced.exit_code == 0
     assert list_names(tmp_path / "out") == ["frame_0001.npz"]

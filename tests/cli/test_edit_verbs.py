@@ -101,11 +101,11 @@ def test_a_target_that_exists_is_replaced_by_force_alone(verb, long_file, tmp_pa
     target.write_text("mine")
     command = [verb, long_file, "-o", target, *(["--frames", ":"] if verb == "cut" else [])]
 
-    refused = run(*command)
+    rejected = run(*command)
     kept = target.read_bytes()
     forced = run(*command, "--force")
 
-    assert (refused.exit_code, kept) == (2, b"mine")
+    assert (rejected.exit_code, kept) == (2, b"mine")
     assert forced.exit_code == 0
     assert target.read_bytes() == _DATA
 

@@ -88,7 +88,7 @@ def lost_capture(tmp_path):
 
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
-def test_one_training_camera_is_refused_before_any_work(narrow_capture, tmp_path, options):
+def test_one_training_camera_is_rejected_before_any_work(narrow_capture, tmp_path, options):
     result = run(*_command(narrow_capture, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 3
@@ -103,18 +103,18 @@ def test_one_training_camera_is_encoded_without_checks(narrow_capture, tmp_path)
     assert printed["frames"] == 2
 
 
-def test_points_that_no_view_sees_are_refused(lost_capture, tmp_path):
+def test_points_that_no_view_sees_are_rejected(lost_capture, tmp_path):
     result = run(*_command(lost_capture, tmp_path / "a.quarc"))
 
     assert result.exit_code == 3
     assert "initial points of capture lost is inside a training view" in result.stderr
 
 
-def test_a_refused_segment_is_never_begun(narrow_capture, tmp_path, monkeypatch):
-    def refuse(*_):
+def test_a_rejected_segment_is_never_begun(narrow_capture, tmp_path, monkeypatch):
+    def reject(*_):
         message = "a segment was begun"
         raise AssertionError(message)
 
-    monkeypatch.setattr(encode_job, "_cut", refuse)
+    monkeypatch.setattr(encode_job, "_cut", reject)
 
     assert run(*_command(narrow_capture, tmp_path / "a.quarc", "--segments", 2)).exit_code == 3

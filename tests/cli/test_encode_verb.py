@@ -104,7 +104,7 @@ def uneven_capture(capture, tmp_path):
 
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
-def test_all_frames_of_videos_of_unequal_length_are_refused(uneven_capture, tmp_path, options):
+def test_all_frames_of_videos_of_unequal_length_are_rejected(uneven_capture, tmp_path, options):
     file = tmp_path / "a.quarc"
     result = run("encode", uneven_capture, "-o", file, *TINY_OPTIONS, *options)
 
@@ -155,7 +155,7 @@ def test_an_unreadable_capture_is_the_tools_failure_and_leaves_nothing(tmp_path)
     assert list_names(tmp_path) == ["empty"]
 
 
-def test_an_output_that_exists_is_refused_before_anything_is_read(tmp_path):
+def test_an_output_that_exists_is_rejected_before_anything_is_read(tmp_path):
     (tmp_path / "a.quarc").write_text("mine")
     (tmp_path / "empty").mkdir()
     result = run("encode", tmp_path / "empty", "-o", tmp_path / "a.quarc")
@@ -231,10 +231,10 @@ def test_a_live_encode_is_read_while_it_is_written_and_keeps_its_frames(
 def test_a_live_encode_that_ends_is_as_any_other(capture, encoded, tmp_path):
     (tmp_path / "a.quarc").write_text("old")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--live"]
-    refused = run(*command)
+    rejected = run(*command)
     kept = (tmp_path / "a.quarc").read_text()
 
-    assert (refused.exit_code, kept) == (2, "old")
+    assert (rejected.exit_code, kept) == (2, "old")
     assert run(*command, "--force").exit_code == 0
     assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
     assert list_names(tmp_path) == ["a.quarc"]

@@ -27,8 +27,8 @@ def _leave(error):
 @pytest.mark.parametrize(
     ("error", "code", "said"),
     [
-        (HeaderCrcError("damaged", 8), 1, "refused: header-crc at byte 8: damaged"),
-        (StateCrcError("another"), 1, "refused: state-crc: another"),
+        (HeaderCrcError("damaged", 8), 1, "rejected: header-crc at byte 8: damaged"),
+        (StateCrcError("another"), 1, "rejected: state-crc: another"),
         (UsageError("no such range"), 2, "no such range"),
         (TruncatedVideoError("cam01.mp4 ends early"), 3, "cam01.mp4 ends early"),
         (EncodeError("too many"), 3, "too many"),

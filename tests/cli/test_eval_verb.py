@@ -72,7 +72,7 @@ def test_people_are_shown_the_means_and_the_report(encoded, capture, measured, t
     assert "index.html" in result.stdout
 
 
-def test_a_report_that_exists_is_refused_and_unharmed(encoded, capture, tmp_path):
+def test_a_report_that_exists_is_rejected_and_unharmed(encoded, capture, tmp_path):
     (tmp_path / "index.html").write_text("mine")
     result = run("eval", encoded.file, capture, "--report", tmp_path)
 
@@ -108,7 +108,7 @@ def other_capture(capture, tmp_path_factory):
     return folder
 
 
-def test_a_stream_of_another_capture_is_refused(encoded, other_capture, tmp_path):
+def test_a_stream_of_another_capture_is_rejected(encoded, other_capture, tmp_path):
     result = run("eval", encoded.file, other_capture, "--report", tmp_path / "report")
 
     assert (result.exit_code, result.stdout) == (2, "")
@@ -181,7 +181,7 @@ def test_an_unreadable_capture_is_the_tools_failure(encoded, capture, tmp_path):
     assert "cam01" in result.stderr
 
 
-def test_a_damaged_stream_is_refused(encoded, capture, tmp_path):
+def test_a_damaged_stream_is_rejected(encoded, capture, tmp_path):
     (tmp_path / "cut.quarc").write_bytes(encoded.file.read_bytes()[:-1])
     result = run("eval", tmp_path / "cut.quarc", capture)
 

@@ -20,20 +20,20 @@ def _list_ids(kind):
 _list_ids(BitstreamError)
 
 
-def _refusal(path):
+def _rejection(path):
     """The exit code of `verify`, and the reject id that it names."""
     result = run("verify", path, "-q")
-    return result.exit_code, result.stderr.removeprefix("quarc-ref: the stream is refused: ")
+    return result.exit_code, result.stderr.removeprefix("quarc-ref: the stream is rejected: ")
 
 
 def _list_unnoticed(places, mask, path):
-    """The bytes whose damage `verify` does not refuse by name."""
+    """The bytes whose damage `verify` does not reject by name."""
     unnoticed = []
     for place in places:
         damaged = bytearray(_DATA)
         damaged[place] ^= mask
         path.write_bytes(damaged)
-        code, message = _refusal(path)
+        code, message = _rejection(path)
         if code != 1 or message.partition(" ")[0].rstrip(":") not in _IDS:
             unnoticed.append((place, code, message))
     return unnoticed
@@ -66,13 +66,13 @@ def test_what_is_damaged_is_told_by_name(tmp_path):
         damaged[place] ^= 1
         (tmp_path / "damaged.quarc").write_bytes(damaged)
 
-        code, message = _refusal(tmp_path / "damaged.quarc")
+        code, message = _rejection(tmp_path / "damaged.quarc")
 
         assert code == 1
         assert message.startswith(f"{reject_id} at byte ")
 
 
-def test_the_whole_stream_is_not_refused(tmp_path):
+def test_the_whole_stream_is_not_rejected(tmp_path):
     (tmp_path / "whole.quarc").write_bytes(_DATA)
 
     assert run("verify", tmp_path / "whole.quarc").exit_code == 0

@@ -81,12 +81,12 @@ def test_a_demo_is_replaced_with_all_that_it_made(tmp_path):
     command = ["demo", "-o", out, "--frames", 2, *TINY_OPTIONS]
     assert run(*command).exit_code == 0
     (out / "report" / "mine.txt").write_text("mine")
-    refused = run(*command, "--force")
+    rejected = run(*command, "--force")
     (out / "report" / "mine.txt").unlink()
     forced = run(*command, "--force")
 
-    assert refused.exit_code == 2
-    assert "report holds mine.txt" in refused.stderr
+    assert rejected.exit_code == 2
+    assert "report holds mine.txt" in rejected.stderr
     assert forced.exit_code == 0, forced.stderr
     assert list_names(out) == ["capture", "demo.quarc", "report"]
     assert list_names(tmp_path) == ["out"]

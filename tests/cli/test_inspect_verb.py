@@ -117,7 +117,7 @@ def test_a_stream_of_one_frame_has_no_symbols(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [container.CANO, container.FRAM])
-def test_a_damaged_stream_is_refused(kind, file):
+def test_a_damaged_stream_is_rejected(kind, file):
     damaged = bytearray(_DATA)
     damaged[next(chunk.offset for chunk in _CHUNKS if chunk.kind == kind) + 40] ^= 1
     file.write_bytes(damaged)

@@ -61,9 +61,9 @@ def test_frames_of_a_growing_folder_stay_and_are_replaced_by_force(stream_file, 
     command = ["decode", stream_file, "-o", out, "--follow"]
     _kill(_IN_A_FOLDER, *command)
     left = list_names(out)
-    refused, forced = run(*command), run(*command, "--force")
+    rejected, forced = run(*command), run(*command, "--force")
 
     assert left == ["frame_0000.ply"]
-    assert (refused.exit_code, forced.exit_code) == (2, 0)
-    assert "out exists; --force replaces it" in refused.stderr
+    assert (rejected.exit_code, forced.exit_code) == (2, 0)
+    assert "out exists; --force replaces it" in rejected.stderr
     assert len(list_names(out)) == 4

@@ -79,13 +79,13 @@ def test_what_cannot_be_traced_is_a_usage_error(options, said, tmp_path):
     assert list_names(tmp_path) == []
 
 
-def test_synth_refuses_a_folder_with_something_in_it(tmp_path):
+def test_synth_rejects_a_folder_with_something_in_it(tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
-    refused, forced = run("synth", tmp_path), run("synth", tmp_path, "--force")
+    rejected, forced = run("synth", tmp_path), run("synth", tmp_path, "--force")
 
-    assert (refused.exit_code, forced.exit_code) == (2, 2)
-    assert "mine.txt, which quarc-ref has not made" in refused.stderr
-    assert refused.stderr == forced.stderr
+    assert (rejected.exit_code, forced.exit_code) == (2, 2)
+    assert "mine.txt, which quarc-ref has not made" in rejected.stderr
+    assert rejected.stderr == forced.stderr
     assert list_names(tmp_path) == ["mine.txt"]
 
 
@@ -93,11 +93,11 @@ def test_a_traced_capture_is_replaced_by_force_alone(tmp_path):
     size = ["--width", 16, "--height", 16, "--frames", 1]
     (tmp_path / "room").mkdir()
     run_json("synth", tmp_path / "room", *size)
-    refused = run("synth", tmp_path / "room", *size, "--seed", 1)
+    rejected = run("synth", tmp_path / "room", *size, "--seed", 1)
     before = (tmp_path / "room" / "cam00.mp4").read_bytes()
     run_json("synth", tmp_path / "room", *size, "--seed", 1, "--force")
 
-    assert refused.exit_code == 2
+    assert rejected.exit_code == 2
     assert (tmp_path / "room" / "cam00.mp4").read_bytes() != before
     assert list_names(tmp_path) == ["room"]
 
@@ -143,10 +143,10 @@ def test_a_demo_is_replaced_by_force_alone(shown, monkeypatch):
 
     _, folder = shown
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
-    refused = run("demo", "-o", folder)
+    rejected = run("demo", "-o", folder)
 
-    assert refused.exit_code == 2
-    assert "--force" in refused.stderr
+    assert rejected.exit_code == 2
+    assert "--force" in rejected.stderr
     assert list_names(folder) == ["capture", "demo.quarc", "report"]
 
 

@@ -17,8 +17,8 @@ def _no_training(monkeypatch):
     monkeypatch.setattr(encode_stream, "train_canonical", None)
 
 
-def _refused(folder, tmp_path):
-    """What `encode` says of a capture that it refuses."""
+def _rejected(folder, tmp_path):
+    """What `encode` says of a capture that it rejects."""
     result = run("encode", folder, "-o", tmp_path / "a.quarc", *TINY_OPTIONS)
 
     assert result.exit_code == 3
@@ -41,13 +41,13 @@ def test_a_file_that_cannot_be_is_named(capture, tmp_path):
     document = scenes.video_document(scenes.make_shots(), ply_file_path="points\ud800.ply")
     scenes.write_transforms(folder, document)
 
-    assert "points\\ud800.ply" in _refused(folder, tmp_path)
+    assert "points\\ud800.ply" in _rejected(folder, tmp_path)
 
 
 def test_a_capture_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
     folder = _copy(capture, tmp_path / f"film{_ODD}")
 
-    assert "'film\\udcff' is not UTF-8" in _refused(folder, tmp_path)
+    assert "'film\\udcff' is not UTF-8" in _rejected(folder, tmp_path)
 
 
 def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
@@ -57,7 +57,7 @@ def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
     except OSError:
         pytest.skip("this file system has no such names")
 
-    assert "'cam03\\udcff' is not UTF-8" in _refused(folder, tmp_path)
+    assert "'cam03\\udcff' is not UTF-8" in _rejected(folder, tmp_path)
 
 
 @pytest.mark.parametrize("verb", ["info", "verify"])

@@ -35,7 +35,7 @@ def test_several_frames_do_not_go_into_one_file(options, name, stream_file, tmp_
     assert list_names(tmp_path) == ["small.quarc"]
 
 
-def test_a_name_that_contradicts_to_is_refused(stream_file, tmp_path):
+def test_a_name_that_contradicts_to_is_rejected(stream_file, tmp_path):
     result = run("decode", stream_file, "-o", tmp_path / "a.ply", "--to", "npz", "--frames", ":1")
 
     assert result.exit_code == 2
@@ -46,10 +46,10 @@ def test_a_name_that_contradicts_to_is_refused(stream_file, tmp_path):
 def test_a_file_that_is_there_is_replaced_by_force_alone(stream_file, tmp_path):
     (tmp_path / "one.ply").write_text("mine")
     command = ["decode", stream_file, "-o", tmp_path / "one.ply", "--frames", ":1"]
-    refused, kept = run(*command), (tmp_path / "one.ply").read_text()
+    rejected, kept = run(*command), (tmp_path / "one.ply").read_text()
     forced = run(*command, "--force")
 
-    assert (refused.exit_code, kept, forced.exit_code) == (2, "mine", 0)
+    assert (rejected.exit_code, kept, forced.exit_code) == (2, "mine", 0)
     assert (tmp_path / "one.ply").read_bytes().startswith(b"ply\n")
 
 

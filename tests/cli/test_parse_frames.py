@@ -30,7 +30,7 @@ def test_all_frames_can_be_said_in_three_ways(text):
 
 
 @given(_STARTS, st.integers(0, 10**6))
-def test_a_range_without_a_frame_is_refused(stop, more):
+def test_a_range_without_a_frame_is_rejected(stop, more):
     with pytest.raises(UsageError, match="empty"):
         parse_frames(f"{stop + more}:{stop}")
 

@@ -66,10 +66,10 @@ def test_a_link_that_is_the_target_is_replaced_by_force_and_not_followed(
     target = tmp_path / "a.quarc"
     target.symlink_to(victim)
     command = ["cut", stream_file, "--frames", ":", "-o", target]
-    refused = run(*command)
+    rejected = run(*command)
     forced = run(*command, "--force")
 
-    assert (refused.exit_code, forced.exit_code) == (2, 0)
+    assert (rejected.exit_code, forced.exit_code) == (2, 0)
     assert victim.read_text() == "mine"
     assert not target.is_symlink()
 

@@ -89,12 +89,12 @@ def test_where_nothing_is_left_nothing_is_made(file, tmp_path):
     assert list_names(tmp_path) == ["some.quarc"]
 
 
-def test_a_stream_without_a_head_is_refused(file, tmp_path):
+def test_a_stream_without_a_head_is_rejected(file, tmp_path):
     file.write_bytes(_DATA[:20])
     result = run("decode", file, "-o", tmp_path / "out", "--recover")
 
     assert result.exit_code == 1
-    assert "refused: truncated" in result.stderr
+    assert "rejected: truncated" in result.stderr
     assert list_names(tmp_path) == ["some.quarc"]
 
 
@@ -146,7 +146,7 @@ def test_what_a_decode_that_follows_has_written_needs_no_recovery(file, tmp_path
     assert list_names(tmp_path / "out") == _files(*range(5))
 
 
-def test_a_stream_that_no_recovery_passes_is_refused_without_a_promise(tmp_path):
+def test_a_stream_that_no_recovery_passes_is_rejected_without_a_promise(tmp_path):
     result = run("decode", _INVALID / "critical.quarc", "-o", tmp_path / "out")
 
     assert result.exit_code == 1

@@ -64,11 +64,11 @@ def test_pictures_of_more_pixels_are_made_for_who_asks_for_them_alone(size, tmp_
 
 def test_the_bound_on_pixels_is_the_users_to_choose(stream_file, tmp_path):
     options = ("render", stream_file, "--frames", ":1", "--max-pixels")
-    refused = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
+    rejected = run(*options, 64 * 48 - 1, "-o", tmp_path / "out")
     printed = run_json(*options, 64 * 48, "-o", tmp_path / "out")
     smaller = run_json(*options, 32 * 24, "--width", 32, "-o", tmp_path / "small")
 
-    assert refused.exit_code == 2
+    assert rejected.exit_code == 2
     assert (printed["width"], printed["height"]) == (64, 48)
     assert (smaller["width"], smaller["height"]) == (32, 24)
 
@@ -92,7 +92,7 @@ def test_a_large_video_holds_what_it_was_given(tmp_path):
 
 
 @pytest.mark.parametrize("pace", [((1 << 32) - 1, 1), (1, 1 << 31)])
-def test_a_pace_that_no_video_can_have_is_refused(pace, tmp_path):
+def test_a_pace_that_no_video_can_have_is_rejected(pace, tmp_path):
     header = StreamHeader(timescale=pace[0], frame_ticks=pace[1])
     (tmp_path / "s.quarc").write_bytes(make_stream(header)[0])
     result = run("render", tmp_path / "s.quarc", "-o", tmp_path / "o.mp4")

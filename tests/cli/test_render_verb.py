@@ -128,9 +128,9 @@ def test_a_damaged_stream_leaves_nothing_behind(stream_file, made, tmp_path):
 
 def test_what_exists_is_replaced_by_force_alone(stream_file, tmp_path):
     (tmp_path / "o.mp4").write_text("mine")
-    refused = run("render", stream_file, "-o", tmp_path / "o.mp4")
+    rejected = run("render", stream_file, "-o", tmp_path / "o.mp4")
     kept = (tmp_path / "o.mp4").read_text()
     forced = run("render", stream_file, "-o", tmp_path / "o.mp4", "--force")
 
-    assert (refused.exit_code, kept, forced.exit_code) == (2, "mine", 0)
+    assert (rejected.exit_code, kept, forced.exit_code) == (2, "mine", 0)
     assert VideoReader(tmp_path / "o.mp4").frame_count == 4

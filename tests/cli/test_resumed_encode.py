@@ -89,9 +89,9 @@ def test_an_encode_is_not_disturbed_by_another_into_the_same_file(
 def test_force_begins_anew_where_a_part_is_left(capture, encoded, tmp_path):
     (tmp_path / "a.quarc.part").write_text("not a stream")
     command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
-    refused = run(*command, "--resume")
+    rejected = run(*command, "--resume")
 
-    assert refused.exit_code == 1
+    assert rejected.exit_code == 1
     assert (tmp_path / "a.quarc.part").read_text() == "not a stream"
     assert run(*command, "--force").exit_code == 0
     assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
@@ -105,7 +105,7 @@ def test_resume_without_anything_to_go_on_with_begins(capture, encoded, tmp_path
     assert (tmp_path / "a.quarc").read_bytes() == encoded.file.read_bytes()
 
 
-def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
+def test_resume_leaves_a_finished_file_as_it_is_and_rejects_other_settings(
     capture, encoded, tmp_path
 ):
     file = tmp_path / "a.quarc"
@@ -113,13 +113,13 @@ def test_resume_leaves_a_finished_file_as_it_is_and_refuses_other_settings(
     before = file.stat().st_mtime_ns
     command = ["encode", capture, "-o", file, *TINY_OPTIONS, "--resume"]
     printed = run_json(*command)
-    refused = run(*command, "--set", "motion.lr=0.5")
+    rejected = run(*command, "--set", "motion.lr=0.5")
 
     varying = {"seconds": 0, "file": "", "findings": []}
     assert {**printed, **varying} == {**encoded.printed, **varying}
     assert printed["findings"] == []
-    assert refused.exit_code == 2
-    assert refused.stderr.splitlines()[-1].endswith("with another motion.lr")
+    assert rejected.exit_code == 2
+    assert rejected.stderr.splitlines()[-1].endswith("with another motion.lr")
     assert file.stat().st_mtime_ns == before
 
 
@@ -172,9 +172,9 @@ def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
         f"quarc-ref: interrupted; {training} holds the training of frame 0: "
         "--resume goes on with it"
     )
-    refused = run(*command)
-    assert refused.exit_code == 2
-    assert f"{training} is what an encode has left" in refused.stderr
+    rejected = run(*command)
+    assert rejected.exit_code == 2
+    assert f"{training} is what an encode has left" in rejected.stderr
     assert run(*command, "--resume").exit_code == 0
     assert file.read_bytes() == encoded.file.read_bytes()
     assert list_names(tmp_path) == [file.name]

@@ -93,7 +93,7 @@ def test_a_full_disk_is_named(monkeypatch):
 
 
 @pytest.mark.parametrize("verb", ["verify --deep", "render -o {out}", "view --no-open", "info"])
-def test_standard_input_that_is_no_stream_and_does_not_end_is_refused_at_once(verb, tmp_path):
+def test_standard_input_that_is_no_stream_and_does_not_end_is_rejected_at_once(verb, tmp_path):
     words = verb.format(out=tmp_path / "out").split()
     limited = ["sh", "-c", f'ulimit -v {_MOST_KIBIBYTES}; exec "$@" </dev/zero', "sh", *COMMAND]
     done = subprocess.run(
@@ -101,4 +101,4 @@ def test_standard_input_that_is_no_stream_and_does_not_end_is_refused_at_once(ve
     )
 
     assert done.returncode == 1
-    assert b"the stream is refused: bad-magic at byte 0" in done.stderr
+    assert b"the stream is rejected: bad-magic at byte 0" in done.stderr

@@ -67,13 +67,13 @@ def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
     (folder / "frames_000000_000001.quarc").write_bytes(parts[0])
     (folder / "frames_000001_000002.quarc").write_bytes(parts[1][:-200])
     broken_again = run(*_command(capture, file, "--segments", 2, "--resume"))
-    refused = run(*_command(capture, file, "--segments", 2))
+    rejected = run(*_command(capture, file, "--segments", 2))
     monkeypatch.undo()
     resumed = run(*_command(capture, file, "--segments", 2, "--workers", 1, "--resume"))
 
     assert (broken.exit_code, left) == (130, [])
     assert "a.quarc.segments holds the frames" in broken_again.stderr
-    assert (refused.exit_code, "--resume goes on" in refused.stderr) == (2, True)
+    assert (rejected.exit_code, "--resume goes on" in rejected.stderr) == (2, True)
     assert resumed.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)
     assert list_names(tmp_path) == ["a.quarc"]

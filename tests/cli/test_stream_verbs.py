@@ -105,11 +105,11 @@ def test_verify_names_the_fault_and_the_frames_before_it(stream_file, made):
     assert result.exit_code == 1
     assert '"refused": "truncated"' in result.stdout
     assert '"frames": 4' in result.stdout
-    assert result.stderr.startswith("quarc-ref: the stream is refused: truncated at byte ")
+    assert result.stderr.startswith("quarc-ref: the stream is rejected: truncated at byte ")
 
 
 @pytest.mark.parametrize("verb", ["info", "verify", "decode", "eval"])
-def test_what_is_no_stream_is_refused_by_every_verb(verb, tmp_path):
+def test_what_is_no_stream_is_rejected_by_every_verb(verb, tmp_path):
     (tmp_path / "text.quarc").write_text("no stream at all")
     more = {"decode": ["-o", tmp_path / "out"], "eval": [tmp_path]}
     result = run(verb, tmp_path / "text.quarc", *more.get(verb, []))

@@ -82,7 +82,7 @@ def test_help_says_what_the_page_does_not_show_exactly():
 
 
 @pytest.mark.parametrize("name", ["https://viewer.example", "viewer.example:80", ""])
-def test_what_is_no_name_of_a_host_is_refused(name, stream_file):
+def test_what_is_no_name_of_a_host_is_rejected(name, stream_file):
     result = run("view", stream_file, "--no-open", "--allow-host", name)
 
     assert result.exit_code == 2

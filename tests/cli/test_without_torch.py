@@ -59,12 +59,12 @@ def test_every_frame_is_decoded_to_the_same_arrays(stream_file, made, tmp_path):
             assert np.array_equal(arrays["state_codes"], state.scene.codes)
 
 
-def test_a_damaged_stream_is_refused_there_too(stream_file, made):
+def test_a_damaged_stream_is_rejected_there_too(stream_file, made):
     stream_file.write_bytes(made.data[:200] + bytes([made.data[200] ^ 1]) + made.data[201:])
     done = _run("verify", stream_file)
 
     assert done.returncode == 1
-    assert "the stream is refused" in done.stderr
+    assert "the stream is rejected" in done.stderr
 
 
 @pytest.mark.parametrize("arguments", [["bench"], ["verify"], ["decode", "-o", "{out}"]])

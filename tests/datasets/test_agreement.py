@@ -74,7 +74,7 @@ def test_a_video_of_another_rate_is_named_and_no_other(folder, pictures):
     )
 
 
-def test_a_variable_rate_of_one_camera_is_refused(folder):
+def test_a_variable_rate_of_one_camera_is_rejected(folder):
     forgeries.write_timed_video(folder / "cam01.mp4", [0, 33, 67, 167, 200, 233])
 
     with pytest.raises(FrameRateError, match=r"cam01.mp4 has a variable frame rate.* 100.0 ms"):

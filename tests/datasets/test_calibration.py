@@ -49,12 +49,12 @@ def test_axes_with_four_digits_become_a_rotation():
         (np.full((3, 3), np.nan), "not finite"),
     ],
 )
-def test_axes_that_are_no_rotation_are_refused(axes, fault):
+def test_axes_that_are_no_rotation_are_rejected(axes, fault):
     with pytest.raises(ValueError, match=fault):
         make_pose(axes, np.zeros(3))
 
 
-def test_a_center_that_is_not_finite_is_refused():
+def test_a_center_that_is_not_finite_is_rejected():
     with pytest.raises(ValueError, match="not finite"):
         make_pose(np.eye(3), [0, np.inf, 0])
 
@@ -63,7 +63,7 @@ def test_a_center_that_is_not_finite_is_refused():
     "lens",
     [(0, 32, 40, 40, 24, 16), (48, 32, -40, 40, 24, 16), (48, 32, 40, 40, float("nan"), 16)],
 )
-def test_a_lens_that_cannot_be_is_refused(lens):
+def test_a_lens_that_cannot_be_is_rejected(lens):
     with pytest.raises(ValueError, match=r"positive|finite"):
         Lens(*lens)
 
@@ -98,7 +98,7 @@ def test_a_near_bound_leaves_one_in_a_hundred_beneath():
 
 
 @pytest.mark.parametrize("size", [(1 << 15, 4), (4, 10**30), (1 << 14, 1 << 14)])
-def test_a_size_by_which_no_maps_should_be_made_is_refused(size):
+def test_a_size_by_which_no_maps_should_be_made_is_rejected(size):
     with pytest.raises(
         ValueError, match="too large: at most 32,767 pixels a side, and 134,217,728"
     ):
@@ -106,7 +106,7 @@ def test_a_size_by_which_no_maps_should_be_made_is_refused(size):
 
 
 @pytest.mark.parametrize("size", [((1 << 14) + 1, 4), (4, 10**400), (1 << 14, (1 << 13) + 1)])
-def test_a_size_that_no_video_has_is_refused(size):
+def test_a_size_that_no_video_has_is_rejected(size):
     require_video_size(1 << 14, 1 << 13)
     with pytest.raises(ValueError, match=r"H\.264: at most 16,384 pixels a side, and 134,217,728"):
         require_video_size(*size)

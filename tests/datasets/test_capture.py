@@ -65,6 +65,6 @@ def test_a_picture_beyond_the_bound_is_given_all_the_same():
 
 
 @pytest.mark.parametrize("frame", [-1, 9])
-def test_a_frame_that_is_not_there_is_refused(frame):
+def test_a_frame_that_is_not_there_is_rejected(frame):
     with pytest.raises(ValueError, match="capture of 9"):
         make_capture(CountingPictures()).image(0, frame)

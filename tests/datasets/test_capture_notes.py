@@ -44,7 +44,7 @@ def test_first_frames_are_rounded_offsets_of_which_the_least_is_0():
     assert CaptureNotes({"a": 5, "b": 7}).first_frames(["a", "b"]) == {"a": 0, "b": 2}
 
 
-def test_an_offset_of_an_unknown_camera_is_refused_by_name():
+def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
     with pytest.raises(MissingCameraError, match="cam9, but the cameras are cam0, cam1"):
         CaptureNotes({"cam9": 1}).first_frames(["cam0", "cam1"])
 
@@ -68,7 +68,7 @@ def test_an_offset_of_an_unknown_camera_is_refused_by_name():
         (" " * (1 << 20) + "{}", "more than 1,048,576 bytes"),
     ],
 )
-def test_malformed_notes_are_refused_by_name(tmp_path, text, fault):
+def test_malformed_notes_are_rejected_by_name(tmp_path, text, fault):
     (tmp_path / NOTES_NAME).write_text(text)
 
     with pytest.raises(UnreadableNotesError, match=fault):

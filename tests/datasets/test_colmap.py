@@ -102,7 +102,7 @@ def test_images_in_folders_are_named_after_these(folder, shots):
     assert [camera.name for camera in read(folder).cameras] == [shot.name for shot in shots]
 
 
-def test_a_model_of_several_images_to_a_camera_is_refused(folder, shots):
+def test_a_model_of_several_images_to_a_camera_is_rejected(folder, shots):
     rewrite_model(folder, scenes.rename(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
 
     with pytest.raises(UnreadablePoseError, match="one image to a camera"):
@@ -179,7 +179,7 @@ def test_frames_are_counted_from_any_number_in_numeric_order(tmp_path, shots, pi
     assert np.array_equal(footage.source.read(0, 2), pictures[0][2])
 
 
-def test_a_gap_between_frames_is_refused(folder):
+def test_a_gap_between_frames_is_rejected(folder):
     shutil.rmtree(folder / "frames" / "0002")
 
     with pytest.raises(CountMismatchError, match="from 0001 to 0003"):
@@ -195,7 +195,7 @@ def test_missing_frames_are_named(folder):
 
 @pytest.mark.parametrize("text", [False, True])
 @pytest.mark.parametrize("name", ["cameras", "images", "points3D"])
-def test_a_truncated_model_is_refused_by_name(folder, shots, points, name, text):
+def test_a_truncated_model_is_rejected_by_name(folder, shots, points, name, text):
     rewrite_model(folder, shots, points, text=text)
     path = folder / "sparse" / "0" / f"{name}.{'txt' if text else 'bin'}"
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
@@ -204,14 +204,14 @@ def test_a_truncated_model_is_refused_by_name(folder, shots, points, name, text)
         read(folder)
 
 
-def test_a_model_without_images_is_refused(folder):
+def test_a_model_without_images_is_rejected(folder):
     (folder / "sparse" / "0" / "images.bin").unlink()
 
     with pytest.raises(UnreadablePoseError, match=r"sparse/0 is no COLMAP model"):
         read(folder)
 
 
-def test_a_point_that_is_not_finite_is_refused(folder, shots, points):
+def test_a_point_that_is_not_finite_is_rejected(folder, shots, points):
     positions = points.positions.copy()
     positions[3, 1] = np.inf
     rewrite_model(folder, shots, Points(positions, points.colors))

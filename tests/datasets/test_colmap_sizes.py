@@ -33,7 +33,7 @@ def test_a_text_model_is_passed_over(tmp_path):
 @settings(deadline=None, max_examples=50)
 @given(data=st.data())
 @pytest.mark.parametrize("name", _WALKED)
-def test_a_file_cut_anywhere_or_prolonged_is_refused(model, copy, name, data):
+def test_a_file_cut_anywhere_or_prolonged_is_rejected(model, copy, name, data):
     whole = (model / name).read_bytes()
     length = data.draw(st.integers(0, len(whole) - 1))
     for path in copy.iterdir():
@@ -46,7 +46,7 @@ def test_a_file_cut_anywhere_or_prolonged_is_refused(model, copy, name, data):
 
 
 @pytest.mark.parametrize("name", _WALKED)
-def test_a_count_beyond_the_file_is_refused(tmp_path, model, name):
+def test_a_count_beyond_the_file_is_rejected(tmp_path, model, name):
     whole = (model / name).read_bytes()
     (tmp_path / name).write_bytes(struct.pack("<Q", 1 << 62) + whole[8:])
 
@@ -55,7 +55,7 @@ def test_a_count_beyond_the_file_is_refused(tmp_path, model, name):
 
 
 @pytest.mark.parametrize("name", ["points3D.bin", "images.bin"])
-def test_a_count_that_no_place_in_a_file_can_have_is_refused(tmp_path, model, name):
+def test_a_count_that_no_place_in_a_file_can_have_is_rejected(tmp_path, model, name):
     whole = (model / name).read_bytes()
     (tmp_path / name).write_bytes(whole[:-8] + b"\xff" * 8 + whole)
 

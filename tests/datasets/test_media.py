@@ -83,7 +83,7 @@ def test_text_that_names_other_places_is_no_picture(folder, text):
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".bmp", ".tif"])
-def test_a_picture_of_another_format_is_refused_by_name(tmp_path, suffix):
+def test_a_picture_of_another_format_is_rejected_by_name(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     if not cv2.imwrite(str(path), np.zeros((8, 8, 3), np.uint8)):
         pytest.skip("OpenCV cannot write it")
@@ -188,12 +188,12 @@ def test_only_a_regular_file_is_opened(tmp_path, monkeypatch, read, make):
 
 @pytest.mark.parametrize("read", [VideoReader, read_still])
 @pytest.mark.parametrize("name", ["a\0b", "\ud800", "x" * 300])
-def test_a_name_that_no_file_can_have_is_refused(tmp_path, read, name):
+def test_a_name_that_no_file_can_have_is_rejected(tmp_path, read, name):
     with pytest.raises(MissingFileError, match="is missing or cannot be opened"):
         read(tmp_path / name)
 
 
-def test_a_video_whose_frames_are_in_another_file_is_refused(folder):
+def test_a_video_whose_frames_are_in_another_file_is_rejected(folder):
     data = (folder / "cam00.mp4").read_bytes()
     (folder / "cam00.mov").write_bytes(forgeries.point_elsewhere(data, "cam01.mp4"))
 
@@ -201,7 +201,7 @@ def test_a_video_whose_frames_are_in_another_file_is_refused(folder):
         VideoReader(folder / "cam00.mov")
 
 
-def test_a_picture_that_would_fill_the_memory_is_refused_by_its_header(tmp_path):
+def test_a_picture_that_would_fill_the_memory_is_rejected_by_its_header(tmp_path):
     data = forgeries.forge_png(16_000, 16_000)
     (tmp_path / "a.png").write_bytes(data)
 
@@ -210,7 +210,7 @@ def test_a_picture_that_would_fill_the_memory_is_refused_by_its_header(tmp_path)
         read_still(tmp_path / "a.png")
 
 
-def test_a_jpeg_that_would_fill_the_memory_is_refused_by_its_header(tmp_path):
+def test_a_jpeg_that_would_fill_the_memory_is_rejected_by_its_header(tmp_path):
     scenes.write_picture(tmp_path / "a.jpg", np.zeros((32, 48, 3), np.uint8))
     small = (tmp_path / "a.jpg").read_bytes()
     size = small.index(b"\0\x20\0\x30")
@@ -221,7 +221,7 @@ def test_a_jpeg_that_would_fill_the_memory_is_refused_by_its_header(tmp_path):
         read_still(tmp_path / "a.jpg")
 
 
-def test_a_video_whose_frames_would_fill_the_memory_is_refused(tmp_path):
+def test_a_video_whose_frames_would_fill_the_memory_is_rejected(tmp_path):
     path, bomb = tmp_path / "cam00.mov", forgeries.forge_png(16_000, 16_000)
     forgeries.write_pngs_as_video(path, [bomb, bomb], (48, 32))
 
@@ -229,7 +229,7 @@ def test_a_video_whose_frames_would_fill_the_memory_is_refused(tmp_path):
         VideoReader(path)
 
 
-def test_a_frame_that_would_fill_the_memory_is_refused_in_mid_stream(tmp_path):
+def test_a_frame_that_would_fill_the_memory_is_rejected_in_mid_stream(tmp_path):
     path, pngs = tmp_path / "cam00.mov", [forgeries.forge_png(48, 32)] * 12
     forgeries.write_pngs_as_video(path, [*pngs, forgeries.forge_png(16_000, 16_000)], (48, 32))
     reader = VideoReader(path)
@@ -239,7 +239,7 @@ def test_a_frame_that_would_fill_the_memory_is_refused_in_mid_stream(tmp_path):
         reader.read(12)
 
 
-def test_a_video_that_no_decoder_is_there_for_is_refused_by_name(folder):
+def test_a_video_that_no_decoder_is_there_for_is_rejected_by_name(folder):
     data = (folder / "cam00.mp4").read_bytes().replace(b"avc1", b"zzzz")
     (folder / "cam00.mp4").write_bytes(data)
 

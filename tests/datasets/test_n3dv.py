@@ -85,7 +85,7 @@ def test_a_video_resized_by_a_whole_number_scales_the_focal_length(folder, shots
 
 
 @pytest.mark.parametrize("size", [(72, 48), (96, 63), (48, 33), (50, 32), (0, 0), (-48, -32)])
-def test_a_video_of_another_size_is_refused(folder, shots, size):
+def test_a_video_of_another_size_is_rejected(folder, shots, size):
     rows = np.array([scenes.poses_row(shot) for shot in shots])
     rows[:, 4:15:5][:, :2] = size[::-1]
     np.save(folder / "poses_bounds.npy", rows)
@@ -111,14 +111,14 @@ def test_missing_videos_are_named(folder):
         read_n3dv(folder)
 
 
-def test_another_number_of_poses_than_videos_is_refused(folder):
+def test_another_number_of_poses_than_videos_is_rejected(folder):
     (folder / "cam03.mp4").unlink()
 
     with pytest.raises(CountMismatchError, match=r"4 poses, but there are 3"):
         read_n3dv(folder)
 
 
-def test_names_that_sort_in_two_ways_are_refused(folder):
+def test_names_that_sort_in_two_ways_are_rejected(folder):
     for name in ("cam00", "cam01", "cam03", "cam04"):
         (folder / f"{name}.mp4").rename(folder / f"cam_{int(name[3:]) + 7}.mp4")
 
@@ -142,7 +142,7 @@ def test_a_truncated_video_is_named(folder):
         read_n3dv(folder)
 
 
-def test_poses_with_pickled_objects_are_refused_unopened(folder):
+def test_poses_with_pickled_objects_are_rejected_unopened(folder):
     class Bomb:
         def __reduce__(self):
             return (pytest.fail, ("the pickle was opened",))
@@ -168,14 +168,14 @@ def test_poses_with_pickled_objects_are_refused_unopened(folder):
         np.zeros((4, 17), dtype="U3"),
     ],
 )
-def test_an_array_of_another_shape_or_type_is_refused(folder, array):
+def test_an_array_of_another_shape_or_type_is_rejected(folder, array):
     np.save(folder / "poses_bounds.npy", array)
 
     with pytest.raises(UnreadablePoseError, match=r"poses_bounds.npy is (no|an) array"):
         read_n3dv(folder)
 
 
-def test_an_archive_of_arrays_is_refused(folder, rows):
+def test_an_archive_of_arrays_is_rejected(folder, rows):
     with (folder / "poses_bounds.npy").open("wb") as file:
         np.savez(file, rows=rows)
 
@@ -183,7 +183,7 @@ def test_an_archive_of_arrays_is_refused(folder, rows):
         read_n3dv(folder)
 
 
-def test_a_header_that_promises_too_much_is_refused_unallocated(folder):
+def test_a_header_that_promises_too_much_is_rejected_unallocated(folder):
     with (folder / "poses_bounds.npy").open("wb") as file:
         header = {"descr": "<f8", "fortran_order": False, "shape": (1 << 40, 17)}
         np.lib.format.write_array_header_1_0(file, header)
@@ -222,7 +222,7 @@ def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
         (lambda row: row.__setitem__(16, 1.0), "cam01: .*not a near and a far"),
     ],
 )
-def test_numbers_that_are_no_pose_are_refused_with_the_camera(folder, rows, change, fault):
+def test_numbers_that_are_no_pose_are_rejected_with_the_camera(folder, rows, change, fault):
     change(rows[1])
     np.save(folder / "poses_bounds.npy", rows)
 

@@ -53,7 +53,7 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", ["../{}", "frames/../../{}", "{above}/{}", "link/{}", "linked_{}"])
-def test_a_file_outside_of_the_folder_is_refused_by_name(layout, shots, kind, way):
+def test_a_file_outside_of_the_folder_is_rejected_by_name(layout, shots, kind, way):
     name = way.format(kind, above=layout)
     folder = KINDS[kind](layout, shots, name)
     (folder / "frames").mkdir(exist_ok=True)
@@ -69,7 +69,7 @@ def test_a_file_outside_of_the_folder_is_refused_by_name(layout, shots, kind, wa
 @pytest.mark.parametrize(
     "name", ["C:\\Windows\\{}", "C:{}", "\\\\host\\share\\{}", "..\\{}", "a\0{}", "\ud800{}", "{}/"]
 )
-def test_a_name_that_is_no_file_here_is_refused_by_name(layout, shots, kind, name):
+def test_a_name_that_is_no_file_here_is_rejected_by_name(layout, shots, kind, name):
     folder = KINDS[kind](layout, shots, name.format(f"no_{kind}"))
 
     with pytest.raises(CaptureError, match=f"transforms.json names.*no_{kind}|no_{kind}.*names"):
@@ -77,7 +77,7 @@ def test_a_name_that_is_no_file_here_is_refused_by_name(layout, shots, kind, nam
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_links_in_a_circle_are_refused_by_name(layout, shots, kind):
+def test_links_in_a_circle_are_rejected_by_name(layout, shots, kind):
     folder = KINDS[kind](layout, shots, f"here_{kind}")
     (folder / f"here_{kind}").symlink_to("there")
     (folder / "there").symlink_to(f"here_{kind}")

@@ -88,7 +88,7 @@ def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder)
         open_capture(n3dv_folder, CaptureOptions(held_out=("cam00", "cam02")))
 
 
-def test_holding_out_every_camera_is_refused(n3dv_folder):
+def test_holding_out_every_camera_is_rejected(n3dv_folder):
     names = ("cam00", "cam01", "cam03", "cam04")
 
     with pytest.raises(MissingCameraError, match="no camera is left"):
@@ -101,22 +101,22 @@ def test_frames_are_taken_up_to_a_bound(n3dv_folder, most, count):
 
 
 @pytest.mark.parametrize("options", [{"downscale": 0}, {"max_frames": 0}])
-def test_options_that_make_no_sense_are_refused(options):
+def test_options_that_make_no_sense_are_rejected(options):
     with pytest.raises(ValueError, match="at least 1"):
         CaptureOptions(**options)
 
 
-def test_a_downscale_beyond_the_picture_is_refused(n3dv_folder):
+def test_a_downscale_beyond_the_picture_is_rejected(n3dv_folder):
     with pytest.raises(ValueError, match="48x32 cannot be made 40 times smaller"):
         open_capture(n3dv_folder, CaptureOptions(downscale=40))
 
 
-def test_a_folder_of_no_known_layout_is_refused(tmp_path):
+def test_a_folder_of_no_known_layout_is_rejected(tmp_path):
     with pytest.raises(UnknownLayoutError, match=r"poses_bounds.npy .*transforms.json .*sparse/0"):
         open_capture(tmp_path)
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path):
+def test_a_folder_that_is_not_there_is_rejected(tmp_path):
     with pytest.raises(UnknownLayoutError, match="nowhere"):
         open_capture(tmp_path / "nowhere")
 
@@ -131,7 +131,7 @@ def test_a_near_bound_that_no_file_tells_comes_from_the_points_in_sight(folders,
         assert camera.near == pytest.approx(np.quantile(depths[inside], 0.01), rel=1e-5)
 
 
-def test_points_that_a_camera_cannot_see_are_refused(folders, tmp_path, shots, points):
+def test_points_that_a_camera_cannot_see_are_rejected(folders, tmp_path, shots, points):
     folder = shutil.copytree(folders["videos"], tmp_path / "copy")
     behind = Points(points.positions - np.float32(50.0), points.colors)
     scenes.write_transforms(folder, scenes.video_document(shots), behind)

@@ -59,7 +59,7 @@ def test_a_video_that_is_shown_as_stored_is_not_turned(n3dv_folder, pictures, tm
         ("transposed", "mirrored"),
     ],
 )
-def test_a_video_that_no_quarter_turn_makes_upright_is_refused(n3dv_folder, tmp_path, how, said):
+def test_a_video_that_no_quarter_turn_makes_upright_is_rejected(n3dv_folder, tmp_path, how, said):
     path = tmp_path / "cam00.mp4"
     path.write_bytes(forgeries.show_video((n3dv_folder / "cam00.mp4").read_bytes(), how))
 
@@ -94,7 +94,7 @@ def test_intrinsics_are_those_of_upright_pictures(
         assert np.abs(difference).mean() < 6
 
 
-def test_poses_of_pictures_as_stored_are_refused(filmed_on_its_side, shots):
+def test_poses_of_pictures_as_stored_are_rejected(filmed_on_its_side, shots):
     rows = [scenes.poses_row(shot, size=(32, 48)) for shot in shots]
     np.save(filmed_on_its_side / "poses_bounds.npy", np.array(rows))
 
@@ -104,7 +104,7 @@ def test_poses_of_pictures_as_stored_are_refused(filmed_on_its_side, shots):
 
 @pytest.mark.parametrize("order", "<>")
 @pytest.mark.parametrize("orientation", range(2, 9))
-def test_a_picture_with_an_exif_orientation_is_refused(tmp_path, orientation, order):
+def test_a_picture_with_an_exif_orientation_is_rejected(tmp_path, orientation, order):
     scenes.write_picture(tmp_path / "a.jpg", np.zeros((32, 48, 3), np.uint8))
     exif = forgeries.forge_exif(orientation, order)
     data = forgeries.add_exif((tmp_path / "a.jpg").read_bytes(), exif)

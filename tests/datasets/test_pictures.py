@@ -32,7 +32,7 @@ def test_videos_of_other_lengths_have_the_frames_that_both_have(n3dv_folder, tmp
     assert videos.uneven.startswith("cam01.mp4 has 4 frames, the others have 6")
 
 
-def test_a_picture_of_another_size_than_its_calibration_is_refused(n3dv_folder):
+def test_a_picture_of_another_size_than_its_calibration_is_rejected(n3dv_folder):
     videos = VideoPictures([VideoReader(n3dv_folder / "cam00.mp4")])
     rectified = RectifiedPictures(videos, ["cam00"], [Rectifier(Lens(96, 64, 80, 80, 48, 32))])
 
@@ -40,7 +40,7 @@ def test_a_picture_of_another_size_than_its_calibration_is_refused(n3dv_folder):
         rectified.read(0, 0)
 
 
-def test_a_file_of_another_size_than_its_calibration_is_refused_before_it_is_decoded(tmp_path):
+def test_a_file_of_another_size_than_its_calibration_is_rejected_before_it_is_decoded(tmp_path):
     broken = forgeries.forge_png(11_000, 11_000)[:60]
     (tmp_path / "cam00.png").write_bytes(broken)
     files = FilePictures([[tmp_path / "cam00.png"]], [Lens(48, 32, 40, 40, 24, 16)])

@@ -115,7 +115,7 @@ def test_other_properties_and_elements_are_skipped(path):
         (ply(ROW * 2, [*FIELDS[:5], "float blue"]), "no uchar red, green and blue"),
     ],
 )
-def test_a_malformed_file_is_refused_by_name(path, data, fault):
+def test_a_malformed_file_is_rejected_by_name(path, data, fault):
     path.write_bytes(data)
 
     with pytest.raises(UnreadablePointsError, match=fault) as caught:

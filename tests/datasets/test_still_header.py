@@ -61,7 +61,7 @@ def test_another_format_is_named_as_such(data):
         read_still_header(data)
 
 
-def test_a_header_that_breaks_off_is_refused(jpeg):
+def test_a_header_that_breaks_off_is_rejected(jpeg):
     png = forgeries.forge_png(48, 32)
     frame_end = jpeg.index(b"\xff\xc0") + 9
 
@@ -73,7 +73,7 @@ def test_a_header_that_breaks_off_is_refused(jpeg):
             read_still_header(data)
 
 
-def test_a_png_that_begins_with_another_chunk_is_refused():
+def test_a_png_that_begins_with_another_chunk_is_rejected():
     png = forgeries.forge_png(48, 32)
     chunk = struct.pack(">I4s", 0, b"tEXt") + bytes(4)
 

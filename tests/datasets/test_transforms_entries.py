@@ -131,7 +131,7 @@ def test_rate_points_and_times_are_read_where_they_are_told(path):
         ({**SHARED, "ply_file_path": 1, "frames": [FRAME]}, "'ply_file_path' is missing, or no"),
     ],
 )
-def test_a_malformed_document_is_refused_by_name(path, document, fault):
+def test_a_malformed_document_is_rejected_by_name(path, document, fault):
     with pytest.raises(UnreadablePoseError, match=fault) as caught:
         read(path, document)
     assert str(path) in str(caught.value)
@@ -146,7 +146,7 @@ def test_a_missing_intrinsic_is_named(path, key):
 
 
 @pytest.mark.parametrize("data", [b"", b"{", b"\xff\xfe", b"[" * 100_000])
-def test_a_file_that_is_no_json_is_refused(path, data):
+def test_a_file_that_is_no_json_is_rejected(path, data):
     path.write_bytes(data)
 
     with pytest.raises(UnreadablePoseError, match=r"transforms.json is no"):

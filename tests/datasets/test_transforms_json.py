@@ -112,7 +112,7 @@ def test_a_camera_without_a_picture_of_some_time_is_named(frames_folder, shots):
         read_nerfstudio(frames_folder)
 
 
-def test_two_pictures_of_one_time_are_refused(frames_folder, shots):
+def test_two_pictures_of_one_time_are_rejected(frames_folder, shots):
     document = scenes.picture_document(shots)
     for index, frame in enumerate(document["frames"]):
         frame["time"] = min(index // 4, 4)
@@ -122,7 +122,7 @@ def test_two_pictures_of_one_time_are_refused(frames_folder, shots):
         read_nerfstudio(frames_folder)
 
 
-def test_a_camera_that_moves_is_refused(frames_folder, shots):
+def test_a_camera_that_moves_is_rejected(frames_folder, shots):
     document = scenes.picture_document(shots[:1])
     for index, frame in enumerate(document["frames"]):
         frame["transform_matrix"][0][3] += index
@@ -132,7 +132,7 @@ def test_a_camera_that_moves_is_refused(frames_folder, shots):
         read_nerfstudio(frames_folder)
 
 
-def test_two_videos_of_one_camera_are_refused(folder, shots):
+def test_two_videos_of_one_camera_are_rejected(folder, shots):
     document = scenes.video_document(shots)
     document["frames"].append(scenes.entry(shots[0], "cam01.mp4"))
     scenes.write_transforms(folder, document)
@@ -150,7 +150,7 @@ def test_pictures_without_a_time_are_no_capture(frames_folder, shots):
         read_nerfstudio(frames_folder)
 
 
-def test_a_matrix_that_is_no_pose_is_refused_with_the_camera(folder, shots):
+def test_a_matrix_that_is_no_pose_is_rejected_with_the_camera(folder, shots):
     document = scenes.video_document(shots)
     document["frames"][1]["transform_matrix"][0][0] += 0.2
     scenes.write_transforms(folder, document)

@@ -81,7 +81,7 @@ def test_pictures_of_nothing_give_no_points_and_leave_the_log_alone(stage, capfd
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_single_camera_is_refused(stage):
+def test_a_single_camera_is_rejected(stage):
     cameras, pictures = stage
 
     with pytest.raises(

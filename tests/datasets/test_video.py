@@ -52,7 +52,7 @@ def test_a_picture_outlives_the_next_read(video, decoded):
 
 
 @pytest.mark.parametrize("frame", [-1, FRAMES])
-def test_a_frame_that_is_not_there_is_refused(video, frame):
+def test_a_frame_that_is_not_there_is_rejected(video, frame):
     with pytest.raises(TruncatedVideoError, match=f"none of ordinal {frame}"):
         VideoReader(video).read(frame)
 
@@ -85,7 +85,7 @@ def test_a_video_cut_before_its_table_of_frames_is_named(tmp_path, decoded):
         VideoReader(path)
 
 
-def test_every_cut_of_a_video_is_refused_by_name(video, tmp_path):
+def test_every_cut_of_a_video_is_rejected_by_name(video, tmp_path):
     data = video.read_bytes()
     path = tmp_path / "cut.mp4"
 
@@ -133,7 +133,7 @@ def zero_packet(video, path, ordinal, kept):
 
 
 @pytest.mark.parametrize("kept", [0, 5])
-def test_a_damaged_frame_is_refused_and_the_others_are_read(video, tmp_path, decoded, kept):
+def test_a_damaged_frame_is_rejected_and_the_others_are_read(video, tmp_path, decoded, kept):
     reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 5, kept))
 
     with pytest.raises(UnreadableVideoError, match=r"frame 5 of .*damaged.mp4"):
@@ -144,18 +144,18 @@ def test_a_damaged_frame_is_refused_and_the_others_are_read(video, tmp_path, dec
 
 def test_frames_after_a_lost_one_are_read_from_the_next_key_frame(video, tmp_path, decoded):
     reader = VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 3, 0))
-    refused = []
+    rejected = []
     for frame in range(FRAMES):
         try:
             assert np.array_equal(reader.read(frame), decoded[frame])
         except UnreadableVideoError:
-            refused.append(frame)
+            rejected.append(frame)
 
-    assert 3 in refused
-    assert not {0, 8, 9, 10} & set(refused)
+    assert 3 in rejected
+    assert not {0, 8, 9, 10} & set(rejected)
 
 
-def test_a_frame_that_the_decoder_patches_up_is_refused(video, tmp_path, decoded):
+def test_a_frame_that_the_decoder_patches_up_is_rejected(video, tmp_path, decoded):
     data = bytearray(video.read_bytes())
     with av.open(str(video)) as container:
         packets = sorted((p.pts, p.pos, p.size) for p in container.demux(video=0) if p.size)
@@ -171,13 +171,13 @@ def test_a_frame_that_the_decoder_patches_up_is_refused(video, tmp_path, decoded
     assert np.array_equal(reader.read(7), decoded[7])
 
 
-def test_a_video_without_its_first_key_frame_is_refused(video, tmp_path):
+def test_a_video_without_its_first_key_frame_is_rejected(video, tmp_path):
     with pytest.raises(UnreadableVideoError, match=r"damaged.mp4 has .* no key frame"):
         VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 0, 0))
 
 
 @pytest.mark.parametrize("suffix", ["h264", "avi", "ts", "flv"])
-def test_a_video_in_another_container_is_refused_by_name(tmp_path, decoded, suffix):
+def test_a_video_in_another_container_is_rejected_by_name(tmp_path, decoded, suffix):
     path = tmp_path / f"cam00.{suffix}"
     scenes.write_video(path, decoded)
 
@@ -241,7 +241,7 @@ def test_gray_and_transparent_pictures_are_read_as_rgb(tmp_path, decoded):
 
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg"])
-def test_a_picture_file_cut_in_half_is_refused(tmp_path, decoded, suffix):
+def test_a_picture_file_cut_in_half_is_rejected(tmp_path, decoded, suffix):
     path = tmp_path / f"half{suffix}"
     scenes.write_picture(path, decoded[0])
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
@@ -250,7 +250,7 @@ def test_a_picture_file_cut_in_half_is_refused(tmp_path, decoded, suffix):
         read_still(path)
 
 
-def test_a_picture_file_with_a_wrong_byte_is_refused(tmp_path, decoded):
+def test_a_picture_file_with_a_wrong_byte_is_rejected(tmp_path, decoded):
     path = tmp_path / "wrong.png"
     scenes.write_picture(path, decoded[0])
     data = bytearray(path.read_bytes())

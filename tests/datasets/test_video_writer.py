@@ -48,7 +48,7 @@ def test_a_video_says_what_its_colors_are(tmp_path):
     assert said == (av.video.reformatter.Colorspace.ITU601.value, 1, "yuv444p")
 
 
-def test_an_encoder_that_refuses_is_an_error_of_the_system(tmp_path):
+def test_an_encoder_that_rejects_is_an_error_of_the_system(tmp_path):
     with pytest.raises(OSError, match=r"H\.264"):
         _write(tmp_path / "odd.mp4", VideoForm(47, 33, Fraction(30), {}, "yuv420p"))
 

@@ -62,7 +62,7 @@ def test_a_sum_of_zero_keeps_a_rotation_to_the_bit():
     assert np.array_equal(moved.scene.rotations, begun.scene.rotations)
 
 
-def test_a_w_that_undoes_the_identity_is_refused():
+def test_a_w_that_undoes_the_identity_is_rejected():
     header = replace(_HEADER, rotation_components=4, rotation_unity=10, level_count=1)
     begun = _begun(header)
     symbols = [np.zeros((7, level.owners.size), dtype=int) for level in begun.known_anchors.levels]
@@ -72,7 +72,7 @@ def test_a_w_that_undoes_the_identity_is_refused():
         move(begun, symbols)
 
 
-def test_a_gaussian_that_leaves_the_lattice_is_refused():
+def test_a_gaussian_that_leaves_the_lattice_is_rejected():
     begun = _begun(replace(_HEADER, translation_step=60_000))
     symbols = [np.full((6, level.owners.size), 65) for level in begun.known_anchors.levels]
 
@@ -97,7 +97,7 @@ def test_the_last_gaussian_cannot_die(deaths):
         _begun(deaths=deaths)
 
 
-def test_a_newborn_without_an_id_left_is_refused():
+def test_a_newborn_without_an_id_left_is_rejected():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 4)
 
@@ -171,7 +171,7 @@ def _changed(births, **fields):
     return replace(births, newborn=replace(births.newborn, **fields))
 
 
-def test_newborn_out_of_range_are_refused_by_name():
+def test_newborn_out_of_range_are_rejected_by_name():
     moved = move(_begun(), make_symbols(_begun()))
     births = make_births(moved, 2)
     far = np.full((3, 2), POSITION_LIMIT)
@@ -186,7 +186,7 @@ def test_newborn_out_of_range_are_refused_by_name():
         )
 
 
-def test_more_gaussians_than_the_level_bears_are_refused(monkeypatch):
+def test_more_gaussians_than_the_level_bears_are_rejected(monkeypatch):
     moved = move(_begun(), make_symbols(_begun()))
     small = _HEADER.limits._replace(gaussians=31)
     monkeypatch.setitem(__import__("quarc_ref").format.records.LEVELS, 10, small)
@@ -195,7 +195,7 @@ def test_more_gaussians_than_the_level_bears_are_refused(monkeypatch):
         append_births(moved, make_births(moved, 2))
 
 
-def test_a_canonical_position_off_the_lattice_is_refused():
+def test_a_canonical_position_off_the_lattice_is_rejected():
     header = replace(_HEADER, position_step=16)
     made = make_gaussians(header, 5)
 

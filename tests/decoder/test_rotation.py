@@ -39,7 +39,7 @@ def test_the_residual_is_on_the_right():
     assert np.sign(turned[:, 0]).tolist() == [1, 1, -1, 1]
 
 
-def test_a_sum_of_zero_is_refused():
+def test_a_sum_of_zero_is_rejected():
     with pytest.raises(DegenerateRotationError):
         normalize_sums(np.array([[1, 0], [0, 0], [0, 0], [0, 0]]))
 
@@ -60,6 +60,6 @@ def test_rotation_codes_are_expanded_as_plain_integers_would(bits, data):
     assert expanded[:, 0].tolist() == oracle.expand_rotation(largest, list(others), bits)
 
 
-def test_a_component_far_out_of_range_is_refused_before_it_is_squared():
+def test_a_component_far_out_of_range_is_rejected_before_it_is_squared():
     with pytest.raises(RotationRangeError):
         expand_rotations(np.array([[0], [(1 << 15) - 1], [0], [0]]), 1)

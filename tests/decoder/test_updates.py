@@ -137,7 +137,7 @@ def test_codes_end_where_they_end(row):
         update(moved, _updates([2], [(6 + row, room + 1)]))
 
 
-def test_a_turn_of_more_than_the_greatest_unity_is_refused():
+def test_a_turn_of_more_than_the_greatest_unity_is_rejected():
     update(_moved(), _updates([2], [(4, -256)]))
     with pytest.raises(SymbolRangeError):
         update(_moved(), _updates([2], [(4, -257)]))

@@ -74,7 +74,7 @@ def test_a_loop_that_has_replayed_its_frames_goes_on_as_if_it_had_written_them()
     assert sizes == [chunk.byte_count() for chunk in chunks[:2]]
 
 
-def test_a_frame_that_the_decoder_refuses_cannot_be_replayed():
+def test_a_frame_that_the_decoder_rejects_cannot_be_replayed():
     loop = _loop()
     frames = [chunk for chunk in split_chunks(make_stream(_HEADER)[0]) if chunk.kind == FRAM]
     with pytest.raises(ResumeError, match="canonical frame"):

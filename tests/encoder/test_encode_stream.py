@@ -221,7 +221,7 @@ def test_progress_is_told_of_every_stage():
 
 
 @pytest.mark.parametrize("frames", [0, 6])
-def test_frames_that_the_capture_does_not_have_are_refused_before_training(frames):
+def test_frames_that_the_capture_does_not_have_are_rejected_before_training(frames):
     class Nobody:
         def advance(self, *told):
             raise AssertionError(told)

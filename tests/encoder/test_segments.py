@@ -34,7 +34,7 @@ def test_segments_are_all_frames_once_and_of_even_length(frame_count, data):
 
 
 @pytest.mark.parametrize("segment_count", [0, 6])
-def test_more_segments_than_frames_are_refused(segment_count):
+def test_more_segments_than_frames_are_rejected(segment_count):
     with pytest.raises(ValueError, match="cannot be cut"):
         split_frames(5, segment_count)
 

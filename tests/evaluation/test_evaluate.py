@@ -107,14 +107,14 @@ def _held_in(camera):
         (lambda cameras: [replace(camera, width=1) for camera in cameras], 2, "48 times smaller"),
     ],
 )
-def test_what_does_not_belong_together_is_refused(change, frames, said, folder):
+def test_what_does_not_belong_together_is_rejected(change, frames, said, folder):
     data = write_stream(change(open_capture(folder).cameras), frames)
 
     with pytest.raises(MismatchError, match=said):
         evaluate_stream(data, folder, ignore)
 
 
-def test_a_damaged_stream_is_refused_before_the_capture_is_read(stream, tmp_path):
+def test_a_damaged_stream_is_rejected_before_the_capture_is_read(stream, tmp_path):
     with pytest.raises(BitstreamError):
         evaluate_stream(stream[:-1], tmp_path / "none", ignore)
 

@@ -50,11 +50,11 @@ def test_a_stream_that_names_its_capture_is_held_against_it(folder, capture):
 def test_a_stream_of_another_capture_is_measured_only_if_asked_for(folder, capture):
     data = write_stream(capture.cameras, 1, {"fingerprint": "f" * 64})
 
-    with pytest.raises(OtherCaptureError, match="another capture") as refused:
+    with pytest.raises(OtherCaptureError, match="another capture") as rejected:
         evaluate_stream(data, folder, ignore)
     measured = evaluate_stream(data, folder, ignore, other_capture=True).protocol
 
-    assert (refused.value.fingerprint, refused.value.encoded_from) == (
+    assert (rejected.value.fingerprint, rejected.value.encoded_from) == (
         capture.fingerprint,
         "f" * 64,
     )

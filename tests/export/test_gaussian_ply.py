@@ -148,12 +148,12 @@ def _with_number(value):
         (lambda _: _with_number(np.inf), "not finite"),
     ],
 )
-def test_what_is_not_a_ply_of_gaussians_is_refused_by_name(data, said):
+def test_what_is_not_a_ply_of_gaussians_is_rejected_by_name(data, said):
     with pytest.raises(ValueError, match=said):
         parse_ply(data(build_ply(make_frame(0)[1])))
 
 
-def test_a_rotation_of_zeros_is_refused():
+def test_a_rotation_of_zeros_is_rejected():
     _, splats = make_frame(0)
     turned = np.zeros_like(splats.rotations)
 

@@ -132,7 +132,7 @@ def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
 
 
 @pytest.mark.parametrize("make", [written_folder, grown_folder])
-def test_a_folder_that_another_process_writes_is_refused(make, tmp_path):
+def test_a_folder_that_another_process_writes_is_rejected(make, tmp_path):
     pytest.importorskip("fcntl")
     with grown_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")

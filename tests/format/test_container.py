@@ -79,7 +79,7 @@ def test_a_header_crc_is_of_the_sixteen_bytes_before_it():
     assert header[16:] == zlib.crc32(header[:16]).to_bytes(4, "little")
 
 
-def _is_refused(kind: bytes, stream: StreamHeader | None = None) -> type[Exception] | None:
+def _is_rejected(kind: bytes, stream: StreamHeader | None = None) -> type[Exception] | None:
     try:
         check_type(ChunkHeader(kind, 1, 0, 0), stream)
     except (BadChunkTypeError, UnknownCriticalError) as error:
@@ -97,12 +97,12 @@ def _is_refused(kind: bytes, stream: StreamHeader | None = None) -> type[Excepti
     ],
 )
 def test_types_are_told_by_the_case_of_their_letters(kinds, error):
-    assert [_is_refused(kind) for kind in kinds] == [error] * len(kinds)
+    assert [_is_rejected(kind) for kind in kinds] == [error] * len(kinds)
 
 
 def test_a_snapshot_is_known_where_a_stream_has_snapshots():
-    assert _is_refused(container.SNAP, StreamHeader()) is UnknownCriticalError
-    assert _is_refused(container.SNAP, StreamHeader(snapshots=True)) is None
+    assert _is_rejected(container.SNAP, StreamHeader()) is UnknownCriticalError
+    assert _is_rejected(container.SNAP, StreamHeader(snapshots=True)) is None
 
 
 @pytest.mark.parametrize(

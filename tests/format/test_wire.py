@@ -55,7 +55,7 @@ def test_a_header_comes_back(header):
     assert wire.parse_stream_header(wire.build_stream_header(header)) == header
 
 
-def test_a_header_is_refused_in_part_and_with_more():
+def test_a_header_is_rejected_in_part_and_with_more():
     header = StreamHeader()
     data = wire.build_stream_header(header)
 
@@ -64,7 +64,7 @@ def test_a_header_is_refused_in_part_and_with_more():
 
 
 @pytest.mark.parametrize("major", [0, constants.VERSION_MAJOR + 1])
-def test_another_major_version_is_refused_by_that_name(major):
+def test_another_major_version_is_rejected_by_that_name(major):
     data = bytearray(wire.build_stream_header(StreamHeader()))
     data[0] = major
 
@@ -79,7 +79,7 @@ def test_a_later_minor_version_is_read():
     assert wire.parse_stream_header(bytes(data)) == StreamHeader()
 
 
-def test_an_incompatible_feature_is_refused_by_that_name():
+def test_an_incompatible_feature_is_rejected_by_that_name():
     data = bytearray(wire.build_stream_header(StreamHeader()))
     data[2] = 1
 
@@ -122,7 +122,7 @@ def test_a_compatible_feature_is_let_pass():
         ("right_handed", 2),
     ],
 )
-def test_a_header_field_out_of_range_is_refused(name, value):
+def test_a_header_field_out_of_range_is_rejected(name, value):
     version = {
         "version_major": constants.VERSION_MAJOR,
         "version_minor": constants.VERSION_MINOR,
@@ -180,7 +180,7 @@ def test_a_stream_without_updates_is_of_version_1_0():
     assert wire.parse_stream_header(updating).updates
 
 
-def test_axis_bits_beyond_a_key_are_refused():
+def test_axis_bits_beyond_a_key_are_rejected():
     section = _section([])
     chunk = CanonicalChunk(0, 1, (0, 0, 0), 20, (section,) * constants.CANONICAL_SECTIONS, 0)
     data = bytearray(wire.build_canonical(chunk))
@@ -190,7 +190,7 @@ def test_axis_bits_beyond_a_key_are_refused():
         wire.parse_canonical(bytes(data))
 
 
-def test_a_section_of_four_billion_words_is_refused_at_once():
+def test_a_section_of_four_billion_words_is_rejected_at_once():
     data = bytearray(wire.build_frame(FrameChunk(1, False, 0, 0, *[_section([])] * 2, 0)))
     data[13:17] = b"\xff" * 4
 
@@ -208,7 +208,7 @@ def test_cameras_come_back_to_binary32():
     assert [camera.held_out for camera in cameras] == [True, False]
 
 
-def test_cameras_are_refused_in_part_and_with_more():
+def test_cameras_are_rejected_in_part_and_with_more():
     check_reader(wire.parse_cameras, wire.build_cameras((CAMERA,)), (CAMERA,))
 
 
@@ -221,7 +221,7 @@ def test_a_count_of_cameras_is_proved_before_one_of_them_is_parsed():
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), 0.0, -1.0])
-def test_a_camera_with_an_impossible_near_bound_is_refused(value):
+def test_a_camera_with_an_impossible_near_bound_is_rejected(value):
     data = bytearray(wire.build_cameras((CAMERA,)))
     data[-4:] = np.array([value], dtype="<f4").tobytes()
 
@@ -234,20 +234,20 @@ def test_metadata_come_back(metadata):
     assert wire.parse_metadata(wire.build_metadata(metadata)) == metadata
 
 
-def test_metadata_are_refused_in_part_and_with_more():
+def test_metadata_are_rejected_in_part_and_with_more():
     metadata = {"a": "1", "ß": "two"}
 
     check_reader(wire.parse_metadata, wire.build_metadata(metadata), metadata)
 
 
-def test_metadata_that_are_no_utf8_are_refused():
+def test_metadata_that_are_no_utf8_are_rejected():
     data = wire.build_metadata({"key": "value"}).replace(b"value", b"va\xffue")
 
     with pytest.raises(FieldError):
         wire.parse_metadata(data)
 
 
-def test_a_tail_is_refused_in_part_and_with_more():
+def test_a_tail_is_rejected_in_part_and_with_more():
     check_reader(wire.parse_tail, wire.build_tail(Tail(7, 1, 1 << 40)), Tail(7, 1, 1 << 40))
 
 
@@ -257,12 +257,12 @@ def test_a_tail_is_as_long_as_the_format_says():
 
 
 @given(st.lists(st.builds(SeekPoint, st.integers(0, (1 << 64) - 1), _U32, _U32), max_size=3))
-def test_an_index_is_refused_in_part_and_with_more(points):
+def test_an_index_is_rejected_in_part_and_with_more(points):
     check_reader(wire.parse_index, wire.build_index(points), SeekPoints.of(points))
     assert list(wire.parse_index(wire.build_index(points))) == points
 
 
-def test_an_index_of_four_billion_points_is_refused_at_once():
+def test_an_index_of_four_billion_points_is_rejected_at_once():
     with pytest.raises(FieldError):
         wire.parse_index(b"\xff" * 36)
 

@@ -31,7 +31,7 @@ def _told(stream):
     told = []
     try:
         for scene in decode(stream):
-            told.append(compute_digest(scene))  # noqa: PERF401, those before a refusal count
+            told.append(compute_digest(scene))  # noqa: PERF401, those before a rejection count
     except BitstreamError as error:
         told.append((error.reject_id, error.offset))
     except LimitError:
@@ -77,7 +77,7 @@ def test_recovery_gives_out_all_that_decoding_does_and_says_what_is_missing(data
         events = list(recover(data))
     except BitstreamError:
         events = []
-        assume(len(told) == len(frames))  # of what is refused, recovery may have nothing
+        assume(len(told) == len(frames))  # of what is rejected, recovery may have nothing
     recovered = [compute_digest(event) for event in events if not isinstance(event, Gap)]
     assert recovered[: len(frames)] == frames
     assert any(isinstance(event, Gap) for event in events) == (len(told) > len(frames))
@@ -109,7 +109,7 @@ def test_a_verb_tells_what_is_wrong_with_a_mutant(verb, tmp_path):
             assert all(isinstance(each, str) for each in _told(data))
 
 
-def test_mutants_are_joined_or_refused(tmp_path):
+def test_mutants_are_joined_or_rejected(tmp_path):
     (tmp_path / "whole.quarc").write_bytes(_SEEDS["moved"])
     for number in range(12):
         (tmp_path / "mutant.quarc").write_bytes(_MUTATOR.make(number).data)

@@ -20,7 +20,7 @@ def test_the_seeds_that_are_committed_are_those_that_are_made():
     assert committed == made
 
 
-def test_seeds_are_tiny_and_whole_or_refused_for_what_they_are_named_after():
+def test_seeds_are_tiny_and_whole_or_rejected_for_what_they_are_named_after():
     outcomes = {name: _outcome(data) for name, data in make_seeds.streams()}
 
     assert {name: found for name, found in outcomes.items() if isinstance(found, str)} == {

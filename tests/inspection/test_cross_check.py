@@ -62,7 +62,7 @@ def test_what_only_one_of_them_does_is_a_fault_of_ours(fault, monkeypatch):
     st.lists(st.integers(0, (1 << 32) - 1), max_size=5),
     st.lists(st.tuples(st.integers(0, 40), st.integers(1, WEIGHT_TOTAL - 1)), max_size=4),
 )
-def test_any_words_are_decoded_alike_or_refused_alike(words, runs):
+def test_any_words_are_decoded_alike_or_rejected_alike(words, runs):
     words = np.array(words, dtype=np.uint32)
 
     def outcome(opener):

@@ -66,6 +66,6 @@ def test_a_result_that_cannot_be_handed_over_is_the_job_s_fault():
 
 
 @pytest.mark.parametrize("numbers", [{"workers": 0}, {"threads": 0}, {"gpus": -1}])
-def test_places_that_cannot_be_are_refused(numbers):
+def test_places_that_cannot_be_are_rejected(numbers):
     with pytest.raises(ValueError, match="at least"):
         Where(**numbers)

@@ -79,11 +79,11 @@ def _forge(kind_number, change):
     return rebuild_stream(chunks)
 
 
-def _frames_until_refused(player):
+def _frames_until_rejected(player):
     digests = []
-    with pytest.raises(BitstreamError) as refusal:
+    with pytest.raises(BitstreamError) as rejection:
         digests.extend(compute_digest(frame.scene) for frame in player)
-    return digests, refusal.value
+    return digests, rejection.value
 
 
 @both
@@ -92,19 +92,19 @@ def test_a_fault_comes_where_its_frame_would_have(number, threads):
     spoilt = bytearray(_STREAM)
     chunk = list(split_chunks(_STREAM))[number]
     spoilt[chunk.offset + CHUNK_HEADER_BYTES + 9] ^= 1
-    expected = _frames_until_refused_by_decode(bytes(spoilt))
+    expected = _frames_until_rejected_by_decode(bytes(spoilt))
 
     with Player(bytes(spoilt), threads=threads) as player:
-        digests, error = _frames_until_refused(player)
+        digests, error = _frames_until_rejected(player)
 
     assert (digests, error.reject_id, error.offset) == expected
 
 
-def _frames_until_refused_by_decode(data):
+def _frames_until_rejected_by_decode(data):
     digests = []
-    with pytest.raises(BitstreamError) as refusal:
+    with pytest.raises(BitstreamError) as rejection:
         digests.extend(compute_digest(scene) for scene in decode(data))
-    return digests, refusal.value.reject_id, refusal.value.offset
+    return digests, rejection.value.reject_id, rejection.value.offset
 
 
 @both

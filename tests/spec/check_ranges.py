@@ -1,4 +1,4 @@
-"""Holds the `range` column of SPEC 5 against what the package accepts and refuses.
+"""Holds the `range` column of SPEC 5 against what the package accepts and rejects.
 
 A payload is packed by the text's own table, with one field at the edge of its
 range or just past it.

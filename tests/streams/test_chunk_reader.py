@@ -107,7 +107,7 @@ def test_damage_has_a_name_by_its_place(place, error, offset):
     assert caught.value.offset == offset
 
 
-def test_bytes_after_the_tail_are_refused():
+def test_bytes_after_the_tail_are_rejected():
     with pytest.raises(TrailingDataError):
         list(split_chunks(_SMALL + b"x"))
 

@@ -152,7 +152,7 @@ def _chunks_of(kinds):
     return rebuild_stream([(kind, chunks[kind]) for kind in kinds])
 
 
-def test_frames_out_of_order_are_refused():
+def test_frames_out_of_order_are_rejected():
     with pytest.raises(FrameOrderError):
         cut_bytes(_chunks_of([b"HEAD", b"CANO", b"CANO", b"TAIL"]))
     with pytest.raises(ChunkOrderError):

@@ -61,7 +61,7 @@ def _frames(data):
         (container.FRAM, 9, 0xFFFFFFFF),
     ],
 )
-def test_what_no_level_bounds_is_declined_and_not_refused(kind, place, value):
+def test_what_no_level_bounds_is_declined_and_not_rejected(kind, place, value):
     def change(of, payload):
         if of == container.HEAD:
             return payload[:10] + bytes([31]) + payload[11:]
@@ -93,7 +93,7 @@ def test_a_range_of_frames_comes_out_alone(start, stop, frames):
     assert [scene.frame for scene in decode(_DATA, start, stop)] == frames
 
 
-def test_a_flipped_byte_anywhere_is_refused_by_name():
+def test_a_flipped_byte_anywhere_is_rejected_by_name():
     unnoticed = []
     for place in range(len(_SMALL)):
         damaged = bytearray(_SMALL)
@@ -131,7 +131,7 @@ def test_cameras_and_metadata_are_read():
     assert list(decoder.index) == [SeekPoint(first.offset, first.sequence, 0)]
 
 
-def test_a_wrong_state_crc_is_refused_after_the_frames_before():
+def test_a_wrong_state_crc_is_rejected_after_the_frames_before():
     def change(kind, payload):
         return payload[:-4] + b"\0\0\0\0" if kind == container.FRAM else payload
 
@@ -169,7 +169,7 @@ def test_counts_are_proved_before_they_are_used(kind, place, value, error):
     assert isinstance(_frames(_rebuilt(change))[1], error)
 
 
-def test_a_frame_before_any_canonical_one_is_refused():
+def test_a_frame_before_any_canonical_one_is_rejected():
     decoder = StreamDecoder()
     decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
 
@@ -177,7 +177,7 @@ def test_a_frame_before_any_canonical_one_is_refused():
         decoder.push(_chunk(container.FRAM))
 
 
-def test_a_chunk_before_the_header_is_refused():
+def test_a_chunk_before_the_header_is_rejected():
     with pytest.raises(ChunkOrderError):
         StreamDecoder().push(Chunk(container.META, wire.build_metadata({}), 8, 1))
 
@@ -226,7 +226,7 @@ def test_nothing_is_skipped_where_nothing_was_sought():
     assert decoder.tail is not None
 
 
-def test_a_payload_beyond_the_level_is_refused():
+def test_a_payload_beyond_the_level_is_rejected():
     decoder = StreamDecoder()
     decoder.push(Chunk(container.HEAD, wire.build_stream_header(StreamHeader()), 8, 0))
 
@@ -234,7 +234,7 @@ def test_a_payload_beyond_the_level_is_refused():
         decoder.push(Chunk(container.META, bytes((1 << 22) + 1), 8, 1))
 
 
-def test_a_refused_frame_leaves_the_decoder_as_it_was():
+def test_a_rejected_frame_leaves_the_decoder_as_it_was():
     chunks = list(split_chunks(_DATA))
     decoder = StreamDecoder()
     for chunk in chunks[:4]:

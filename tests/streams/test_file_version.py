@@ -65,7 +65,7 @@ def test_a_stream_that_grows_is_followed_whatever_its_server_says_of_it(server):
 
 
 @pytest.mark.parametrize("data", [OTHER, _LONGER, DATA[:-100], b""])
-def test_a_file_that_is_swapped_while_it_is_read_is_refused(server, data):
+def test_a_file_that_is_swapped_while_it_is_read_is_rejected(server, data):
     source = HttpSource(server.url)
     assert source.read(100, 200) == DATA[100:300]
     server.file = lambda _: data

@@ -26,8 +26,8 @@ _MOST_MEMORY = 64 << 20
 _DIGESTS = [compute_digest(state.scene) for state in STATES]
 
 
-def _refuse(url, timeout=20.0):
-    """Read a stream that is refused, within bounds of time and memory; return what is said."""
+def _reject(url, timeout=20.0):
+    """Read a stream that is rejected, within bounds of time and memory; return what is said."""
     tracemalloc.start()
     begun = time.monotonic()
     try:
@@ -48,7 +48,7 @@ def _decode(url):
 def test_a_hostile_server_is_given_up_in_time_with_a_sentence(name):
     answer, fault = HOSTILE[name]
     with serve(answer) as server:
-        said = _refuse(server.url, _SOON)
+        said = _reject(server.url, _SOON)
 
     assert said.startswith(f"the server of {server.url} ")
     assert fault in said
@@ -82,31 +82,31 @@ def test_a_stream_is_read_over_tls(tls):
         assert _decode(server.url) == _DIGESTS
 
 
-def test_a_redirect_out_of_tls_is_refused(tls):
+def test_a_redirect_out_of_tls_is_rejected(tls):
     with (
         serve(hostile_servers.Request.answer) as plain,
         serve(lambda request: redirect(request, plain.url), tls) as server,
     ):
-        assert f"redirects from https to '{plain.url}'" in _refuse(server.url)
+        assert f"redirects from https to '{plain.url}'" in _reject(server.url)
         assert plain.asked == []
 
 
-def test_a_certificate_that_nobody_knows_is_refused(tls, monkeypatch):
+def test_a_certificate_that_nobody_knows_is_rejected(tls, monkeypatch):
     monkeypatch.delenv("SSL_CERT_FILE")
     with serve(hostile_servers.Request.answer, tls) as server:
-        assert "certificate" in _refuse(server.url)
+        assert "certificate" in _reject(server.url)
 
 
 def test_a_body_at_a_byte_a_time_is_given_up_over_tls_too(tls):
     with serve(hostile_servers.drip, tls) as server:
-        assert _LATE in _refuse(server.url, _SOON)
+        assert _LATE in _reject(server.url, _SOON)
 
 
 def test_a_handshake_at_a_byte_a_time_is_given_up():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=_drip_handshake, args=(server,))
         thread.start()
-        assert _LATE in _refuse(f"https://127.0.0.1:{server.getsockname()[1]}/", _SOON)
+        assert _LATE in _reject(f"https://127.0.0.1:{server.getsockname()[1]}/", _SOON)
         thread.join()
 
 
@@ -140,7 +140,7 @@ def test_a_few_redirects_are_followed_and_more_are_not():
         server.last = 5
         assert _decode(server.url) == _DIGESTS
         server.last = 6
-        assert "redirects more than 5 times" in _refuse(server.url)
+        assert "redirects more than 5 times" in _reject(server.url)
 
 
 def test_one_deadline_is_for_all_redirects():
@@ -149,7 +149,7 @@ def test_one_deadline_is_for_all_redirects():
         redirect(request, f"{request.path}x")
 
     with serve(answer) as server:
-        assert _LATE in _refuse(server.url, _SOON)
+        assert _LATE in _reject(server.url, _SOON)
     assert 2 <= len(server.asked) <= 3
 
 
@@ -172,7 +172,7 @@ def test_a_redirect_leads_to_a_url(location, target):
     "location",
     [None, "", "http://a.org/", "HTTP:there", "file:///etc/passwd", "ftp://a.org/", "data:,x"],
 )
-def test_a_redirect_to_no_server_or_out_of_tls_is_refused(location):
+def test_a_redirect_to_no_server_or_out_of_tls_is_rejected(location):
     with pytest.raises(RedirectError):
         follow_redirect("https://a.org/", location)
 
@@ -193,31 +193,31 @@ def test_a_chunked_answer_is_read_where_it_is_the_range_asked_for():
 
 
 @pytest.mark.parametrize("end", ["5\nabc", "0\n\n", ""])
-def test_a_chunked_answer_that_ends_too_early_is_refused(end):
+def test_a_chunked_answer_that_ends_too_early_is_rejected(end):
     def answer(request):
         request.send_head(more="Transfer-Encoding: chunked\n\n")
         request.send(f"3\nabc\n{end}")
 
     with serve(answer) as server:
-        assert f"stops after {6 if 'abc' in end else 3} bytes of 8" in _refuse(server.url)
+        assert f"stops after {6 if 'abc' in end else 3} bytes of 8" in _reject(server.url)
 
 
 @pytest.mark.parametrize("length", ["Content-Length: 9\n", ""])
-def test_a_body_that_is_longer_than_its_range_is_refused(length):
+def test_a_body_that_is_longer_than_its_range_is_rejected(length):
     def answer(request):
         request.send("", request.send_head(more=f"{length}\n"))
         request.send_for_ever(b"more")
 
     with serve(answer) as server:
-        assert "sends more than the 8 bytes that are due" in _refuse(server.url)
+        assert "sends more than the 8 bytes that are due" in _reject(server.url)
 
 
-def test_a_server_that_denies_bytes_that_it_has_is_refused():
+def test_a_server_that_denies_bytes_that_it_has_is_rejected():
     def answer(request):
         request.send(f"HTTP/1.1 416 No\nContent-Range: bytes */{len(DATA)}\n\n")
 
     with serve(answer) as server:
-        assert f"does not answer byte 0 of {len(DATA)}" in _refuse(server.url)
+        assert f"does not answer byte 0 of {len(DATA)}" in _reject(server.url)
 
 
 def test_the_first_address_that_answers_is_read_from(monkeypatch):
@@ -232,7 +232,7 @@ def test_the_first_address_that_answers_is_read_from(monkeypatch):
 def test_a_name_that_is_not_found_in_time_is_given_up(monkeypatch):
     let_go = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: let_go.wait(30))
-    said = _refuse("http://example.org/stream", _SOON)
+    said = _reject("http://example.org/stream", _SOON)
     let_go.set()
 
     assert said == f"the server of http://example.org/stream {_LATE}"
@@ -290,4 +290,4 @@ def test_a_tunnel_at_a_byte_a_time_is_given_up(through_proxy):
 
     with serve(answer) as proxy:
         through_proxy(proxy.url)
-        assert _LATE in _refuse("https://example.org/stream", _SOON)
+        assert _LATE in _reject("https://example.org/stream", _SOON)

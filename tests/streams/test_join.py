@@ -166,7 +166,7 @@ def test_nothing_at_all_cannot_be_joined():
 
 
 @given(st.integers(0, len(_SHORT) - 1))
-def test_a_part_that_is_cut_is_refused(size):
+def test_a_part_that_is_cut_is_rejected(size):
     with pytest.raises(TruncatedError, match="stream 2: the stream ends ") as caught:
         join_bytes(_DATA, _SHORT[:size])
     assert caught.value.offset <= size

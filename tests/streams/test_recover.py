@@ -155,7 +155,7 @@ def _changed(change):
     )
 
 
-def test_a_payload_that_is_refused_is_a_gap_as_well():
+def test_a_payload_that_is_rejected_is_a_gap_as_well():
     data = _changed({_FIRST + 3: lambda payload: payload[:-1] + bytes([payload[-1] ^ 1])})
 
     frames, gaps = _recover(data)
@@ -165,7 +165,7 @@ def test_a_payload_that_is_refused_is_a_gap_as_well():
     assert gaps[0].offset == _CHUNKS[_FIRST + 3].offset
 
 
-def test_frames_between_two_refused_canonical_chunks_are_counted_once():
+def test_frames_between_two_rejected_canonical_chunks_are_counted_once():
     def spoil(payload):
         return payload[:-1] + bytes([payload[-1] ^ 1])
 
@@ -283,7 +283,7 @@ def test_bytes_lost_from_within_a_chunk_do_not_hide_the_next():
     assert frames == [0, 1, 2, 3, 4, 6, 7, 8]
 
 
-def test_what_cannot_be_recovered_is_refused():
+def test_what_cannot_be_recovered_is_rejected():
     with pytest.raises(BitstreamError):
         _recover(_DATA[:9] + b"\0" + _DATA[10:])
     with pytest.raises(BitstreamError):

@@ -147,7 +147,7 @@ def test_beyond_the_last_frame_there_is_nothing():
     ],
     ids=["frame", "offset", "sequence", "no canonical", "far away", "too few", "too many"],
 )
-def test_an_index_that_lies_is_refused_by_name_on_the_way_and_in_passing(index):
+def test_an_index_that_lies_is_rejected_by_name_on_the_way_and_in_passing(index):
     data = _with_end(index)
 
     with pytest.raises(IndexMismatchError):
@@ -166,7 +166,7 @@ def test_an_index_that_lies_is_refused_by_name_on_the_way_and_in_passing(index):
         {"canonical_count": 2},
     ],
 )
-def test_a_tail_that_lies_about_the_index_is_refused_by_name(changes):
+def test_a_tail_that_lies_about_the_index_is_rejected_by_name(changes):
     data = _with_end(list(_INDEX), **changes)
 
     with pytest.raises(IndexMismatchError):
@@ -176,7 +176,7 @@ def test_a_tail_that_lies_about_the_index_is_refused_by_name(changes):
 
 
 @pytest.mark.parametrize("start", [0, 1])
-def test_a_million_seek_points_that_are_not_there_are_refused_at_once(start):
+def test_a_million_seek_points_that_are_not_there_are_rejected_at_once(start):
     count = (1 << 20) - 1  # as many as level 2.0 has room for
     data, _ = make_stream(StreamHeader(level=20), gaussian_count=5, frame_count=2)
     *chunks, indx, _ = split_chunks(data)
@@ -192,7 +192,7 @@ def test_a_million_seek_points_that_are_not_there_are_refused_at_once(start):
     assert time.monotonic() - begun < 2
 
 
-def test_an_index_that_does_not_end_at_the_tail_is_refused():
+def test_an_index_that_does_not_end_at_the_tail_is_rejected():
     index = wire.build_index(_INDEX)
     body = MAGIC + b"".join(
         build_chunk(chunk.kind, chunk.sequence, chunk.payload) for chunk in _CHUNKS[:-2]

@@ -74,27 +74,27 @@ def test_what_is_checked_is_what_is_read_and_comes_before_it_is_written():
     assert seen == _CHUNKS
 
 
-@pytest.mark.parametrize("refused", [0, 3, len(_CHUNKS) - 2])
-def test_what_is_refused_is_not_written_and_leaves_no_trace(refused):
-    sink, answers = io.BytesIO(), iter([*[True] * refused, False])
+@pytest.mark.parametrize("rejected", [0, 3, len(_CHUNKS) - 2])
+def test_what_is_rejected_is_not_written_and_leaves_no_trace(rejected):
+    sink, answers = io.BytesIO(), iter([*[True] * rejected, False])
 
     def check(_chunk):
         if not next(answers, True):
             raise KeyError
 
-    if refused == 0:
+    if rejected == 0:
         with pytest.raises(KeyError):
             StreamWriter(sink, _CHUNKS[0].payload, check)
         assert sink.getvalue() == b""
         return
-    done = _BODY[: refused - 1]
+    done = _BODY[: rejected - 1]
     writer = _write(sink, done, check)
     written = sink.getvalue()
     with pytest.raises(KeyError):
-        writer.write(_BODY[refused - 1].kind, b"") if refused < len(_BODY) else writer.finish()
+        writer.write(_BODY[rejected - 1].kind, b"") if rejected < len(_BODY) else writer.finish()
 
     assert sink.getvalue() == written
-    for chunk in _BODY[refused - 1 :]:
+    for chunk in _BODY[rejected - 1 :]:
         writer.write(chunk.kind, chunk.payload)
     writer.finish()
     assert sink.getvalue() == _DATA

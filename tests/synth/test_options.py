@@ -16,7 +16,7 @@ from quarc_ref.synth.options import SynthOptions, draw
         ("cameras", 100),
     ],
 )
-def test_a_number_that_cannot_be_is_refused_by_name(name, value):
+def test_a_number_that_cannot_be_is_rejected_by_name(name, value):
     with pytest.raises(ValueError, match=name):
         SynthOptions(**{name: value})
 

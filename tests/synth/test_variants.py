@@ -29,7 +29,7 @@ def test_every_variant_is_a_picture_that_differs_from_the_playrooms(variant):
     assert (variant == "playroom") == np.array_equal(picture, _trace("playroom"))
 
 
-def test_a_variant_that_does_not_exist_is_refused_with_those_that_do():
+def test_a_variant_that_does_not_exist_is_rejected_with_those_that_do():
     with pytest.raises(ValueError, match="'night', not one of playroom, bright-stage"):
         SynthOptions(variant="night")
 

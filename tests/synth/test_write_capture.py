@@ -95,7 +95,7 @@ def test_progress_counts_every_picture(options, tmp_path):
     assert told == [(done, 10) for done in range(1, 11)]
 
 
-def test_a_folder_with_something_in_it_is_refused_and_left_as_it_is(options, tmp_path):
+def test_a_folder_with_something_in_it_is_rejected_and_left_as_it_is(options, tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
     with pytest.raises(FileExistsError, match=r"mine\.txt"):
         write_synthetic_capture(tmp_path, options)
@@ -103,7 +103,7 @@ def test_a_folder_with_something_in_it_is_refused_and_left_as_it_is(options, tmp
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
-def test_a_file_of_that_name_is_refused(options, tmp_path):
+def test_a_file_of_that_name_is_rejected(options, tmp_path):
     (tmp_path / "taken").write_text("keep")
     with pytest.raises(FileExistsError, match="taken"):
         write_synthetic_capture(tmp_path / "taken", options)

@@ -1,6 +1,6 @@
 """Frames coded one after the other, each with the CRC of what it makes of the state.
 
-A frame that is refused leaves the state as it was, and has a CRC of 0. The reference
+A frame that is rejected leaves the state as it was, and has a CRC of 0. The reference
 engine says what a state is.
 """
 
@@ -185,7 +185,7 @@ class Builder:
             return write_updates(update_context(moved), updates, moved.update_counts)
 
     def _try(self, record: Record) -> tuple[State | None, int]:
-        """Return the state that a record leads to, and its CRC; None and 0 if it is refused."""
+        """Return the state that a record leads to, and its CRC; None and 0 if it is rejected."""
         with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
                 state, _ = decode_canonical(self.header, record)

@@ -193,14 +193,14 @@ def encode(
     with report_errors():
         to_pipe = str(output) == STANDARD_STREAM
         if to_pipe:
-            _refuse_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
-            _refuse_with("-o -", {"--segments": segments is not None})
+            _reject_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
+            _reject_with("-o -", {"--segments": segments is not None})
         if segments is None:
             _require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
-            _refuse_with("--segments", {"--live": live})
+            _reject_with("--segments", {"--live": live})
         if version == "1.0":
-            _refuse_with("--format 1.0", {"--snapshot-interval": snapshot_interval is not None})
+            _reject_with("--format 1.0", {"--snapshot-interval": snapshot_interval is not None})
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         asked = {
             "canonical.keyframe_interval": keyframe_interval,
@@ -229,7 +229,7 @@ def encode(
             _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)
 
 
-def _refuse_with(what: str, asked: dict[str, bool]) -> None:
+def _reject_with(what: str, asked: dict[str, bool]) -> None:
     """Raise UsageError if an option is given that does not go with something else."""
     for option, is_given in asked.items():
         if is_given:

@@ -42,7 +42,7 @@ def evaluate(
         restore_sigterm_handler()
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
-            with _refused(file, as_json=as_json):
+            with _rejected(file, as_json=as_json):
                 data = Path(file).read_bytes()
                 evaluation = evaluate_stream(
                     data, capture, progress.advance, other_capture=other_capture
@@ -57,7 +57,7 @@ def evaluate(
 
 
 @contextmanager
-def _refused(file: str, *, as_json: bool) -> Iterator[None]:
+def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
     """Turn a capture that does not belong to a stream into a fault of the command line."""
     from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 

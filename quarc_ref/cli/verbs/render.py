@@ -62,7 +62,7 @@ def render(
             "--max-pixels",
             min=1,
             metavar="N",
-            help="Refuse larger pictures: a camera of a stream may ask for any size.",
+            help="Reject larger pictures: a camera of a stream may ask for any size.",
         ),
     ] = _MOST_PIXELS,
     pixels: Annotated[

@@ -61,8 +61,8 @@ def verify(
                 run.decode(source, waiting)
         except BitstreamError as error:
             if as_json:
-                refused = {"valid": False, "frames": run.frames, "refused": error.reject_id}
-                print_json("verify/1", refused)
+                rejected = {"valid": False, "frames": run.frames, "refused": error.reject_id}
+                print_json("verify/1", rejected)
             raise
         if as_json:
             proved = {"proved": proof.as_json()} if proof else {}

@@ -76,7 +76,7 @@ class PythonBitDecoder:
         return np.frombuffer(bits, dtype=np.bool_)
 
     def finish(self) -> None:
-        """Refuse what is left.
+        """Reject what is left.
 
         Raises:
             UnconsumedWordsError: The state is not 0, or words are left.

@@ -101,13 +101,13 @@ def test_cameras_in_one_place_are_told(honest):
     assert "cameras-in-one-place" in _list_kinds(plant(honest, cameras=cameras))
 
 
-def test_one_training_camera_is_refused(honest):
+def test_one_training_camera_is_rejected(honest):
     with pytest.raises(UnusableCaptureError, match="1 training camera, and depth needs at least 2"):
         check_capture(keep_cameras(honest, [0, 5]))
     assert issubclass(UnusableCaptureError, EncodeError)
 
 
-def test_points_of_another_scene_are_refused(honest):
+def test_points_of_another_scene_are_rejected(honest):
     with pytest.raises(UnusableCaptureError, match="none of the 8004 initial points of capture"):
         check_capture(move_points(honest, 1.0, (500.0, 0.0, 0.0)))
 

@@ -73,13 +73,13 @@ _ODD = {
 
 
 @pytest.mark.parametrize("odd", _ODD.values(), ids=_ODD)
-def test_other_arrays_than_expected_are_refused(odd, tmp_path):
+def test_other_arrays_than_expected_are_rejected(odd, tmp_path):
     arrays = {name: array for name, array in (_arrays() | odd).items() if array is not None}
     with pytest.raises(ArrayFileError, match="other arrays"):
         _read(tmp_path / "a", _build(arrays))
 
 
-def test_arrays_of_another_key_are_refused(tmp_path):
+def test_arrays_of_another_key_are_rejected(tmp_path):
     with pytest.raises(ArrayFileError, match="other arrays"):
         _read(tmp_path / "a", _build(), key="other")
 
@@ -109,20 +109,20 @@ _SHAPES = json.loads(_build().partition(b"\n")[0])["arrays"]
         {"arrays": _SHAPES | {"rows": ["<f4", [10**30, 3]]}},
     ],
 )
-def test_a_header_that_makes_no_sense_is_refused(header, tmp_path):
+def test_a_header_that_makes_no_sense_is_rejected(header, tmp_path):
     with pytest.raises(ArrayFileError):
         _read(tmp_path / "a", header if isinstance(header, bytes) else _build(header=header))
 
 
 @pytest.mark.parametrize("change", [-1, 1])
-def test_a_file_of_another_length_is_refused(change, tmp_path):
+def test_a_file_of_another_length_is_rejected(change, tmp_path):
     data = _build()
     with pytest.raises(ArrayFileError, match="as long as"):
         _read(tmp_path / "a", data[:-1] if change < 0 else data + b"0")
 
 
 @pytest.mark.parametrize("crc", [0, -1, None, "1", [], 1e400])
-def test_a_wrong_checksum_is_refused(crc, tmp_path):
+def test_a_wrong_checksum_is_rejected(crc, tmp_path):
     with pytest.raises(ArrayFileError, match="damaged"):
         _read(tmp_path / "a", _build(header={"crc32": crc}))
 

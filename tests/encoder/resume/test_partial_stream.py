@@ -134,7 +134,7 @@ def _with_metadata(data, **changes):
         ),
     ],
 )
-def test_other_settings_are_refused_by_name(changes, said, whole, tmp_path):
+def test_other_settings_are_rejected_by_name(changes, said, whole, tmp_path):
     broken = whole[: _ends(whole)[4]]
     options = replace(_OPTIONS, config=replace(CONFIG, **changes))
     with pytest.raises(ResumeError, match=said):
@@ -159,13 +159,13 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["capture", "fingerprint", "encoder"])
-def test_another_capture_and_another_encoder_are_refused(name, whole, tmp_path):
+def test_another_capture_and_another_encoder_are_rejected(name, whole, tmp_path):
     other = _with_metadata(whole, **{name: "another"})
     with pytest.raises(ResumeError, match=f"begun otherwise, with another {name}$"):
         _go_on(tmp_path / "a.quarc", other)
 
 
-def test_other_cameras_and_another_clock_are_refused(whole, tmp_path):
+def test_other_cameras_and_another_clock_are_rejected(whole, tmp_path):
     capture = make_capture(5)
     capture.cameras = (replace(capture.cameras[0], fx=51.0), *capture.cameras[1:])
     capture.frames_per_second = 25.0
@@ -174,7 +174,7 @@ def test_other_cameras_and_another_clock_are_refused(whole, tmp_path):
         encode_file(capture, tmp_path / "a.quarc", _OPTIONS)
 
 
-def test_frames_that_do_not_fit_are_refused(whole, tmp_path):
+def test_frames_that_do_not_fit_are_rejected(whole, tmp_path):
     with pytest.raises(ResumeError, match="finished with 5 frames, not 4"):
         _go_on(tmp_path / "a.quarc", whole, replace(_OPTIONS, frames=4))
     with pytest.raises(ResumeError, match="finished with 5 frames, not 6"):
@@ -183,7 +183,7 @@ def test_frames_that_do_not_fit_are_refused(whole, tmp_path):
         _go_on(tmp_path / "c.quarc", whole[: _ends(whole)[6]], replace(_OPTIONS, frames=3))
 
 
-def test_an_edited_stream_is_refused(whole, tmp_path):
+def test_an_edited_stream_is_rejected(whole, tmp_path):
     later, twice = cut_bytes(whole, 3), join_bytes(whole, whole)
     with pytest.raises(ResumeError, match="frame 0 of the stream is not"):
         _go_on(tmp_path / "a.quarc", later)
@@ -198,7 +198,7 @@ def test_what_is_no_stream_is_left_as_it_is(tmp_path):
     assert (tmp_path / "a.quarc").read_bytes() == b"my thesis"
 
 
-def test_chunks_that_the_encoder_does_not_write_are_refused():
+def test_chunks_that_the_encoder_does_not_write_are_rejected():
     data, _ = make_stream(gaussian_count=8, frame_count=2)
     kinds = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
     for place in (1, 2, 4):

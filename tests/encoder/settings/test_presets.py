@@ -73,7 +73,7 @@ def test_a_leaf_can_be_changed_by_its_name(path, text, value):
         ("seed", str(1 << 64)),
     ],
 )
-def test_a_value_out_of_range_is_refused_by_name(path, text):
+def test_a_value_out_of_range_is_rejected_by_name(path, text):
     with pytest.raises(SettingError, match=f"^{path}={text}: {path.split('.')[-1]} "):
         change_setting(choose_preset("main"), path, text)
 

@@ -45,6 +45,6 @@ def test_what_a_number_may_be_is_said_in_words(changes, said):
         _Settings(**changes)
 
 
-def test_what_is_no_number_is_refused():
+def test_what_is_no_number_is_rejected():
     with pytest.raises(ValueError, match="share"):
         _Settings(share=float("nan"))

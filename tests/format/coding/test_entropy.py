@@ -43,14 +43,14 @@ def test_the_words_of_a_small_message_are_these():
 
 
 @pytest.mark.parametrize("open_words", _DECODERS)
-def test_a_last_word_of_zero_is_refused(open_words):
+def test_a_last_word_of_zero_is_rejected(open_words):
     with pytest.raises(InvalidWordsError):
         open_words(np.array([5, 0], dtype=np.uint32))
 
 
 @pytest.mark.parametrize("open_words", _DECODERS)
 @pytest.mark.parametrize("words", [[7], [1, 2, 3], [0, 9]])
-def test_words_that_are_left_are_refused(open_words, words):
+def test_words_that_are_left_are_rejected(open_words, words):
     decoder = open_words(np.array(words, dtype=np.uint32))
     decoder.take(1, 1 << 23)
 

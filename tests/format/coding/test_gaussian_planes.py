@@ -51,7 +51,7 @@ def test_sorting_keeps_every_gaussian_whole(data):
     assert sorted(map(tuple, rows[0].tolist())) == sorted(map(tuple, rows[1].tolist()))
 
 
-def test_positions_outside_the_box_are_refused():
+def test_positions_outside_the_box_are_rejected():
     header = StreamHeader()
     origin, axis_bits, ordered = sort_canonical(make_gaussians(header, 20))
     sections = write_canonical(ordered, origin)
@@ -94,7 +94,7 @@ def test_colors_that_are_too_far_apart_cannot_be_written():
         write_canonical(replace(made, codes=codes), tuple(made.positions[:, 0].tolist()))
 
 
-def test_a_parent_that_is_farther_than_any_number_may_be_is_refused():
+def test_a_parent_that_is_farther_than_any_number_may_be_is_rejected():
     writer = PlaneWriter(ContextCounts())
     far = np.array([1 << 61], dtype=np.int64)
     code_unsigned(writer, "births parents", np.zeros_like(far), KEY_CLASS_BITS, far)

@@ -73,7 +73,7 @@ def test_planes_of_one_section_learn_from_each_other():
     assert counts.weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 404]
 
 
-def test_a_stated_code_that_is_undefined_is_refused():
+def test_a_stated_code_that_is_undefined_is_rejected():
     code = np.array([1, 1, 1, 1, 0, 0, 0, 0], dtype=bool)
     stated = [(np.array([True]), STATED_WEIGHT), (code, WEIGHT_TOTAL // 2)]
     reader = PlaneReader(Section(encode_bits(stated)), ContextCounts())
@@ -82,7 +82,7 @@ def test_a_stated_code_that_is_undefined_is_refused():
         reader.code("some", np.array([0]), np.zeros(1, dtype=bool))
 
 
-def test_planes_that_are_not_asked_for_are_refused():
+def test_planes_that_are_not_asked_for_are_rejected():
     rng = np.random.default_rng(0)
     section = _write(
         [np.stack([np.zeros(400), rng.integers(0, 2, 400)], axis=1).astype(int)], ContextCounts()

@@ -30,7 +30,7 @@ def test_the_weights_are_those_of_the_text():
 
 
 @pytest.mark.parametrize("code", range(PROBABILITY_CODES, 256))
-def test_undefined_codes_are_refused(code):
+def test_undefined_codes_are_rejected(code):
     with pytest.raises(BadProbabilityError):
         weight_of_code(code)
 

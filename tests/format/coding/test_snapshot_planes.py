@@ -118,7 +118,7 @@ def test_what_has_changed_too_much_is_newborn():
         assert _same(_read(coded, scene).gaussians, coded.gaussians)
 
 
-def test_a_frame_that_is_too_wide_is_refused():
+def test_a_frame_that_is_too_wide_is_rejected():
     scene = _scene(3)
     far = replace(scene, positions=scene.positions + np.array([[0, 0, 1 << 20]]))
 
@@ -127,7 +127,7 @@ def test_a_frame_that_is_too_wide_is_refused():
 
 
 @given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12))
-def test_any_words_are_survivors_or_refused(words):
+def test_any_words_are_survivors_or_rejected(words):
     scene = _scene(20)
     coded = write_snapshot(scene, scene, np.arange(20))
     chunk = replace(_chunk(coded), survivors=Section(np.array(words, dtype=np.uint32)))

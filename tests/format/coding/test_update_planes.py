@@ -102,7 +102,7 @@ def test_what_moved_or_changed_lately_changes_for_less():
 
 
 @given(st.lists(st.integers(0, (1 << 32) - 1), max_size=12), st.integers(1, 40))
-def test_any_words_are_updates_or_refused(words, count):
+def test_any_words_are_updates_or_rejected(words, count):
     section = Section(np.array(words, dtype=np.uint32))
 
     try:
