@@ -20,7 +20,7 @@ from quarc_ref.format.errors import (
     IndexMismatchError,
     TailMismatchError,
 )
-from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
+from quarc_ref.format.records import FrameChunk, SeekPoint, StreamHeader, Tail
 from quarc_ref.format.seek_points import SeekPoints
 
 
@@ -178,10 +178,14 @@ class StreamDecoder:
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
         frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
-        state: FrameState = self._engine.decode_frame(self._state, frame)
-        self._state = state
+        self._state = self.decode_frame(self._state, frame)
         self._frame_count += 1
-        return state
+        return self._state
+
+    def decode_frame(self, state: FrameState, frame: FrameChunk) -> FrameState:
+        """Return the state of the frame after `state`; see `Engine.decode_frame`."""
+        decoded: FrameState = self._engine.decode_frame(state, frame)
+        return decoded
 
     def _take_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)

@@ -2,8 +2,8 @@
 
 Every result of training becomes bytes here, and what training goes on with is
 what the decoder makes of them. At the end of a frame its chunk goes through a
-`StreamDecoder` like any reader's, and the state that comes out seeds the next
-frame.
+`LoopDecoder`, which takes no step of the frame twice, and the state that comes
+out seeds the next frame.
 """
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ import numpy as np
 from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.encoder.loop_decoder import LoopDecoder
 from quarc_ref.encoder.requantize import requantize
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
@@ -77,7 +77,7 @@ class ClosedLoop:
     ) -> None:
         self._header = header
         self.engine: Engine[Any] = choose_engine()
-        self._decoder = StreamDecoder(self.engine)
+        self._decoder = LoopDecoder(self.engine)
         self._decoded: FrameState | None = None
         self._writer = StreamWriter(sink, wire.build_stream_header(header), self._decode, held)
         self._writer.write(container.CAME, wire.build_cameras(cameras))
@@ -183,6 +183,7 @@ class ClosedLoop:
             births=section,
             state_crc=self.engine.state_crc(grown),
         )
+        self._decoder.expect(self.state, chunk, grown)
         return self._push(container.FRAM, wire.build_frame(chunk), grown)
 
     def commit_frame_as_canonical(self, births: Births | None) -> FrameState:
@@ -249,11 +250,12 @@ class ClosedLoop:
         Raises:
             EncodeError: A newborn is beyond what the format carries.
         """
-        if births is None:
-            return self._moved, EMPTY
-        section = self.engine.write_births(self._moved, births)
+        section, count = EMPTY, 0
+        if births is not None:
+            section = self.engine.write_births(self._moved, births)
+            count = births.newborn.count
         try:
-            grown = self.engine.decode_births(self._moved, section, births.newborn.count)
+            grown = self.engine.decode_births(self._moved, section, count)
         except StateError as error:
             raise EncodeError(str(error)) from error
         return grown, section
@@ -264,7 +266,9 @@ class ClosedLoop:
         self._writer.write(kind, payload)
         self.frame_bytes = self._writer.offset - begun
         decoded = self._decoded
-        if decoded is None or not _is_same_scene(decoded.scene, expected.scene):
+        if decoded is not expected and (
+            decoded is None or not _is_same_scene(decoded.scene, expected.scene)
+        ):
             message = f"frame {expected.scene.frame} decodes to another state than was committed"
             raise ClosedLoopError(message)
         self.state = decoded

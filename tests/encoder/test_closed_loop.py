@@ -1,4 +1,5 @@
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,6 +102,38 @@ def test_an_encoder_that_has_another_state_than_the_decoder_is_stopped(monkeypat
 
     with pytest.raises(ClosedLoopError):
         loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
+
+
+def test_a_frame_is_decoded_once_and_anew_where_a_byte_differs(monkeypatch):
+    loop, moved = _moved(_HEADER)
+    decoded_whole = []
+    decode_frame = loop.engine.decode_frame
+
+    def note(state, chunk):
+        decoded_whole.append(chunk)
+        return decode_frame(state, chunk)
+
+    monkeypatch.setattr(loop.engine, "decode_frame", note)
+    births = make_births(moved, 2)
+
+    first = loop.commit_births(births)
+
+    assert loop.state is first
+    assert decoded_whole == []
+
+    loop.begin_frame(0)
+    loop.commit_motion(make_symbols(loop._begun, 2))
+    expect = loop._decoder.expect
+    monkeypatch.setattr(
+        loop._decoder,
+        "expect",
+        lambda before, chunk, after: expect(before, replace(chunk, death_count=1), after),
+    )
+
+    loop.commit_births(None)
+
+    assert len(decoded_whole) == 1
+    assert (loop.state.scene.frame, loop.state.scene.count) == (2, 49)
 
 
 def test_a_motion_that_cannot_be_written_is_the_scenes_fault_and_not_the_streams():
