@@ -9,18 +9,16 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
 
-from quarc_ref.datasets import colmap, n3dv, transforms_json
 from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
 from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.datasets.layouts import colmap, easymocap, n3dv, panoptic, transforms_json
+from quarc_ref.datasets.layouts.transforms_entries import read_transforms
 from quarc_ref.datasets.named_files import NamedFiles
+from quarc_ref.datasets.opencv_yaml import parse_yaml
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header
-from quarc_ref.datasets.transforms_entries import read_transforms
-from quarc_ref.datasets.video import VideoReader
 from quarc_ref.encoder.resume.array_file import ArrayFileError, Layout, read_arrays
 from quarc_ref.export.gaussian_ply import parse_ply
 from quarc_ref.files import MARKER, OutputPathError, grown_folder
@@ -81,19 +79,7 @@ def poses(data: bytes) -> None:
     with _file("poses_bounds.npy", data) as path, suppress(CaptureError):
         for row in n3dv._read_rows(path):
             with suppress(CaptureError):
-                n3dv._make_camera(_VIDEO, row, path)
-
-
-@dataclass(frozen=True)
-class _Video:
-    """As much of a video as its camera's pose is held against."""
-
-    path: Path
-    width: int
-    height: int
-
-
-_VIDEO = cast("VideoReader", _Video(Path("cam00.mp4"), 48, 32))
+                n3dv._make_camera("cam00", (48, 32), row, path)
 
 
 @contextmanager
@@ -131,6 +117,21 @@ def notes(data: bytes) -> None:
     """Read the notes of a capture, and apply them to its cameras."""
     with _file(NOTES_NAME, data) as path, suppress(CaptureError):
         read_capture_notes(path.parent).first_frames(["cam00", "cam01"])
+
+
+def opencv_yaml(data: bytes) -> None:
+    """Read a calibration of EasyMocap, and make cameras of it."""
+    with suppress(ValueError):
+        nodes = parse_yaml(data)
+        for name in ("00", "01"):
+            with suppress(ValueError):
+                easymocap._make_camera(name, (48, 32), nodes, nodes)
+
+
+def panoptic_json(data: bytes) -> None:
+    """Read a calibration of the Panoptic Studio."""
+    with _file("calibration_a.json", data) as path, suppress(CaptureError):
+        panoptic.read_cameras(path)
 
 
 def stills(data: bytes) -> None:
@@ -189,6 +190,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "gaussians": gaussians,
     "transforms": transforms,
     "notes": notes,
+    "opencv_yaml": opencv_yaml,
+    "panoptic_json": panoptic_json,
     "stills": stills,
     "colmap": colmap_model,
     "training": training,

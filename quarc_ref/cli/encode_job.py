@@ -13,6 +13,7 @@ from quarc_ref.cli.targets import written_file, written_stream
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
+    from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder import EncodeOptions
     from quarc_ref.encoder.progress import Progress
     from quarc_ref.encoder.segments import Segment
@@ -26,8 +27,7 @@ class EncodeJob:
 
     Attributes:
         folder: Of the capture.
-        downscale: Times that pictures are made smaller.
-        held_out: Names of the cameras to keep for evaluation; none for the first.
+        opening: What to make of it.
         config: All settings of training and stream.
         frames: How many, from the first; None for all.
         device: As `--device` has it.
@@ -37,8 +37,7 @@ class EncodeJob:
     """
 
     folder: Path
-    downscale: int
-    held_out: tuple[str, ...]
+    opening: "CaptureOptions"
     config: "EncoderConfig"
     frames: int | None
     device: str
@@ -57,7 +56,7 @@ class EncodeJob:
         from quarc_ref.encoder import EncodeOptions
 
         require_device(self.device)
-        capture = open_capture_for(self.folder, self.downscale, list(self.held_out))
+        capture = open_capture_for(self.folder, self.opening)
         try:
             capture.require_frames(self.frames)
         except TooFewFramesError as error:
@@ -163,10 +162,8 @@ def _cut(
     work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
 ) -> "list[Segment]":
     """Return the segments of a capture, whose files are to be in a folder."""
-    from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder.segments import Segment, split_frames
 
-    opening = CaptureOptions(work.downscale, work.held_out)
     folder, segment_count = into
     try:
         spans = split_frames(capture.require_frames(work.frames), segment_count)
@@ -175,7 +172,7 @@ def _cut(
         raise UsageError(message) from error
     return [
         Segment(
-            work.folder.absolute(), opening, options, first, count,
+            work.folder.absolute(), work.opening, options, first, count,
             folder / f"frames_{first:06}_{count:06}.quarc",
         )
         for first, count in spans

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from quarc_ref.cli.output import tell
 
 if TYPE_CHECKING:
-    from quarc_ref.encoder.checks.findings import Finding
+    from quarc_ref.datasets.findings import Finding
 
 
 class Warnings:

@@ -9,6 +9,7 @@ from quarc_ref.cli.errors import UsageError, restore_sigterm_handler
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
+    from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder.settings.config import EncoderConfig
 
 
@@ -69,28 +70,31 @@ def require_device(device: str) -> None:
         raise UsageError(message)
 
 
-def open_capture_for(folder: Path, downscale: int, held_out: list[str]) -> "Capture":
-    """Open a capture at the size asked for.
+def open_capture_for(folder: Path, options: "CaptureOptions") -> "Capture":
+    """Open a capture as it is asked for.
 
     Raises:
-        UsageError: The pictures cannot be made as small, or a camera that is to
-            be held out is not there.
+        UsageError: The pictures cannot be made as small, a camera that is to be held
+            out is not there, or no frame is left from the first one that is asked for.
         CaptureError: The capture cannot be read.
         UnicodeEncodeError: A file cannot have the name that the capture gives it, or a stream
             cannot hold the name of the capture or of a camera.
     """
     from quarc_ref.datasets.calibration import DownscaleError
-    from quarc_ref.datasets.errors import HeldOutError
-    from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+    from quarc_ref.datasets.errors import HeldOutError, StartError
+    from quarc_ref.datasets.open_capture import open_capture
 
     restore_sigterm_handler()
     try:
-        capture = open_capture(folder, CaptureOptions(downscale, tuple(held_out)))
+        capture = open_capture(folder, options)
     except HeldOutError as error:
         message = f"--held-out: {error}"
         raise UsageError(message) from error
     except DownscaleError as error:
-        message = f"--downscale {downscale}: {error}"
+        message = f"--downscale {options.downscale}: {error}"
+        raise UsageError(message) from error
+    except StartError as error:
+        message = f"--start {options.start}: {error}"
         raise UsageError(message) from error
     for name in (capture.name, *(camera.name for camera in capture.cameras)):
         name.encode()  # or the stream could not be written when all is trained

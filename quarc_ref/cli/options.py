@@ -110,7 +110,7 @@ CaptureFolder = Annotated[
     Path,
     typer.Argument(
         metavar="CAPTURE",
-        help="A capture: N3DV's layout, a COLMAP model with frames, or transforms.json.",
+        help="A capture: N3DV, COLMAP, nerfstudio, EasyMocap or Panoptic layout (see README).",
         show_default=False,
         readable=False,  # found out when it is read, and then no fault of the command line
         callback=check_folder,

@@ -1,7 +1,7 @@
 """Whether the videos of a capture go together frame by frame: frame rates and lengths."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from statistics import median_high
 
 import numpy as np
@@ -33,26 +33,30 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
     ]
     if odd:
         message = (
-            f"{_list_videos(odd, _tell_rate)}, the others have {usual:g}: convert all to one "
-            "frame rate"
+            f"{_shorten([_tell_rate(video) for video in odd])}, the others have {usual:g}: convert "
+            "all to one frame rate"
         )
         raise FrameRateError(message)
 
 
-def compare_lengths(videos: Sequence[VideoReader]) -> str | None:
-    """Return what is wrong with the lengths of the videos; None if all have as many frames.
+def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> str | None:
+    """Return which cameras have more or fewer frames than most; None if all have as many.
 
     Args:
-        videos: At least one.
+        names: Of the cameras, at least one.
+        lengths: `[camera]` number of frames.
     """
-    usual = median_high(video.frame_count for video in videos)
-    odd = [video for video in videos if video.frame_count != usual]
+    usual = median_high(lengths)
+    odd = [
+        f"{name} has {length} frames"
+        for name, length in zip(names, lengths, strict=True)
+        if length != usual
+    ]
     if not odd:
         return None
-    least = min(video.frame_count for video in videos)
     return (
-        f"{_list_videos(odd, _tell_length)}, the others have {usual}: cut all to one length, or "
-        f"take no more than the {least} that all have (encode --frames {least})"
+        f"{_shorten(odd)}, the others have {usual}: every camera is cut to the {min(lengths)} "
+        "frames that all have"
     )
 
 
@@ -72,15 +76,11 @@ def _require_constant_rate(video: VideoReader) -> None:
         raise FrameRateError(message)
 
 
-def _list_videos(videos: Sequence[VideoReader], tell: Callable[[VideoReader], str]) -> str:
-    named = ", ".join(f"{video.path.name} has {tell(video)}" for video in videos[:_MOST_NAMED])
-    more = len(videos) - _MOST_NAMED
+def _shorten(parts: Sequence[str]) -> str:
+    named = ", ".join(parts[:_MOST_NAMED])
+    more = len(parts) - _MOST_NAMED
     return f"{named} and {more} more differ" if more > 0 else named
 
 
 def _tell_rate(video: VideoReader) -> str:
-    return f"{video.frames_per_second:g} frames per second"
-
-
-def _tell_length(video: VideoReader) -> str:
-    return f"{video.frame_count} frames"
+    return f"{video.path.name} has {video.frames_per_second:g} frames per second"

@@ -1,6 +1,6 @@
 """A capture: calibrated cameras and their pictures, frame by frame.
 
-Loaders (`n3dv`, `colmap`, `transforms_json`) make a `Capture`; encoder and
+`open_capture` makes a `Capture` of what a loader in `layouts` reads; encoder and
 evaluation know nothing of where it came from. Pictures are decoded when asked
 for and kept in a cache of bounded size.
 """
@@ -13,7 +13,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.errors import CountMismatchError, TooFewFramesError
+from quarc_ref.datasets.errors import TooFewFramesError
+from quarc_ref.datasets.findings import Finding
 from quarc_ref.format.cameras import Camera
 
 Image = NDArray[np.uint8]
@@ -58,7 +59,8 @@ class Capture:
         fingerprint: A digest of the files that the capture is made of, hex.
         cache_bytes: Pictures kept, at most.
         whole: The capture that this is a part of; None if of none.
-        uneven: What is wrong, if cameras differ in how many frames they have.
+        findings: What its loader found wrong, or assumed.
+        start: Frame of the footage, once it is lined up, that is frame 0 here.
     """
 
     def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
@@ -72,7 +74,8 @@ class Capture:
         fingerprint: str,
         cache_bytes: int = _CACHE_BYTES,
         whole: "Capture | None" = None,
-        uneven: str | None = None,
+        findings: Sequence[Finding] = (),
+        start: int = 0,
     ) -> None:
         self.name = name
         self.cameras = tuple(cameras)
@@ -80,7 +83,8 @@ class Capture:
         self.frames_per_second = frames_per_second
         self.points = points
         self.fingerprint = fingerprint
-        self._uneven = uneven
+        self.findings = tuple(findings)
+        self.start = start
         self.whole = whole or self
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
@@ -103,12 +107,9 @@ class Capture:
             asked: How many are wanted; None for all.
 
         Raises:
-            CountMismatchError: All are wanted, and cameras differ in how many they have.
             TooFewFramesError: As many as are wanted are not there.
         """
         if asked is None:
-            if self._uneven is not None:
-                raise CountMismatchError(self._uneven)
             return self.frame_count
         if not 1 <= asked <= self.frame_count:
             found = self.frame_count

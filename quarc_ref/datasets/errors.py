@@ -9,6 +9,7 @@
     ├── CountMismatchError      cameras differ in frames, or poses in cameras
     │   └── FrameRateError      videos differ in frame rate, or one varies in it
     ├── TooFewFramesError       more frames are asked for than every camera has
+    │   └── StartError          the first frame asked for is after the last
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
     ├── UnreadablePoseError     a pose file is malformed, or its numbers no pose
@@ -54,6 +55,10 @@ class FrameRateError(CountMismatchError):
 
 class TooFewFramesError(CaptureError):
     """More frames are asked for than every camera has."""
+
+
+class StartError(TooFewFramesError):
+    """The first frame asked for is after the last that every camera has."""
 
 
 class TruncatedVideoError(CaptureError):

@@ -7,16 +7,16 @@ apart without reading all of their pictures.
 import hashlib
 import json
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.datasets.calibration import CalibratedCamera
-from quarc_ref.datasets.capture import PictureSource, Points
+from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import MissingFileError
+from quarc_ref.datasets.findings import Finding
+from quarc_ref.datasets.pictures import Pictures
 
-USUAL_FRAMES_PER_SECOND = 30.0  # where pictures are files and nothing tells
 _SAMPLE_BYTES = 1 << 20
 
 
@@ -41,29 +41,38 @@ class Footage:
 
     Attributes:
         cameras: In the order of their names.
-        frame_count: Frames that every camera has.
-        frames_per_second: Of all cameras.
+        source: Their pictures as they are on disk.
         points: Initial points; None to triangulate them.
-        source: Pictures as they are on disk.
-        files: What all this was read from.
-        uneven: What is wrong with the lengths of the cameras' videos, if they
-            differ; `frame_count` is the shortest one's then.
+        descriptions: Files of poses and points, which count byte for byte.
+        stated_rate: Frames per second, if a description says so; None for that of `source`.
+        findings: What may be wrong, and what was assumed.
     """
 
     cameras: tuple[CalibratedCamera, ...]
-    frame_count: int
-    frames_per_second: float
+    source: Pictures
     points: Points | None
-    source: PictureSource
-    files: CaptureFiles
-    uneven: str | None = None
+    descriptions: tuple[Path, ...]
+    stated_rate: float | None = None
+    findings: tuple[Finding, ...] = ()
 
+    @property
+    def frame_count(self) -> int:
+        """Frames that every camera has."""
+        return min(self.source.lengths)
 
-def natural_order(name: str) -> list[str | tuple[int, str]]:
-    """Return a sort key by which `cam_2` comes before `cam_10`."""
-    parts = re.split(r"0*([0-9]+)", name)
-    # A number by its digits: `int` rejects thousands of them.
-    return [(len(part), part) if index % 2 else part for index, part in enumerate(parts)]
+    @property
+    def frames_per_second(self) -> float:
+        """Of all cameras."""
+        return self.stated_rate or self.source.frames_per_second
+
+    @property
+    def files(self) -> CaptureFiles:
+        """What all this was read from."""
+        return CaptureFiles(
+            self.descriptions,
+            pictures=tuple(path for row in self.source.paths for path in row),
+            sampled=tuple(row[0] for row in self.source.paths),
+        )
 
 
 def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:

@@ -84,6 +84,17 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
     return frames[0]
 
 
+def read_still_size(path: Path) -> tuple[int, int]:
+    """Return width and height of a PNG or JPEG file, pixels, by its header.
+
+    Raises:
+        MissingFileError: The file does not exist, or cannot be read.
+        UnreadableVideoError: The file is not regular, or not such a picture.
+    """
+    header = _require_usable(path, _read_still(path), None)
+    return header.width, header.height
+
+
 def _require_regular_file(path: Path) -> int:
     """Return the size of a file, bytes, which has an end and can be opened without waiting."""
     try:

@@ -9,19 +9,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from quarc_ref.datasets.agreement import compare_lengths
 from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, measure_depths
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
-from quarc_ref.datasets.colmap import find_model, read_colmap
+from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
 from quarc_ref.datasets.errors import (
     HeldOutError,
-    UnknownLayoutError,
+    StartError,
     UnreadablePointsError,
+    UnreadableVideoError,
     UnsupportedCameraError,
 )
+from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
-from quarc_ref.datasets.n3dv import POSES_NAME, read_n3dv
-from quarc_ref.datasets.pictures import RectifiedPictures
-from quarc_ref.datasets.transforms_json import TRANSFORMS_NAME, read_nerfstudio
+from quarc_ref.datasets.layouts.table import choose_layout
+from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.format.cameras import Camera
@@ -34,19 +36,24 @@ class CaptureOptions:
     Attributes:
         downscale: Times that pictures are made smaller.
         held_out: Names of the cameras to keep for evaluation; none for the first one.
-        max_frames: Frames taken at most, from the first on; None for all.
+        max_frames: Frames taken at most, from `start` on; None for all.
+        start: Frame of the capture, once its offsets are applied, that is frame 0 here.
 
     Raises:
-        ValueError: A number is not positive.
+        ValueError: A number is not positive, or `start` is negative.
     """
 
     downscale: int = 1
     held_out: tuple[str, ...] = ()
     max_frames: int | None = None
+    start: int = 0
 
     def __post_init__(self) -> None:
         if self.downscale < 1 or (self.max_frames is not None and self.max_frames < 1):
             message = "downscale and max_frames must be at least 1"
+            raise ValueError(message)
+        if self.start < 0:
+            message = f"start is {self.start}, not a frame from 0 on"
             raise ValueError(message)
 
 
@@ -57,7 +64,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     """Return the capture in a folder.
 
     Args:
-        path: Of the folder, in a layout of `n3dv`, `transforms_json` or `colmap`.
+        path: Of the folder, in a layout of `layouts.table`.
         options: What to make of it.
 
     Raises:
@@ -65,48 +72,71 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
             says which file is wrong, and what to do.
         DownscaleError: The pictures cannot be made as small as asked for.
     """
-    footage = _read_footage(path)
+    footage = choose_layout(path).read(path)
+    _require_sizes(footage)
     held_out = _choose_held_out([camera.name for camera in footage.cameras], options.held_out)
     rectifiers = [_make_rectifier(camera, options.downscale) for camera in footage.cameras]
     cameras = [
         replace(camera, lens=rectifier.lens)
         for camera, rectifier in zip(footage.cameras, rectifiers, strict=True)
     ]
-    source = RectifiedPictures(footage.source, [camera.name for camera in cameras], rectifiers)
+    names = [camera.name for camera in cameras]
+    footage, later = _line_up(path, footage, options)
+    source = RectifiedPictures(later, names, rectifiers)
     points = footage.points or _find_points(cameras, source, held_out)
-    frame_count, uneven = _bound_frames(footage, options.max_frames)
     return Capture(
         name=path.resolve().name,
         cameras=[_make_camera(camera, points, held_out) for camera in cameras],
-        frame_count=frame_count,
+        frame_count=min(later.frame_count, options.max_frames or later.frame_count),
         frames_per_second=footage.frames_per_second,
         points=points,
         source=source,
         fingerprint=compute_fingerprint(path, footage.files),
-        uneven=uneven,
+        findings=footage.findings,
+        start=options.start,
     )
 
 
-def _read_footage(path: Path) -> Footage:
-    if (path / POSES_NAME).is_file():
-        return read_n3dv(path)
-    if (path / TRANSFORMS_NAME).is_file():
-        return read_nerfstudio(path)
-    model = find_model(path)
-    if model is not None:
-        return read_colmap(path, model)
-    message = (
-        f"{path} is no capture that is known: it has neither {POSES_NAME} (N3DV), nor "
-        f"{TRANSFORMS_NAME} (nerfstudio), nor sparse/0/cameras.bin or .txt (COLMAP)"
-    )
-    raise UnknownLayoutError(message)
+def _require_sizes(footage: Footage) -> None:
+    """Prove that the pictures have the sizes that the calibration is for."""
+    for camera, size in zip(footage.cameras, footage.source.sizes, strict=True):
+        if size != (camera.lens.width, camera.lens.height):
+            message = (
+                f"frame 0 of camera {camera.name} is {size[0]}x{size[1]}, but its calibration is "
+                f"for {camera.lens.width}x{camera.lens.height}: scale one to the other"
+            )
+            raise UnreadableVideoError(message)
 
 
-def _bound_frames(footage: Footage, most: int | None) -> tuple[int, str | None]:
-    """Return how many frames to take, and why not all, as a `Capture` has both."""
-    if most is None or most > footage.frame_count:
-        return footage.frame_count, footage.uneven
-    return most, None
+def _line_up(
+    path: Path, footage: Footage, options: CaptureOptions
+) -> tuple[Footage, LaterPictures]:
+    """Return the pictures from the first frame that is wanted on, each camera's by its offset.
+
+    Args:
+        path: Of the capture.
+        footage: What it holds.
+        options: Which frames are wanted.
+
+    Returns:
+        The footage, to which the notes of the capture belong now, and the pictures.
+
+    Raises:
+        CaptureError: The notes are malformed, or no frame is left.
+    """
+    names, start = [camera.name for camera in footage.cameras], options.start
+    offsets = read_capture_notes(path).first_frames(names)
+    later = LaterPictures(footage.source, [start + offsets[name] for name in names])
+    if later.frame_count < 1:
+        has = f"{later.frame_count + start} frames that all cameras have"
+        message = f"the capture has {has}, so that none is left from frame {start} on"
+        raise StartError(message)
+    uneven = compare_lengths(names, footage.source.lengths)
+    if uneven is not None and (options.max_frames or later.frame_count + 1) > later.frame_count:
+        footage = replace(footage, findings=(*footage.findings, Finding(UNEVEN_LENGTHS, uneven)))
+    if any(offsets.values()):
+        footage = replace(footage, descriptions=(*footage.descriptions, path / NOTES_NAME))
+    return footage, later
 
 
 def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[str]:

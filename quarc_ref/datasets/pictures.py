@@ -7,58 +7,104 @@ headers, frames of videos once they are decoded.
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
-from quarc_ref.datasets.agreement import compare_lengths, require_one_rate
-from quarc_ref.datasets.calibration import Lens
+from quarc_ref.datasets.agreement import require_one_rate
 from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.errors import UnreadableVideoError
+from quarc_ref.datasets.media import read_still_size
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader, read_still
 
+USUAL_FRAMES_PER_SECOND = 30.0  # where pictures are files and nothing tells
+Size = tuple[int, int]
+
+
+class Pictures(PictureSource, Protocol):
+    """Pictures as they are on disk.
+
+    Attributes:
+        paths: `[camera]` of one video, or `[camera][frame]` of picture files.
+        sizes: `[camera]` width and height, pixels.
+        lengths: `[camera]` number of frames.
+        frames_per_second: Of all cameras.
+    """
+
+    paths: tuple[tuple[Path, ...], ...]
+    sizes: tuple[Size, ...]
+    lengths: tuple[int, ...]
+    frames_per_second: float
+
 
 class VideoPictures:
-    """Pictures of one video to a camera.
+    """Pictures of one video to a camera: see `Pictures`.
 
     Args:
         readers: `[camera]`, at least one.
-
-    Attributes:
-        readers: As given.
-        frame_count: Frames that every video has.
-        frames_per_second: Of all videos.
-        uneven: What is wrong with the videos' lengths, if they differ.
 
     Raises:
         FrameRateError: The videos differ in frame rate, or one has a variable one.
     """
 
     def __init__(self, readers: Sequence[VideoReader]) -> None:
-        self.readers = tuple(readers)
-        require_one_rate(self.readers)
-        self.frame_count = min(reader.frame_count for reader in self.readers)
-        self.frames_per_second = self.readers[0].frames_per_second
-        self.uneven = compare_lengths(self.readers)
+        self._readers = tuple(readers)
+        require_one_rate(self._readers)
+        self.paths: tuple[tuple[Path, ...], ...] = tuple((reader.path,) for reader in readers)
+        self.sizes = tuple((reader.width, reader.height) for reader in readers)
+        self.lengths = tuple(reader.frame_count for reader in readers)
+        self.frames_per_second = self._readers[0].frames_per_second
 
     def read(self, camera: int, frame: int) -> Image:
         """See `PictureSource.read`."""
-        return self.readers[camera].read(frame)
+        return self._readers[camera].read(frame)
 
 
 class FilePictures:
-    """Pictures of one file to a camera and frame.
+    """Pictures of one file to a camera and frame: see `Pictures`.
 
     Args:
-        paths: `[camera][frame]`.
-        lenses: `[camera]`; files of other sizes are not decoded.
+        paths: `[camera][frame]`, at least one frame each.
+        sizes: `[camera]` width and height; files of other sizes are not decoded.
+            None for those of frame 0.
+
+    Raises:
+        CaptureError: `sizes` is None, and the first picture of a camera cannot be read.
     """
 
-    def __init__(self, paths: Sequence[Sequence[Path]], lenses: Sequence[Lens]) -> None:
-        self._paths = tuple(tuple(row) for row in paths)
-        self._sizes = tuple((lens.width, lens.height) for lens in lenses)
+    def __init__(
+        self, paths: Sequence[Sequence[Path]], sizes: Sequence[Size] | None = None
+    ) -> None:
+        self.paths = tuple(tuple(row) for row in paths)
+        self.sizes = tuple(sizes or (read_still_size(row[0]) for row in self.paths))
+        self.lengths = tuple(len(row) for row in self.paths)
+        self.frames_per_second = USUAL_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:
         """See `PictureSource.read`."""
-        return read_still(self._paths[camera][frame], self._sizes[camera])
+        return read_still(self.paths[camera][frame], self.sizes[camera])
+
+
+class LaterPictures:
+    """Pictures from a frame of each camera on, so that cameras that began apart are together.
+
+    Args:
+        source: Of the pictures on disk.
+        firsts: `[camera]` frame of `source` that is frame 0 here.
+
+    Attributes:
+        frame_count: Frames that every camera has; 0 or less if one has none.
+    """
+
+    def __init__(self, source: Pictures, firsts: Sequence[int]) -> None:
+        self._source = source
+        self._firsts = tuple(firsts)
+        self.frame_count = min(
+            length - first for length, first in zip(source.lengths, firsts, strict=True)
+        )
+
+    def read(self, camera: int, frame: int) -> Image:
+        """See `PictureSource.read`."""
+        return self._source.read(camera, self._firsts[camera] + frame)
 
 
 class RectifiedPictures:

@@ -62,6 +62,11 @@ class Rectifier:
         return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
 
 
+def rotate_by_vector(vector: Numbers) -> Numbers:
+    """Return `[3, 3]` the rotation about a vector `[3]` by its length, radians."""
+    return np.asarray(cv2.Rodrigues(vector)[0], dtype=np.float64)
+
+
 def _fit_pinhole(lens: Lens) -> Lens:
     """Return the pinhole of the same size whose every pixel the lens covers."""
     left, right = _straighten_border(lens, axis=0)

@@ -23,9 +23,11 @@ def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dic
     """
     renderer = choose_rasterizer(choose_device(device)).name
     libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))
+    start = {"start": str(capture.start)} if capture.start else {}
     return {
         "capture": capture.name,
         "fingerprint": capture.fingerprint,
+        **start,
         "encoder": f"quarc-ref {__version__}, {libraries}",
         "settings": " ".join(f"{name}={value}" for name, value in _list_changed(config)),
     }

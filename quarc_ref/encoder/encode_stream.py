@@ -17,9 +17,9 @@ from typing import BinaryIO
 import numpy as np
 
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Report, ignore
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.checks.capture_checks import check_capture
-from quarc_ref.encoder.checks.findings import Report, ignore
 from quarc_ref.encoder.checks.first_frame_check import check_first_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
@@ -77,8 +77,10 @@ class EncodeOptions:
             CaptureError: A picture cannot be read.
         """
         if self.checks:
-            for finding in check_capture(capture):
-                self.report(finding)
+            cut_as_asked = self.frames is not None
+            for finding in (*capture.findings, *check_capture(capture)):
+                if not (cut_as_asked and finding.kind == UNEVEN_LENGTHS):
+                    self.report(finding)
 
 
 def encode(

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.findings import Finding, Report, ignore
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.checks.findings import Finding, Report, ignore
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_stream import EncodeOptions
 from quarc_ref.encoder.progress import NullProgress, Progress
@@ -140,6 +140,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         fingerprint=capture.fingerprint,
         cache_bytes=0,  # the capture behind it has a cache
         whole=capture.whole,
+        start=capture.start,
     )
 
 

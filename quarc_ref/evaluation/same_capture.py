@@ -1,5 +1,6 @@
 """The capture that a stream was made from, opened as the stream needs it."""
 
+import re
 from collections.abc import Sequence
 from itertools import zip_longest
 from pathlib import Path
@@ -54,11 +55,13 @@ def open_same_capture(
         missing = "frame" if held_out else "camera to keep out of training"
         message = f"the stream has no {missing}: there is nothing to measure"
         raise MismatchError(message)
-    full = open_capture(folder)
+    start = _read_start(summary)
+    full = open_capture(folder, CaptureOptions(start=start))
     _require_equal("cameras", _names(full.cameras), _names(summary.cameras))
     downscale = max(1, round(full.cameras[0].width / summary.cameras[0].width))
     try:
-        capture = open_capture(folder, CaptureOptions(downscale=downscale, held_out=held_out))
+        options = CaptureOptions(downscale, held_out, start=start)
+        capture = open_capture(folder, options)
     except DownscaleError as error:
         raise MismatchError(str(error)) from error
     _require_equal("sizes of pictures", _sizes(capture.cameras), _sizes(summary.cameras))
@@ -72,6 +75,19 @@ def open_same_capture(
     if made_from != capture.fingerprint and not other_capture:
         raise OtherCaptureError(capture.fingerprint, made_from)
     return capture
+
+
+def _read_start(summary: StreamSummary) -> int:
+    """Return the frame of the capture that is frame 0 of the stream.
+
+    Raises:
+        MismatchError: What the stream says of it is no number of a frame.
+    """
+    text = summary.metadata.get("start", "0")
+    if not re.fullmatch(r"[0-9]{1,9}", text):
+        message = f"the stream says that it starts at frame {text!r} of its capture"
+        raise MismatchError(message)
+    return int(text)
 
 
 def _require_equal(subject: str, of_capture: Sequence[str], of_stream: Sequence[str]) -> None:

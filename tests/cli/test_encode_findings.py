@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quarc_ref.cli import encode_job
+from quarc_ref.datasets.findings import Finding
 from quarc_ref.encoder import encode_stream, segments
-from quarc_ref.encoder.checks.findings import Finding
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.datasets import scenes
 

@@ -104,14 +104,13 @@ def uneven_capture(capture, tmp_path):
 
 
 @pytest.mark.parametrize("options", [[], ["--segments", 2]])
-def test_all_frames_of_videos_of_unequal_length_are_rejected(uneven_capture, tmp_path, options):
+def test_videos_of_unequal_length_are_cut_to_one_and_named(uneven_capture, tmp_path, options):
     file = tmp_path / "a.quarc"
     result = run("encode", uneven_capture, "-o", file, *TINY_OPTIONS, *options)
 
-    assert result.exit_code == 3
-    assert "cam03.mp4 has 2 frames, the others have 3: " in result.stderr
-    assert "--frames 2" in result.stderr
-    assert list_names(tmp_path) == ["uneven"]
+    assert result.exit_code == 0
+    assert "warning: cam03 has 2 frames, the others have 3: every camera is cut" in result.stderr
+    assert run_json("info", file)["frames"] == 2
 
 
 def test_the_frames_that_all_videos_have_are_encoded_and_measured(uneven_capture, tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.streams.chunk_reader import split_chunks
-from tests.cli.commands import list_names, make_folder, read_json, run, run_json
+from tests.cli.commands import TINY_OPTIONS, list_names, make_folder, read_json, run, run_json
 from tests.datasets import scenes
 from tests.evaluation.streams_of_captures import write_stream
 from tests.small_streams import rebuild_stream
@@ -187,3 +187,22 @@ def test_a_damaged_stream_is_rejected(encoded, capture, tmp_path):
 
     assert result.exit_code == 1
     assert "truncated" in result.stderr
+
+
+def test_a_stream_of_later_frames_is_measured_on_these(capture, tmp_path):
+    file = tmp_path / "later.quarc"
+    run_json("encode", capture, "-o", file, *TINY_OPTIONS, "--start", 1, "--frames", 2)
+    measured = run_json("eval", file, capture)
+
+    assert run_json("info", file)["metadata"]["start"] == "1"
+    assert len(measured["psnr_per_frame"]) == 2
+    resumed = run("encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, "--resume")
+    assert resumed.exit_code == 2
+    assert "start" in resumed.stderr
+
+
+def test_a_start_after_the_last_frame_is_a_usage_error(capture, tmp_path):
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--start", 3)
+
+    assert result.exit_code == 2
+    assert "--start 3: the capture has 3 frames" in result.stderr

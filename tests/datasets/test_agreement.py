@@ -3,7 +3,7 @@ import re
 import pytest
 
 from quarc_ref.datasets.agreement import compare_lengths, require_one_rate
-from quarc_ref.datasets.errors import CountMismatchError, FrameRateError, TooFewFramesError
+from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.video import VideoReader
 from tests.datasets import forgeries, scenes
@@ -22,7 +22,7 @@ def test_videos_of_one_rate_and_length_agree(tmp_path):
     videos = make_videos(tmp_path, cam00=EVEN, cam01=EVEN)
 
     require_one_rate(videos)
-    assert compare_lengths(videos) is None
+    assert compare_lengths(["cam00", "cam01"], [12, 12]) is None
 
 
 def test_moments_rounded_to_milliseconds_are_even(tmp_path):
@@ -81,17 +81,17 @@ def test_a_variable_rate_of_one_camera_is_rejected(folder):
         open_capture(folder)
 
 
-def test_a_shorter_and_a_longer_video_are_named_when_all_frames_are_wanted(folder, pictures):
+def test_a_shorter_and_a_longer_video_are_named_and_all_are_cut(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
     scenes.write_video(folder / "cam04.mp4", [*pictures[3], pictures[3][0]])
     capture = open_capture(folder)
 
-    assert capture.frame_count == 4
-    with pytest.raises(CountMismatchError) as caught:
-        capture.require_frames(None)
-    assert str(caught.value) == (
-        "cam01.mp4 has 4 frames, cam04.mp4 has 7 frames, the others have 6: cut all to one "
-        "length, or take no more than the 4 that all have (encode --frames 4)"
+    assert capture.require_frames(None) == 4
+    (finding,) = capture.findings
+    assert finding.kind == "uneven-lengths"
+    assert finding.message == (
+        "cam01 has 4 frames, cam04 has 7 frames, the others have 6: every camera is cut to the "
+        "4 frames that all have"
     )
 
 
@@ -108,14 +108,15 @@ def test_frames_that_all_videos_have_are_enough(folder, pictures):
 def test_all_frames_of_a_bounded_capture_are_those_within_the_bound(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
 
-    assert open_capture(folder, CaptureOptions(max_frames=3)).require_frames(None) == 3
-    with pytest.raises(CountMismatchError):
-        open_capture(folder, CaptureOptions(max_frames=5)).require_frames(None)
+    capture = open_capture(folder, CaptureOptions(max_frames=3))
+
+    assert (capture.require_frames(None), capture.findings) == (3, ())
+    assert open_capture(folder, CaptureOptions(max_frames=5)).findings
 
 
-def test_many_odd_videos_are_counted_and_not_all_named(tmp_path):
-    lengths = {f"cam{index:02}": EVEN[: 3 + index % 7] for index in range(14)}
-    told = compare_lengths(make_videos(tmp_path, **lengths))
+def test_many_odd_videos_are_counted_and_not_all_named():
+    names = [f"cam{index:02}" for index in range(14)]
+    told = compare_lengths(names, [3 + index % 7 for index in range(14)])
 
-    assert told.count(".mkv has") == 5
+    assert told.count(" has ") == 5
     assert " and 7 more differ, the others have 6: " in told

@@ -3,7 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.errors import MissingFileError
-from quarc_ref.datasets.footage import CaptureFiles, compute_fingerprint, natural_order
+from quarc_ref.datasets.footage import CaptureFiles, compute_fingerprint
+from quarc_ref.datasets.natural_order import natural_order
 
 MIB = 1 << 20
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.errors import CaptureError, MissingFileError, UnreadableVideoError
-from quarc_ref.datasets.transforms_json import read_nerfstudio
+from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 from quarc_ref.datasets.video import VideoReader, read_still
 from tests.datasets import forgeries, scenes
 

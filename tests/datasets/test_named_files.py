@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.errors import CaptureError, MissingFileError, OutsideFileError
+from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 from quarc_ref.datasets.named_files import NamedFiles
-from quarc_ref.datasets.transforms_json import read_nerfstudio
 from tests.datasets import scenes
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.errors import UnreadablePoseError, UnreadableVideoError
-from quarc_ref.datasets.n3dv import read_n3dv
+from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.video import VideoReader, read_still
 from tests.datasets import forgeries, scenes

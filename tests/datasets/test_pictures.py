@@ -3,7 +3,12 @@ import pytest
 
 from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.errors import UnreadableVideoError
-from quarc_ref.datasets.pictures import FilePictures, RectifiedPictures, VideoPictures
+from quarc_ref.datasets.pictures import (
+    FilePictures,
+    LaterPictures,
+    RectifiedPictures,
+    VideoPictures,
+)
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
 from tests.datasets import forgeries, scenes
@@ -14,10 +19,11 @@ def test_videos_and_files_give_the_same_pictures(n3dv_folder, shots, pictures, t
     scenes.write_frames(tmp_path, shots, pictures)
     files = FilePictures(
         [[tmp_path / f"frames/{f:04d}/{shot.name}.png" for f in range(6)] for shot in shots],
-        [Lens(48, 32, 40, 40, 24, 16)] * len(shots),
+        [(48, 32)] * len(shots),
     )
 
-    assert videos.frame_count == 6
+    assert videos.lengths == files.lengths == (6, 6, 6, 6)
+    assert videos.sizes == files.sizes
     for camera, frame in [(0, 0), (3, 5), (1, 2)]:
         assert np.array_equal(videos.read(camera, frame), pictures[camera][frame])
         assert np.array_equal(files.read(camera, frame), pictures[camera][frame])
@@ -28,8 +34,17 @@ def test_videos_of_other_lengths_have_the_frames_that_both_have(n3dv_folder, tmp
     readers = [VideoReader(n3dv_folder / "cam00.mp4"), VideoReader(tmp_path / "cam01.mp4")]
     videos = VideoPictures(readers)
 
-    assert videos.frame_count == 4
-    assert videos.uneven.startswith("cam01.mp4 has 4 frames, the others have 6")
+    assert videos.lengths == (6, 4)
+    assert LaterPictures(videos, (0, 0)).frame_count == 4
+
+
+def test_cameras_that_began_apart_are_together_from_their_offsets_on(n3dv_folder, pictures):
+    readers = [VideoReader(n3dv_folder / f"{name}.mp4") for name in ("cam00", "cam01")]
+    later = LaterPictures(VideoPictures(readers), (0, 2))
+
+    assert later.frame_count == 4
+    assert np.array_equal(later.read(0, 3), pictures[0][3])
+    assert np.array_equal(later.read(1, 3), pictures[1][5])
 
 
 def test_a_picture_of_another_size_than_its_calibration_is_rejected(n3dv_folder):
@@ -43,7 +58,7 @@ def test_a_picture_of_another_size_than_its_calibration_is_rejected(n3dv_folder)
 def test_a_file_of_another_size_than_its_calibration_is_rejected_before_it_is_decoded(tmp_path):
     broken = forgeries.forge_png(11_000, 11_000)[:60]
     (tmp_path / "cam00.png").write_bytes(broken)
-    files = FilePictures([[tmp_path / "cam00.png"]], [Lens(48, 32, 40, 40, 24, 16)])
+    files = FilePictures([[tmp_path / "cam00.png"]], [(48, 32)])
 
     with pytest.raises(UnreadableVideoError, match=r"cam00.png is 11000x11000.* is for 48x32"):
         files.read(0, 0)

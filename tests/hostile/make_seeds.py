@@ -171,6 +171,8 @@ def files() -> Iterator[tuple[str, bytes]]:
     pictures = scenes.picture_document(shots, frames=1)
     yield "transforms/pictures.json", json.dumps(pictures).encode()
     yield "notes/all.json", _NOTES
+    yield "opencv_yaml/both.yml", _EASYMOCAP
+    yield "panoptic_json/one.json", _PANOPTIC
     exif = forgeries.forge_exif(6)
     yield "stills/turned.png", forgeries.forge_png(8, 4, exif)
     yield "stills/turned.jpg", forgeries.add_exif(_JPEG_HEADER, exif)
@@ -185,6 +187,21 @@ def files() -> Iterator[tuple[str, bytes]]:
 
 
 _NOTES = b"""{"offsets": {"cam00": 4, "cam01": 1.5}, "up": [0, -1, 0.1], "meters_per_unit": 1}"""
+_MATRIX = b"!!opencv-matrix\n   rows: %d\n   cols: %d\n   dt: d\n   data: [ %s ]\n"
+_EASYMOCAP = b'%YAML:1.0\n---\nnames:\n   - "00"\n' + b"".join(
+    name + b": " + _MATRIX % each
+    for name, each in {
+        b"K_00": (3, 3, b"40., 0., 23.5, 0., 40., 15.5, 0., 0., 1."),
+        b"dist_00": (1, 5, b"0.1, 0., 0., 0., 0."),
+        b"R_00": (3, 1, b"0., 0.5, 0."),
+        b"T_00": (3, 1, b"0., 0., 4."),
+    }.items()
+)
+_PANOPTIC = (
+    b'{"cameras": [{"name": "00_00", "type": "hd", "resolution": [48, 32], '
+    b'"K": [[40, 0, 24], [0, 40, 16], [0, 0, 1]], "distCoef": [0.1, 0, 0, 0, 0], '
+    b'"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [[0], [0], [4]]}]}'
+)
 _JPEG_HEADER = bytes.fromhex("ffd8 ffe00004abcd ffc0000b08000400080101 1100 ffda0002 ffd9")
 _PROPERTIES = b"".join(
     [*(b"property float %c\n" % axis for axis in b"xyz")]

@@ -54,6 +54,9 @@ def encode(
     frames: Annotated[
         int | None, typer.Option("--frames", min=1, help="Frames to encode.", show_default="all")
     ] = None,
+    start: Annotated[
+        int, typer.Option("--start", min=0, help="Frame of the capture to begin with.")
+    ] = 0,
     downscale: Annotated[
         int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
     ] = 1,
@@ -213,9 +216,11 @@ def encode(
         config = configure(preset, [*(settings or []), *as_settings(asked), *old], seed)
         begun, found = time.monotonic(), Warnings()
         with TerminalProgress(quiet=quiet) as progress:
-            cameras = tuple(held_out or ())
+            from quarc_ref.datasets.open_capture import CaptureOptions
+
+            opening = CaptureOptions(downscale, tuple(held_out or ()), start=start)
             work = EncodeJob(
-                capture, downscale, cameras, config, frames, device, progress, found, not no_checks
+                capture, opening, config, frames, device, progress, found, not no_checks
             )
             wanted = WriteMode(force, live, resume)
             if to_pipe:

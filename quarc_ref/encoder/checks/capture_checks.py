@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.findings import Finding, list_names
 from quarc_ref.encoder.checks.color_agreement import compare_colors
-from quarc_ref.encoder.checks.findings import Finding, list_names
 from quarc_ref.encoder.checks.sightings import Sighting, find_center, sight_points
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError

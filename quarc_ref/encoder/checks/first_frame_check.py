@@ -13,8 +13,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from quarc_ref.datasets.findings import Finding, list_names
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.checks.findings import Finding, list_names
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import estimate_gain
 from quarc_ref.encoder.training.first_frame import render_views

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.findings import list_names
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
-from quarc_ref.encoder.checks.findings import list_names
 from quarc_ref.encoder.checks.sightings import find_center
 from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.format.errors import EncodeError, UnusableCaptureError

@@ -1,8 +1,9 @@
-"""What an encode finds wrong with a capture or with its own first frame."""
+"""What loading, checks and an encode find wrong with a capture."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+UNEVEN_LENGTHS = "uneven-lengths"
 _MOST_NAMED = 5
 
 

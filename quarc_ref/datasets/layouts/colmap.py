@@ -1,37 +1,32 @@
-"""Captures calibrated by COLMAP: a model, and `frames/NNNN/<camera>.png` or `.jpg`.
+"""Captures calibrated by COLMAP: a model, and pictures or videos of its cameras.
 
-The model is in `sparse/0`, in `sparse`, or in the folder itself, binary or
-text, and holds one image to a camera: cameras stand still. A lens may be bent,
-as in MeetRoom; its pictures are straightened as they are read. Pictures of
-cameras that the model does not know are left alone.
+The model (colmap.github.io/format.html) is in `sparse/0`, in `sparse`, or in the folder
+itself, binary or text, and holds one image to a camera: cameras stand still. Pictures are
+found by `arrangements`: `images/cam00.png` as COLMAP has them, `images/cam00/0000.png`,
+`frames/0000/cam00.png`, or videos beside the model. A lens may be bent; its pictures are
+straightened as they are read. Pictures of cameras that the model does not know are left alone.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pycolmap
 
+from quarc_ref.datasets.arrangements import find_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens, choose_near, make_pose
 from quarc_ref.datasets.capture import Points
-from quarc_ref.datasets.colmap_sizes import require_whole
 from quarc_ref.datasets.errors import (
-    CountMismatchError,
-    MissingCameraError,
     MissingFileError,
     UnreadablePoseError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.footage import (
-    USUAL_FRAMES_PER_SECOND,
-    CaptureFiles,
-    Footage,
-    natural_order,
-)
-from quarc_ref.datasets.pictures import FilePictures
+from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.layouts.colmap_sizes import require_whole
+from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.pictures import Pictures
 
-_SUFFIXES = (".png", ".jpg", ".jpeg")
 # Parameters after the principal point are the first of OpenCV's, in its order.
 _MODELS = {
     pycolmap.CameraModelId.SIMPLE_PINHOLE,
@@ -52,85 +47,81 @@ def find_model(folder: Path) -> Path | None:
     return next(with_cameras, None)
 
 
-def read_colmap(folder: Path, model_folder: Path) -> Footage:
+def read_colmap(folder: Path) -> Footage:
     """Return what a folder of the layout holds.
 
     Args:
-        folder: With `frames` in it.
-        model_folder: As `find_model` finds it.
+        folder: With a model in it, where `find_model` looks.
 
     Raises:
         CaptureError: A file is missing or malformed, or they do not fit together.
     """
-    cameras, points = _read_model(model_folder)
-    frames = _list_frames(folder / "frames")
-    paths = [[_find_picture(frame, camera.name) for frame in frames] for camera in cameras]
+    model_folder = find_model(folder)
+    if model_folder is None:
+        message = f"{folder} has no COLMAP model, such as sparse/0/cameras.bin"
+        raise MissingFileError(message)
+    namings, points = _read_model(model_folder)
+    cameras, source = _find_named(folder, namings)
     return Footage(
-        cameras=cameras,
-        frame_count=len(frames),
-        frames_per_second=USUAL_FRAMES_PER_SECOND,
-        points=points,
-        source=FilePictures(paths, [camera.lens for camera in cameras]),
-        files=CaptureFiles(
-            descriptions=tuple(
-                path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
-            ),
-            pictures=tuple(path for row in paths for path in row),
-            sampled=tuple(row[0] for row in paths),
+        cameras,
+        source,
+        points,
+        descriptions=tuple(
+            path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
         ),
     )
 
 
-def _read_model(folder: Path) -> tuple[tuple[CalibratedCamera, ...], Points | None]:
-    """Return the cameras of a model in the order of their names, and its points, if any."""
+_Cameras = tuple[CalibratedCamera, ...]
+
+
+def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pictures]:
+    """Return the cameras under the first names by which there are pictures, and these."""
+    first, *others = namings
+    try:
+        return first, find_pictures(folder, [camera.name for camera in first])
+    except MissingFileError:
+        for cameras in others:
+            with suppress(MissingFileError):
+                return cameras, find_pictures(folder, [camera.name for camera in cameras])
+        raise
+
+
+def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
+    """Return the cameras of a model under each of their names, in order, and its points, if any."""
     try:
         require_whole(folder)
         model = pycolmap.Reconstruction(folder)
         points = _make_points(model)
-        images = _name_images(model)
-        names = sorted(images, key=natural_order)
-        return tuple(_make_camera(name, images[name], model) for name in names), points
+        return [_make_cameras(images, model) for images in _name_images(model)], points
     except (LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
         message = f"{folder} is no COLMAP model that can be used: {error}"
         raise UnreadablePoseError(message) from error
 
 
-def _name_images(model: pycolmap.Reconstruction) -> dict[str, pycolmap.Image]:
-    """Return the images that have a pose, by the name of their camera.
+def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
+    """Return the images that have a pose, by each name that their cameras can have.
 
     That is the stem of the image's file (`cam00.png`), or its first folder
-    (`cam00/0000.png`) where stems repeat.
+    (`cam00/0000.png`), where no two are the same.
     """
     images = [image for image in model.images.values() if image.has_pose]
     stems = [Path(image.name).stem for image in images]
     folders = [Path(image.name).parts[0] for image in images]
-    for names in (stems, folders):
-        if names and len(set(names)) == len(names):
-            return dict(zip(names, images, strict=True))
-    message = f"it must hold one image to a camera, named after it, but has {sorted(stems)}"
-    raise ValueError(message)
+    found = [
+        dict(zip(names, images, strict=True))
+        for names in (stems, folders)
+        if names and len(set(names)) == len(names)
+    ]
+    if not found:
+        message = f"it must hold one image to a camera, named after it, but has {sorted(stems)}"
+        raise ValueError(message)
+    return found
 
 
-def _list_frames(folder: Path) -> list[Path]:
-    """Return the folders of the frames in their order, which has no gap."""
-    frames = sorted((p for p in folder.glob("*") if p.name.isdecimal()), key=lambda p: int(p.name))
-    if not frames:
-        message = f"{folder} has no folder of a frame, such as 0000"
-        raise MissingFileError(message)
-    for first, second in pairwise(frames):
-        if int(second.name) != int(first.name) + 1:
-            message = f"{folder} goes from {first.name} to {second.name}: frames are missing"
-            raise CountMismatchError(message)
-    return frames
-
-
-def _find_picture(frame: Path, name: str) -> Path:
-    for suffix in _SUFFIXES:
-        path = frame / f"{name}{suffix}"
-        if path.is_file():
-            return path
-    message = f"frame {frame} has no picture of camera {name}, such as {name}.png"
-    raise MissingCameraError(message)
+def _make_cameras(images: dict[str, pycolmap.Image], model: pycolmap.Reconstruction) -> _Cameras:
+    names = sorted(images, key=natural_order)
+    return tuple(_make_camera(name, images[name], model) for name in names)
 
 
 def _make_camera(

@@ -9,7 +9,7 @@ from quarc_ref.datasets.errors import (
     UnknownLayoutError,
     UnreadablePoseError,
 )
-from quarc_ref.datasets.transforms_json import read_nerfstudio
+from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 from tests.datasets import scenes
 
 

@@ -8,7 +8,7 @@ from quarc_ref.datasets.errors import (
     UnreadablePoseError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.transforms_entries import read_transforms
+from quarc_ref.datasets.layouts.transforms_entries import read_transforms
 from tests.datasets import scenes
 
 SHARED = {"w": 48, "h": 32, "fl_x": 40, "fl_y": 41.5, "cx": 24, "cy": 16}
@@ -55,7 +55,9 @@ class Shared(dict):
 
 def test_what_is_shared_is_not_gone_through_for_every_entry(path, monkeypatch):
     document = Shared(SHARED, frames=[FRAME] * 50)
-    monkeypatch.setattr("quarc_ref.datasets.transforms_entries.json.loads", lambda _: document)
+    monkeypatch.setattr(
+        "quarc_ref.datasets.layouts.transforms_entries.json.loads", lambda _: document
+    )
     path.touch()
 
     assert len(read_transforms(path).entries) == 50

@@ -1,31 +1,36 @@
-"""Captures as Neural 3D Video lays them out: `camNN.mp4` and `poses_bounds.npy`.
+"""Captures as Neural 3D Video lays them out: `poses_bounds.npy` beside videos or pictures.
 
-Row i of the poses belongs to the i-th video in the order of the names, and the
-numbers of the cameras may have gaps. A row is a 3x5 matrix [R | t | (H, W, f)]
-and two depths, near and far; R maps camera to world, and its columns point
-down, right and backwards. `points3D*.ply`, if it is there, holds points.
+Published with N3DV (DyNeRF; github.com/facebookresearch/Neural_3D_Video): `cam00.mp4`, ...
+and poses as LLFF writes them. MeetRoom's `cam_0.mp4` and pictures in folders of cameras
+(`cam00/0000.png`, `cam00/images/0000.png`) are read as well. Row i of the poses belongs
+to the i-th camera in the natural order of the names, in which numbers may have gaps. A row
+is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far; R maps camera to world, and
+its columns point down, right and backwards. `points3D*.ply`, if it is there, holds points.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from quarc_ref.datasets.arrangements import ARRANGEMENTS, Files, open_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens, Numbers, make_pose
 from quarc_ref.datasets.errors import (
     CountMismatchError,
-    MissingCameraError,
     MissingFileError,
     UnreadablePoseError,
 )
-from quarc_ref.datasets.footage import CaptureFiles, Footage, natural_order
-from quarc_ref.datasets.pictures import VideoPictures
+from quarc_ref.datasets.findings import Finding
+from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.points_ply import read_points_ply
-from quarc_ref.datasets.video import VideoReader
 
 POSES_NAME = "poses_bounds.npy"
 _ROW_LENGTH = 17
 _POINTS_NAME = "points3D_init.ply"
+_USUAL_PREFIX = "cam"
 
 
 def read_n3dv(folder: Path) -> Footage:
@@ -39,42 +44,56 @@ def read_n3dv(folder: Path) -> Footage:
     """
     poses_path = folder / POSES_NAME
     rows = _read_rows(poses_path)
-    video_paths = _list_videos(folder)
-    if len(rows) != len(video_paths):
-        message = f"{poses_path} has {len(rows)} poses, but there are {len(video_paths)} cam*.mp4"
-        raise CountMismatchError(message)
-    videos = VideoPictures([VideoReader(path) for path in video_paths])
+    files = _find_files(folder, len(rows))
+    names = sorted(files, key=natural_order)
+    source = open_pictures([files[name] for name in names])
     points_path = _find_points(folder)
     return Footage(
         cameras=tuple(
-            _make_camera(*pair, poses_path) for pair in zip(videos.readers, rows, strict=True)
+            _make_camera(*each, poses_path) for each in zip(names, source.sizes, rows, strict=True)
         ),
-        frame_count=videos.frame_count,
-        frames_per_second=videos.frames_per_second,
+        source=source,
         points=read_points_ply(points_path) if points_path else None,
-        source=videos,
-        files=CaptureFiles(
-            descriptions=(poses_path, points_path) if points_path else (poses_path,),
-            pictures=tuple(video_paths),
-            sampled=tuple(video_paths),
-        ),
-        uneven=videos.uneven,
+        descriptions=(poses_path, points_path) if points_path else (poses_path,),
+        findings=_compare_orders(names),
     )
 
 
-def _list_videos(folder: Path) -> list[Path]:
-    paths = sorted(folder.glob("cam*.mp4"))
-    if not paths:
-        message = f"{folder} has no cam*.mp4 beside {POSES_NAME}"
+def _find_files(folder: Path, count: int) -> Files:
+    """Return the videos or pictures of as many cameras as there are poses, by camera."""
+    candidates = [_prefer_usual(list_files(folder)) for _, list_files in ARRANGEMENTS]
+    candidates = [files for files in candidates if files]
+    if not candidates:
+        patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS).replace("NAME", "cam00")
+        message = f"{folder} has no videos or pictures beside {POSES_NAME}: looked for {patterns}"
         raise MissingFileError(message)
-    for first, second in pairwise(paths):
-        if natural_order(first.stem) > natural_order(second.stem):
+    for files in candidates:
+        if len(files) == count:
+            return files
+    message = (
+        f"{folder / POSES_NAME} has {count} poses, but there are {len(candidates[0])} cameras "
+        f"({', '.join(candidates[0])}): bring the videos that are missing, or the poses of these"
+    )
+    raise CountMismatchError(message)
+
+
+def _prefer_usual(files: Files) -> Files:
+    """Return the files of cameras whose names begin as usual, if there are any, else of all."""
+    usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
+    return usual or files
+
+
+def _compare_orders(names: Sequence[str]) -> tuple[Finding, ...]:
+    """Return what to say of names that sort otherwise letter by letter."""
+    for first, second in pairwise(sorted(names)):
+        if natural_order(first) > natural_order(second):
             message = (
-                f"{first.name} sorts before {second.name}, so that which pose is whose is not "
-                f"clear: pad the numbers in {folder} with zeros, in the order of the poses"
+                f"row i of {POSES_NAME} is taken for the i-th camera in the order of numbers, in "
+                f"which {second} comes before {first}; if the poses were made in the order of "
+                "letters, rename the files in that order, with as many digits each"
             )
-            raise MissingCameraError(message)
-    return paths
+            return (Finding("order-of-poses", message),)
+    return ()
 
 
 def _find_points(folder: Path) -> Path | None:
@@ -107,26 +126,27 @@ def _read_rows(path: Path) -> Numbers:
     return rows
 
 
-def _make_camera(reader: VideoReader, row: Numbers, path: Path) -> CalibratedCamera:
+def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedCamera:
     """Return the camera that a row describes.
 
     Args:
-        reader: The camera's video.
+        name: Of the camera.
+        size: Of its pictures, pixels.
         row: `[17]` of the poses.
         path: Of the poses, for messages.
     """
-    name = reader.path.stem
+    width, height = size
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)
     down, right, backwards, center, (pose_height, pose_width, focal) = matrix.T
     try:
-        scale = _measure_resize((pose_width, pose_height), (reader.width, reader.height))
+        scale = _measure_resize((pose_width, pose_height), size)
         lens = Lens(
-            width=reader.width,
-            height=reader.height,
+            width=width,
+            height=height,
             fx=float(focal) * scale,
             fy=float(focal) * scale,
-            cx=reader.width / 2,
-            cy=reader.height / 2,
+            cx=width / 2,
+            cy=height / 2,
         )
         pose = make_pose(np.stack([right, down, -backwards], axis=1), center)
         near = _require_near(*map(float, row[-2:]))

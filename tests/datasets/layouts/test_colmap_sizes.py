@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quarc_ref.datasets.colmap_sizes import require_whole
+from quarc_ref.datasets.layouts.colmap_sizes import require_whole
 from tests.datasets import scenes
 
 _WALKED = ["images.bin", "points3D.bin", "rigs.bin", "frames.bin"]

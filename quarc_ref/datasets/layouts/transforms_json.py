@@ -1,14 +1,16 @@
 """Captures in nerfstudio's `transforms.json`, of cameras that stand still.
 
-Either every entry is a video, one to a camera, or entries are pictures with a
-`time`; those of one pose and lens are then one camera's, in the order of their
-times. A camera is named after what the paths of its pictures share.
+The format is nerfstudio's (docs.nerf.studio, "Data conventions"). Either every entry is a
+video, one to a camera, or entries are pictures; those of one pose and lens are then one
+camera's, in the order of their `time`, or of their names if no entry has one. A camera is
+named after what the paths of its pictures share.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
+from quarc_ref.datasets.arrangements import VIDEO_SUFFIXES, open_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import (
@@ -16,20 +18,13 @@ from quarc_ref.datasets.errors import (
     UnknownLayoutError,
     UnreadablePoseError,
 )
-from quarc_ref.datasets.footage import (
-    USUAL_FRAMES_PER_SECOND,
-    CaptureFiles,
-    Footage,
-    natural_order,
-)
+from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.layouts.transforms_entries import Entry, Transforms, read_transforms
 from quarc_ref.datasets.named_files import NamedFiles
-from quarc_ref.datasets.pictures import FilePictures, VideoPictures
+from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.points_ply import read_points_ply
-from quarc_ref.datasets.transforms_entries import Entry, Transforms, read_transforms
-from quarc_ref.datasets.video import VideoReader
 
 TRANSFORMS_NAME = "transforms.json"
-_VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv", ".webm")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +52,10 @@ def read_nerfstudio(folder: Path) -> Footage:
     path = folder / TRANSFORMS_NAME
     transforms = read_transforms(path)
     entries = transforms.entries
-    if all(PurePosixPath(entry.path).suffix.lower() in _VIDEO_SUFFIXES for entry in entries):
+    if all(PurePosixPath(entry.path).suffix.lower() in VIDEO_SUFFIXES for entry in entries):
         return _join_videos(path, transforms, _build_rig(entries, path))
+    if all(entry.time is None for entry in entries):
+        entries = _number_by_name(entries)
     if all(entry.time is not None for entry in entries):
         return _join_pictures(path, transforms, _build_rig(entries, path))
     message = (
@@ -73,38 +70,21 @@ def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
         if len(entries) > 1:
             message = f"{path} has {len(entries)} videos like {camera.name}"
             raise CountMismatchError(message)
-    named = NamedFiles(path)
-    paths = tuple(named.find(entries[0].path) for entries in rig.entries)
-    points, descriptions = _read_descriptions(path, transforms, named)
-    videos = VideoPictures([VideoReader(path) for path in paths])
-    return Footage(
-        cameras=rig.cameras,
-        frame_count=videos.frame_count,
-        frames_per_second=transforms.frames_per_second or videos.frames_per_second,
-        points=points,
-        source=videos,
-        files=CaptureFiles(descriptions, pictures=paths, sampled=paths),
-        uneven=videos.uneven,
-    )
+    return _gather(path, transforms, rig)
 
 
 def _join_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Return a capture of one file to a camera and frame."""
+    _require_equal_times(rig)
+    return _gather(path, transforms, rig)
+
+
+def _gather(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     named = NamedFiles(path)
     paths = [[named.find(entry.path) for entry in entries] for entries in rig.entries]
     points, descriptions = _read_descriptions(path, transforms, named)
-    return Footage(
-        cameras=rig.cameras,
-        frame_count=_require_equal_times(rig),
-        frames_per_second=transforms.frames_per_second or USUAL_FRAMES_PER_SECOND,
-        points=points,
-        source=FilePictures(paths, [camera.lens for camera in rig.cameras]),
-        files=CaptureFiles(
-            descriptions,
-            pictures=tuple(path for row in paths for path in row),
-            sampled=tuple(row[0] for row in paths),
-        ),
-    )
+    source, rate = open_pictures(paths, numbered=False), transforms.frames_per_second
+    return Footage(rig.cameras, source, points, descriptions, rate)
 
 
 def _read_descriptions(
@@ -117,8 +97,8 @@ def _read_descriptions(
     return read_points_ply(points_path), (path, points_path)
 
 
-def _require_equal_times(rig: _Rig) -> int:
-    """Return how many pictures every camera has, each of a time of its own."""
+def _require_equal_times(rig: _Rig) -> None:
+    """Prove that every camera has a picture of each time, and one alone."""
     first = [entry.time for entry in rig.entries[0]]
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         times = [entry.time for entry in entries]
@@ -129,7 +109,17 @@ def _require_equal_times(rig: _Rig) -> int:
                 "still, and have a picture of every time"
             )
             raise CountMismatchError(message)
-    return len(first)
+
+
+def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
+    """Return entries whose times are their places among those of the same pose and lens."""
+    counts: dict[object, int] = {}
+    numbered = []
+    for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
+        key = (entry.lens, entry.matrix)
+        counts[key] = counts.get(key, -1) + 1
+        numbered.append(replace(entry, time=float(counts[key])))
+    return tuple(numbered)
 
 
 def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:

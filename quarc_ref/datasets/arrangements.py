@@ -1,0 +1,170 @@
+"""Where the pictures of a capture's cameras lie: the arrangements that people use, in one table.
+
+A layout knows its cameras by name, from its poses; `find_pictures` looks for their
+videos or picture files in every arrangement and takes the first that has all of them.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from quarc_ref.datasets.errors import CountMismatchError, MissingCameraError, MissingFileError
+from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
+from quarc_ref.datasets.video import VideoReader
+
+VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm")
+STILL_SUFFIXES = (".png", ".jpg", ".jpeg")
+
+Files = Mapping[str, Sequence[Path]]  # of every camera, by its name: one video, or its pictures
+
+
+def is_video(path: Path) -> bool:
+    """Tell whether the name of a file is that of a video."""
+    return path.suffix.lower() in VIDEO_SUFFIXES and not path.name.startswith(".")
+
+
+def is_still(path: Path) -> bool:
+    """Tell whether the name of a file is that of a picture."""
+    return path.suffix.lower() in STILL_SUFFIXES and not path.name.startswith(".")
+
+
+def list_videos(folder: Path) -> Files:
+    """Return the videos in a folder, each named after its file without suffix."""
+    return {path.stem: (path,) for path in _list(folder) if is_video(path) and path.is_file()}
+
+
+def list_picture_folders(folder: Path, inside: str = "") -> Files:
+    """Return the pictures in each folder of a folder, named after it, in the order of frames.
+
+    Args:
+        folder: Of the cameras' folders.
+        inside: Of the folder of pictures within a camera's folder, such as `images`.
+    """
+    found = {each.name: _list_stills(each / inside) for each in _list(folder) if each.is_dir()}
+    return {name: paths for name, paths in found.items() if paths}
+
+
+def list_single_pictures(folder: Path) -> Files:
+    """Return the pictures in a folder, each the only one of a camera, named after the file."""
+    return {path.stem: (path,) for path in _list_stills(folder)}
+
+
+def list_frame_folders(folder: Path) -> Files:
+    """Return the pictures of folders of frames, such as `0000/cam00.png`, by camera.
+
+    Raises:
+        CountMismatchError: The numbers of the frames have a gap.
+        MissingCameraError: A frame lacks the picture of a camera that earlier and later ones have.
+    """
+    frames = sorted((p for p in _list(folder) if p.name.isdecimal()), key=lambda p: int(p.name))
+    _require_steady(folder, [frame.name for frame in frames])
+    found: dict[str, list[Path]] = {}
+    for index, frame in enumerate(frames):
+        for path in _list_stills(frame):
+            row = found.setdefault(path.stem, [])
+            if len(row) < index:
+                _refuse_missing(frames[len(row)], path.stem)
+            row.append(path)
+    return found
+
+
+Lister = Callable[[Path], Files]
+ARRANGEMENTS: tuple[tuple[str, Lister], ...] = (
+    ("frames/0000/NAME.png", lambda folder: list_frame_folders(folder / "frames")),
+    ("NAME.mp4", list_videos),
+    ("videos/NAME.mp4", lambda folder: list_videos(folder / "videos")),
+    ("NAME/0000.png", list_picture_folders),
+    ("NAME/images/0000.png", lambda folder: list_picture_folders(folder, "images")),
+    ("images/NAME/0000.png", lambda folder: list_picture_folders(folder / "images")),
+    ("images/NAME.png", lambda folder: list_single_pictures(folder / "images")),
+)
+
+
+def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
+    """Return the pictures of cameras, wherever they are in a folder.
+
+    Args:
+        folder: Of the capture.
+        names: Of the cameras, at least one.
+
+    Raises:
+        MissingFileError: No camera has a picture or a video in any arrangement.
+        MissingCameraError: Some cameras have none, and others have.
+        CaptureError: A file cannot be read, or they do not fit together.
+    """
+    best: tuple[str, Files] = ("", {})
+    for pattern, list_files in ARRANGEMENTS:
+        found = list_files(folder)
+        if all(name in found for name in names):
+            return open_pictures([found[name] for name in names])
+        if sum(name in found for name in names) > sum(name in best[1] for name in names):
+            best = pattern, found
+    missing = [name for name in names if name not in best[1]]
+    if len(missing) == len(names):
+        patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS)
+        message = (
+            f"{folder} has no pictures of the cameras {_shorten(names)} that its poses name; "
+            f"looked for {patterns} (or another suffix of videos and pictures)"
+        )
+        raise MissingFileError(message)
+    message = (
+        f"{folder} has no {best[0]} for camera {_shorten(missing)}, but it has poses: bring the "
+        "files, or take the cameras out of the poses"
+    )
+    raise MissingCameraError(message)
+
+
+def open_pictures(paths: Sequence[Sequence[Path]], *, numbered: bool = True) -> Pictures:
+    """Return the pictures in files.
+
+    Args:
+        paths: `[camera]` of one video, or `[camera][frame]` of picture files.
+        numbered: Whether the names of a camera's pictures must have numbers without a gap.
+
+    Raises:
+        CaptureError: A file cannot be read, or they do not fit together.
+    """
+    if all(len(row) == 1 and is_video(row[0]) for row in paths):
+        return VideoPictures([VideoReader(row[0]) for row in paths])
+    for row in paths if numbered else ():
+        _require_steady(row[0].parent, [path.stem for path in row])
+    return FilePictures(paths)
+
+
+def _shorten(names: Sequence[str]) -> str:
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+
+
+def _refuse_missing(frame: Path, name: str) -> None:
+    message = f"frame {frame} has no picture of camera {name}, such as {name}.png"
+    raise MissingCameraError(message)
+
+
+def _list(folder: Path) -> list[Path]:
+    """Return what is in a folder, in natural order; nothing if it is none."""
+    if not folder.is_dir():
+        return []
+    return sorted(folder.iterdir(), key=lambda path: natural_order(path.name))
+
+
+def _list_stills(folder: Path) -> list[Path]:
+    return [path for path in _list(folder) if is_still(path) and path.is_file()]
+
+
+def _require_steady(folder: Path, names: Sequence[str]) -> None:
+    """Prove that the last numbers of names go up in equal steps, such as 1.
+
+    Raises:
+        CountMismatchError: They do not: pictures are missing.
+    """
+    matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
+    numbers = [int(match[1]) for match in matches if match]
+    if len(numbers) < len(names) or len(names) < 2:
+        return
+    steps = [second - first for first, second in pairwise(numbers)]
+    for index, step in enumerate(steps):
+        if step != min(steps):
+            message = f"{folder} goes from {names[index]} to {names[index + 1]}: frames are missing"
+            raise CountMismatchError(message)

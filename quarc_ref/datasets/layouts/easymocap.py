@@ -1,0 +1,115 @@
+"""Captures as EasyMocap calibrates them: `intri.yml`, `extri.yml` and pictures or videos.
+
+The layout is published in EasyMocap's documentation ("Camera calibration" and "Data
+preparation", github.com/zju3dv/EasyMocap), and is that of ENeRF-Outdoor and other
+captures of ZJU: `images/00/000000.jpg` or `videos/00.mp4`. The files are OpenCV's
+FileStorage in YAML: `names`, and for a camera NAME `K_NAME` (3x3), `dist_NAME` (k1, k2,
+p1, p2, k3), `Rot_NAME` (3x3, world to camera) or `R_NAME` (its rotation vector), and
+`T_NAME` (3). Pixel centers are at whole numbers, as OpenCV has them.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.datasets.arrangements import find_pictures
+from quarc_ref.datasets.calibration import CalibratedCamera, Lens, Numbers, make_pose
+from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
+from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.opencv_yaml import Node, parse_yaml
+from quarc_ref.datasets.pictures import Size
+from quarc_ref.datasets.undistortion import rotate_by_vector
+
+_MOST_COEFFICIENTS = 8
+_OPENCV_CENTER = 0.5  # what is added to a principal point whose pixel centers are whole numbers
+
+Matrices = Mapping[str, Node]
+
+
+def read_easymocap(folder: Path) -> Footage:
+    """Return what a folder of the layout holds.
+
+    Args:
+        folder: With `intri.yml` and `extri.yml` in it.
+
+    Raises:
+        CaptureError: A file is missing or malformed, or they do not fit together.
+    """
+    paths = (folder / "intri.yml", folder / "extri.yml")
+    inner, outer = map(_read, paths)
+    names = _list_names(inner, paths[0])
+    source = find_pictures(folder, names)
+    cameras = []
+    for name, size in zip(names, source.sizes, strict=True):
+        try:
+            cameras.append(_make_camera(name, size, inner, outer))
+        except ValueError as error:
+            message = f"{folder}: camera {name} in intri.yml or extri.yml: {error}"
+            raise UnreadablePoseError(message) from error
+    return Footage(tuple(cameras), source, points=None, descriptions=paths)
+
+
+def _read(path: Path) -> Matrices:
+    try:
+        return parse_yaml(path.read_bytes())
+    except OSError as error:
+        message = f"{path} cannot be read: {error}"
+        raise MissingFileError(message) from error
+    except ValueError as error:
+        message = f"{path} is no calibration of EasyMocap: {error}"
+        raise UnreadablePoseError(message) from error
+
+
+def _list_names(inner: Matrices, path: Path) -> list[str]:
+    told = inner.get("names")
+    names = (
+        [str(name) for name in told]
+        if isinstance(told, list)
+        else [key.removeprefix("K_") for key in inner if key.startswith("K_")]
+    )
+    if not names or len(set(names)) < len(names):
+        message = f"{path} has no list of 'names', each of another camera"
+        raise UnreadablePoseError(message)
+    return sorted(names, key=natural_order)
+
+
+def _make_camera(name: str, size: Size, inner: Matrices, outer: Matrices) -> CalibratedCamera:
+    matrix = _take(inner, f"K_{name}", 9).reshape(3, 3)
+    coefficients = inner.get(f"dist_{name}", inner.get(f"D_{name}"))
+    bent = () if not isinstance(coefficients, np.ndarray) else tuple(coefficients.tolist())
+    if len(bent) > _MOST_COEFFICIENTS:
+        message = f"dist_{name} has more than {_MOST_COEFFICIENTS} coefficients"
+        raise ValueError(message)
+    width, height = size
+    lens = Lens(
+        width=width,
+        height=height,
+        fx=float(matrix[0, 0]),
+        fy=float(matrix[1, 1]),
+        cx=float(matrix[0, 2]) + _OPENCV_CENTER,
+        cy=float(matrix[1, 2]) + _OPENCV_CENTER,
+        coefficients=bent if any(bent) else (),
+    )
+    rotation = _read_rotation(name, outer)
+    center = -rotation.T @ _take(outer, f"T_{name}", 3)
+    return CalibratedCamera(name, lens, make_pose(rotation.T, center))
+
+
+def _read_rotation(name: str, outer: Matrices) -> Numbers:
+    """Return `[3, 3]` world to camera."""
+    if f"Rot_{name}" in outer:
+        return _take(outer, f"Rot_{name}", 9).reshape(3, 3)
+    return rotate_by_vector(_take(outer, f"R_{name}", 3))
+
+
+def _take(matrices: Matrices, key: str, count: int) -> Numbers:
+    values = matrices.get(key)
+    if not isinstance(values, np.ndarray) or values.size != count:
+        message = f"{key} is missing, or no matrix of {count} numbers"
+        raise ValueError(message)
+    if not np.isfinite(values).all():
+        message = f"{key} has a number that is not finite"
+        raise ValueError(message)
+    return values

@@ -1,0 +1,106 @@
+"""Captures of CMU's Panoptic Studio: `calibration_NAME.json` and HD (or VGA) videos or pictures.
+
+The layout is published with the Panoptic Toolbox (github.com/CMU-Perceptual-Computing-Lab/
+panoptic-toolbox): `hdVideos/hd_00_00.mp4`, or `hdImgs/00_00/00_00_00000000.jpg` as its
+script extracts them; VGA cameras likewise (`vgaVideos/vga_01_01.mp4`, `vgaImgs/01_01/...`).
+Each camera in the file has `K`, `distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to
+camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as OpenCV has them.
+Only cameras whose pictures are there are taken, HD ones before VGA ones.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.datasets.arrangements import (
+    Files,
+    list_picture_folders,
+    list_videos,
+    open_pictures,
+)
+from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
+from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
+from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.natural_order import natural_order
+
+_KINDS = ("hd", "vga")
+_OPENCV_CENTER = 0.5  # what is added to a principal point whose pixel centers are whole numbers
+
+
+def read_panoptic(folder: Path) -> Footage:
+    """Return what a folder of the layout holds.
+
+    Args:
+        folder: With one `calibration_*.json` in it.
+
+    Raises:
+        CaptureError: A file is missing or malformed, or they do not fit together.
+    """
+    path = min(folder.glob("calibration_*.json"))
+    calibrated = read_cameras(path)
+    for kind in _KINDS:
+        files = _list_files(folder, kind)
+        names = sorted(calibrated[kind].keys() & files.keys(), key=natural_order)
+        if names:
+            return Footage(
+                cameras=tuple(calibrated[kind][name] for name in names),
+                source=open_pictures([files[name] for name in names]),
+                points=None,
+                descriptions=(path,),
+            )
+    message = (
+        f"{folder} has no hdVideos/hd_00_00.mp4, hdImgs/00_00/00_00_00000000.jpg, vgaVideos or "
+        f"vgaImgs of a camera of {path.name}"
+    )
+    raise MissingFileError(message)
+
+
+def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
+    """Return the cameras of a file, by kind (`hd`, `vga`) and name.
+
+    Raises:
+        MissingFileError: The file cannot be read.
+        UnreadablePoseError: It is malformed, or its numbers are no poses.
+    """
+    try:
+        document = json.loads(path.read_bytes())
+        found: dict[str, dict[str, CalibratedCamera]] = {kind: {} for kind in _KINDS}
+        for entry in document["cameras"]:
+            if entry["type"] in found:
+                name = str(entry["name"])
+                found[entry["type"]][name] = _make_camera(name, entry)
+    except OSError as error:
+        message = f"{path} cannot be read: {error}"
+        raise MissingFileError(message) from error
+    except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
+        message = f"{path} is no calibration of the Panoptic Studio: {error!r}"
+        raise UnreadablePoseError(message) from error
+    return found
+
+
+def _list_files(folder: Path, kind: str) -> Files:
+    """Return videos or pictures by the names that the calibration has, such as `00_00`."""
+    videos = list_videos(folder / f"{kind}Videos")
+    named = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
+    return named or list_picture_folders(folder / f"{kind}Imgs")
+
+
+def _make_camera(name: str, entry: Mapping[str, object]) -> CalibratedCamera:
+    def take(key: str, *shape: int) -> np.ndarray:
+        return np.array(entry[key], dtype=np.float64).reshape(shape)
+
+    width, height = take("resolution", 2).astype(np.int64).tolist()
+    matrix, rotation = take("K", 3, 3), take("R", 3, 3)
+    bent = tuple(take("distCoef", 5).tolist())
+    lens = Lens(
+        width=width,
+        height=height,
+        fx=float(matrix[0, 0]),
+        fy=float(matrix[1, 1]),
+        cx=float(matrix[0, 2]) + _OPENCV_CENTER,
+        cy=float(matrix[1, 2]) + _OPENCV_CENTER,
+        coefficients=bent if any(bent) else (),
+    )
+    return CalibratedCamera(name, lens, make_pose(rotation.T, -rotation.T @ take("t", 3)))

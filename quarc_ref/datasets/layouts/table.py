@@ -1,0 +1,93 @@
+"""The layouts that are known, and the choice among them by the files in a folder.
+
+A new layout is a module with a `read_...` function and a row in `LAYOUTS`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from quarc_ref.datasets.arrangements import list_picture_folders, list_videos
+from quarc_ref.datasets.errors import UnknownLayoutError
+from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.layouts.colmap import read_colmap
+from quarc_ref.datasets.layouts.easymocap import read_easymocap
+from quarc_ref.datasets.layouts.n3dv import read_n3dv
+from quarc_ref.datasets.layouts.panoptic import read_panoptic
+from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A row of the table.
+
+    Attributes:
+        name: What people call it.
+        needs: Files that a capture of this layout has. Each is named for people, and
+            followed by patterns of `Path.glob`, one of which must match.
+        read: The loader.
+    """
+
+    name: str
+    needs: tuple[tuple[str, ...], ...]
+    read: Callable[[Path], Footage]
+
+    def find_missing(self, folder: Path) -> list[str]:
+        """Return the names of what the layout needs and a folder lacks."""
+        return [
+            name
+            for name, *patterns in self.needs
+            if not any(path.is_file() for each in patterns for path in folder.glob(each))
+        ]
+
+
+_MODEL_FOLDERS = ("sparse*/0/", "sparse*/", "")
+
+
+def _need_of_model(name: str) -> tuple[str, ...]:
+    patterns = [f"{folder}{name}.{end}" for folder in _MODEL_FOLDERS for end in ("bin", "txt")]
+    return (f"sparse/0/{name}.bin or .txt", *patterns)
+
+
+LAYOUTS = (
+    Layout(
+        "N3DV, DyNeRF, MeetRoom with poses", (("poses_bounds.npy", "poses_bounds.npy"),), read_n3dv
+    ),
+    Layout("nerfstudio", (("transforms.json", "transforms.json"),), read_nerfstudio),
+    Layout("COLMAP", (_need_of_model("cameras"), _need_of_model("images")), read_colmap),
+    Layout(
+        "EasyMocap, ENeRF",
+        (("intri.yml", "intri.yml"), ("extri.yml", "extri.yml")),
+        read_easymocap,
+    ),
+    Layout("CMU Panoptic", (("calibration_*.json", "calibration_*.json"),), read_panoptic),
+)
+
+
+def choose_layout(folder: Path) -> Layout:
+    """Return the first layout of the table whose files a folder has.
+
+    Raises:
+        UnknownLayoutError: It has those of none; the message lists all layouts, what is
+            missing for each, and what may be done.
+    """
+    for layout in LAYOUTS:
+        if not layout.find_missing(folder):
+            return layout
+    rows = [f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS]
+    message = f"{folder} is no capture that is known. Layouts, and what is missing for each: "
+    raise UnknownLayoutError(message + "; ".join(rows) + _suggest(folder))
+
+
+def _suggest(folder: Path) -> str:
+    """Return what to do with a folder that is no capture, as the end of a sentence."""
+    if not folder.is_dir():
+        return ""
+    for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
+        if not all(layout.find_missing(inner) for layout in LAYOUTS):
+            return f". The folder {inner.name} in it is one: name that"
+    videos, folders = len(list_videos(folder)), len(list_picture_folders(folder))
+    if max(videos, folders) < 2:
+        return ""
+    what = f"{videos} videos" if videos >= folders else f"{folders} folders of pictures"
+    return f". It has {what} without poses: quarc-ref calibrate {folder} -o CAPTURE finds them"

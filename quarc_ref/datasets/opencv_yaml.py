@@ -1,0 +1,59 @@
+"""Files that OpenCV's FileStorage has written as YAML: matrices, numbers and lists of names."""
+
+import cv2
+import numpy as np
+
+from quarc_ref.datasets.calibration import Numbers
+
+Node = Numbers | float | str | list[str]
+
+_MOST_BYTES = 1 << 22
+_MOST_NUMBERS = 1 << 10  # of a matrix; those of a calibration have 16 at most
+_MOST_NODES = 1 << 14
+_ALLOWED = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
+
+
+def parse_yaml(data: bytes) -> dict[str, Node]:
+    """Return what is in a file of OpenCV's, by name; matrices as flat float64 arrays.
+
+    Args:
+        data: The whole file.
+
+    Raises:
+        ValueError: The file is not of that kind, or too large.
+    """
+    if len(data) > _MOST_BYTES:
+        message = f"it has more than {_MOST_BYTES:,} bytes"
+        raise ValueError(message)
+    text = data.decode("utf-8")  # a UnicodeDecodeError is a ValueError
+    if "\0" in text or not text.startswith("%YAML"):
+        message = "it does not begin with %YAML"
+        raise ValueError(message)
+    try:
+        storage = cv2.FileStorage(text, _ALLOWED)
+        root = storage.root()
+        names = root.keys()[:_MOST_NODES] if root.isMap() else []
+        return {name: _convert(root.getNode(name)) for name in names}
+    except (cv2.error, SystemError, UnicodeDecodeError) as error:
+        reason = str(error).strip().splitlines()[-1] if str(error).strip() else "malformed"
+        message = f"OpenCV cannot read it as YAML ({reason})"
+        raise ValueError(message) from error
+
+
+def _convert(node: cv2.FileNode) -> Node:
+    if node.isMap():
+        # The matrix is read number by number: rows and cols are only what the file says.
+        return _read_numbers(node.getNode("data"))
+    if node.isSeq():
+        return [_read_name(node.at(index)) for index in range(min(node.size(), _MOST_NUMBERS))]
+    return node.string() if node.isString() else float(node.real())
+
+
+def _read_name(node: cv2.FileNode) -> str:
+    return node.string() if node.isString() else f"{node.real():g}"
+
+
+def _read_numbers(node: cv2.FileNode) -> Numbers:
+    count = min(node.size(), _MOST_NUMBERS) if node.isSeq() else 0
+    items = [node.at(index) for index in range(count)]
+    return np.array([item.real() if item.isInt() or item.isReal() else np.nan for item in items])

@@ -1,0 +1,20 @@
+"""One traced capture, from which tests build every layout; none of them writes into it."""
+
+import pytest
+
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.synth import SynthOptions, write_synthetic_capture
+from tests.datasets.layouts.builders import Traced
+
+
+@pytest.fixture(scope="session")
+def traced(tmp_path_factory):
+    """Four cameras of three frames, 64x48, whose points all of them see."""
+    folder = tmp_path_factory.mktemp("traced") / "room"
+    write_synthetic_capture(folder, SynthOptions(width=64, height=48, frames=3, cameras=3))
+    capture = open_capture(folder)
+    pictures = [
+        [capture.image(camera, frame) for frame in range(capture.frame_count)]
+        for camera in range(len(capture.cameras))
+    ]
+    return Traced(folder, capture, pictures)

@@ -1,0 +1,141 @@
+"""Every layout gives the capture that it was built from."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.errors import (
+    CountMismatchError,
+    MissingCameraError,
+    MissingFileError,
+    UnknownLayoutError,
+)
+from quarc_ref.datasets.layouts.table import LAYOUTS, choose_layout
+from tests.datasets.layouts.builders import BUILDERS, write_model, write_poses
+
+JPEG_LEVELS = 1.0  # of 255, that JPEG changes pictures by on average
+
+
+@pytest.fixture(scope="session")
+def built(traced, tmp_path_factory):
+    """Builds each layout once."""
+    root, folders = tmp_path_factory.mktemp("built"), {}
+
+    def build(name):
+        if name not in folders:
+            folders[name] = root / name
+            BUILDERS[name](traced, root / name)
+        return folders[name]
+
+    return build
+
+
+def read(folder):
+    return choose_layout(folder).read(folder)
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_a_layout_has_the_poses_it_was_built_from(traced, built, name):
+    footage = read(built(name))
+
+    assert len(footage.cameras) == 4
+    for found, camera in zip(footage.cameras, traced.capture.cameras, strict=True):
+        lens = found.lens
+        expected = (camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
+        assert (lens.width, lens.height, lens.fx, lens.fy, lens.cx, lens.cy) == pytest.approx(
+            expected
+        )
+        assert found.pose.rotation.ravel() == pytest.approx(camera.rotation, abs=1e-6)
+        assert found.pose.translation == pytest.approx(camera.translation, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_a_layout_has_the_pictures_it_was_built_from(traced, built, name):
+    footage = read(built(name))
+
+    assert footage.source.lengths == ((1,) * 4 if name == "colmap_project" else (3,) * 4)
+    for camera, row in enumerate(traced.pictures):
+        for frame in range(footage.frame_count):
+            difference = footage.source.read(camera, frame).astype(int) - row[frame]
+            is_jpeg = footage.source.paths[camera][0].suffix == ".jpg"
+            assert np.abs(difference).mean() <= (JPEG_LEVELS if is_jpeg else 0)
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_a_layout_has_the_points_it_can_hold(traced, built, name):
+    points = read(built(name)).points
+
+    if name.startswith(("easymocap", "panoptic")):
+        assert points is None
+    else:
+        assert np.array_equal(points.positions, traced.capture.points.positions)
+        assert np.array_equal(points.colors, traced.capture.points.colors)
+
+
+def test_cameras_are_in_natural_order(traced, tmp_path):
+    traced.copy_videos(tmp_path, "cam_{index}.mp4")
+    for index in (2, 3):
+        (tmp_path / f"cam_{index}.mp4").rename(tmp_path / f"cam_{index + 8}.mp4")
+    write_poses(traced, tmp_path)
+    footage = read(tmp_path)
+
+    assert [camera.name for camera in footage.cameras] == ["cam_0", "cam_1", "cam_10", "cam_11"]
+    assert footage.findings == ()
+
+
+def test_every_layout_is_listed_with_what_is_missing(tmp_path):
+    (tmp_path / "intri.yml").touch()
+    with pytest.raises(UnknownLayoutError) as caught:
+        read(tmp_path)
+
+    message = str(caught.value)
+    for layout in LAYOUTS:
+        assert layout.name in message
+    assert "N3DV, DyNeRF, MeetRoom with poses (poses_bounds.npy)" in message
+    assert "EasyMocap, ENeRF (extri.yml)" in message
+    assert "intri.yml" not in message
+
+
+def test_videos_without_poses_are_sent_to_calibrate(traced, tmp_path):
+    traced.copy_videos(tmp_path)
+
+    with pytest.raises(UnknownLayoutError, match=r"4 videos without poses: quarc-ref calibrate"):
+        read(tmp_path)
+
+
+def test_a_capture_one_folder_down_is_named(traced, tmp_path):
+    shutil.copytree(traced.folder, tmp_path / "steak")
+
+    with pytest.raises(UnknownLayoutError, match=r"The folder steak in it is one: name that"):
+        read(tmp_path)
+
+
+def test_a_camera_without_pictures_is_named(built, tmp_path):
+    folder = shutil.copytree(built("colmap_videos"), tmp_path / "copy")
+    (folder / "cam02.mp4").unlink()
+
+    with pytest.raises(MissingCameraError, match=r"no NAME.mp4 for camera cam02, but it has poses"):
+        read(folder)
+
+
+def test_poses_without_any_pictures_tell_where_these_were_looked_for(traced, tmp_path):
+    write_model(traced, tmp_path)
+
+    with pytest.raises(MissingFileError, match=r"cameras cam00, .*frames/0000/NAME.png.*images/"):
+        read(tmp_path)
+
+
+def test_a_gap_among_the_pictures_of_a_camera_is_named(built, tmp_path):
+    folder = shutil.copytree(built("n3dv_picture_folders"), tmp_path / "copy")
+    (folder / "cam01" / "0003.png").write_bytes((folder / "cam01" / "0000.png").read_bytes())
+    (folder / "cam01" / "0001.png").unlink()
+
+    with pytest.raises(CountMismatchError, match=r"cam01 goes from 0000 to 0002"):
+        read(folder)
+
+
+def test_only_cameras_of_the_panoptic_studio_that_have_pictures_are_taken(built):
+    names = [camera.name for camera in read(built("panoptic_videos")).cameras]
+
+    assert names == ["00_00", "00_01", "00_02", "00_03"]
