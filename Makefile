@@ -19,7 +19,7 @@ LOCKS := requirements/main.txt requirements/torch.txt
 RESOLVE := $(BIN)/uv pip compile --quiet --upgrade --universal --fork-strategy fewest --python-version 3.11 \
   --generate-hashes --no-header --no-annotate pyproject.toml
 define resolve
-$(RESOLVE) --extra media --extra view --extra dev -o $(1)/main.txt
+$(RESOLVE) --extra media --extra view --extra export --extra dev -o $(1)/main.txt
 $(RESOLVE) --extra train --constraints $(1)/main.txt -o $(1)/torch.txt
 endef
 # What docs/ is built with has a virtual environment of its own, and its lock beside it.

@@ -20,6 +20,7 @@ import typer
 
 from quarc_ref.cli.output import tell
 from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.export.table import EXPORTS
 from quarc_ref.files import OutputPathError
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -35,7 +36,12 @@ USAGE = 2
 TOOL_FAILED = 3
 _BY_SIGNAL = 128
 _SIGPIPE = 13  # a name of `signal` that Windows lacks
-_EXTRAS = {"gsplat": "gpu", "ray": "ray", "viser": "view"}
+_EXTRAS = {
+    "gsplat": "gpu",
+    "ray": "ray",
+    "viser": "view",
+    **{row.package: row.extra for row in EXPORTS.values() if row.package and row.extra},
+}
 _NOTHING_LEFT = "interrupted; nothing is left behind"
 
 

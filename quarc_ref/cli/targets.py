@@ -11,11 +11,13 @@ from quarc_ref import files
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.options import STANDARD_STREAM
 from quarc_ref.cli.output import tell
+from quarc_ref.export.table import EXPORTS
 from quarc_ref.files import MadeFolder
 
 # A folder whose name ends so would be taken for a file.
 _FILE_SUFFIXES = {
-    *(".ply", ".npz", ".quarc", ".splat", ".spz", ".sog", ".html", ".json"),
+    *(f".{suffix}" for suffix in EXPORTS),
+    *(".quarc", ".splat", ".ksplat", ".gltf", ".usd", ".usda", ".usdz", ".html", ".json"),
     *(".mp4", ".mov", ".mkv", ".avi", ".webm", ".png", ".jpg", ".jpeg", ".gif"),
 }
 

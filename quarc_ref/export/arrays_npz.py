@@ -7,6 +7,12 @@ import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.export.clip import Clip, Frame
+
+
+def build(frame: Frame, _clip: Clip) -> bytes:
+    """Return the bytes of a frame's file."""
+    return build_npz(frame.scene, frame.splats)
 
 
 def build_npz(scene: Scene, splats: Splats) -> bytes:

@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.ply_table import parse_ply_header, read_ply_columns
 from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.export.clip import Clip, Frame
+
+
+def build(frame: Frame, _clip: Clip) -> bytes:
+    """Return the bytes of a frame's file."""
+    return build_ply(frame.splats)
 
 _REST_COUNTS = (0, 9, 24, 45)
 _REQUIRED = (

@@ -18,7 +18,11 @@ from quarc_ref.streams.source import Source, as_source
 
 
 def decode(
-    stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
+    stream: bytes | Source,
+    start: int = 0,
+    stop: int | None = None,
+    follow: Follow | None = None,
+    decoder: StreamDecoder | None = None,
 ) -> Iterator[Scene]:
     """Decode the frames of a stream.
 
@@ -28,6 +32,8 @@ def decode(
             than must be (SPEC 11.2).
         stop: Ordinal after the last frame wanted; None for all.
         follow: How long to wait for a stream that still grows; None not to.
+        decoder: To which nothing has been pushed; from it a caller learns what the
+            stream says besides its frames. None for one of its own.
 
     Yields:
         The scene of every frame wanted, in order.
@@ -39,15 +45,19 @@ def decode(
             decoder gives.
         SourceError: What holds the stream does not give its bytes.
     """
-    for state in decode_states(stream, start, stop, follow):
+    for state in decode_states(stream, start, stop, follow, decoder):
         yield state.scene
 
 
 def decode_states(
-    stream: bytes | Source, start: int = 0, stop: int | None = None, follow: Follow | None = None
+    stream: bytes | Source,
+    start: int = 0,
+    stop: int | None = None,
+    follow: Follow | None = None,
+    decoder: StreamDecoder | None = None,
 ) -> Iterator[FrameState]:
     """Do as `decode`, and yield all that a frame hands to the next."""
-    for _, state in walk_frames(stream, StreamDecoder(), start, stop, follow):
+    for _, state in walk_frames(stream, decoder or StreamDecoder(), start, stop, follow):
         frame = state.frame
         if start <= frame and (stop is None or frame < stop):
             yield state

@@ -45,7 +45,9 @@ class Gap:
     frames_lost: int | None
 
 
-def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Scene | Gap]:
+def recover(
+    stream: bytes | Source, follow: Follow | None = None, decoder: StreamDecoder | None = None
+) -> Iterator[Scene | Gap]:
     """Decode the frames of a stream that may be damaged.
 
     After damage decoding goes on at the next CANO chunk whose CRCs hold, or at a
@@ -56,6 +58,7 @@ def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Sc
     Args:
         stream: A stream.
         follow: How long to wait for a stream that still grows; None not to.
+        decoder: As for `decode`.
 
     Yields:
         The scene of every frame that is whole, and what is missing between.
@@ -67,19 +70,19 @@ def recover(stream: bytes | Source, follow: Follow | None = None) -> Iterator[Sc
             decoder gives.
         SourceError: What holds the stream does not give its bytes.
     """
-    recovery = _Recovery(as_source(stream), follow)
+    recovery = _Recovery(as_source(stream), follow, decoder or StreamDecoder())
     recovery.begin()
     while not recovery.is_over:
         yield from recovery.step()
 
 
 class _Recovery:
-    def __init__(self, source: Source, follow: Follow | None) -> None:
+    def __init__(self, source: Source, follow: Follow | None, decoder: StreamDecoder) -> None:
         self.is_over = False
         self._source = source
         self._follow = follow
         self._reader = ChunkReader(source)
-        self._decoder = StreamDecoder()
+        self._decoder = decoder
         self._effort = Effort(0)
         self._first: int | None = None  # ordinal of the stream's first frame, if it was decoded
         self._due: int | None = None  # ordinal of the frame to come

@@ -5,6 +5,7 @@ import json
 from typer.testing import CliRunner
 
 from quarc_ref.cli.app import app
+from quarc_ref.export.sidecar import NAME as SIDECAR
 from quarc_ref.files import MARKER, grown_folder
 from tests.cli.schemas import validate
 
@@ -48,8 +49,8 @@ def read_json(text):
 
 
 def list_names(folder):
-    """What a folder holds, sorted, but for the marker of one that the command has made."""
-    return sorted(path.name for path in folder.iterdir() if path.name != MARKER)
+    """What a folder holds, sorted, but for what describes it: the marker and the sidecar."""
+    return sorted(path.name for path in folder.iterdir() if path.name not in (MARKER, SIDECAR))
 
 
 def make_folder(path, *names, text="old"):

@@ -1,3 +1,5 @@
+import sys
+
 import numpy as np
 import pytest
 
@@ -5,7 +7,7 @@ from quarc_ref.cli import output
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.arrays_npz import build_npz
 from quarc_ref.export.gaussian_ply import build_ply
-from tests.cli.commands import list_names, make_folder, run, run_json
+from tests.cli.commands import list_names, make_folder, read_json, run, run_json
 
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
@@ -13,7 +15,8 @@ def test_decode_writes_what_the_exporters_make_of_every_frame(kind, stream_file,
     printed = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", kind)
 
     names = [f"frame_{frame:04}.{kind}" for frame in range(4)]
-    assert printed == {"folder": str(tmp_path / "out"), "files": names}
+    sidecar = "sequence.json"
+    assert printed == {"folder": str(tmp_path / "out"), "files": names, "sidecar": sidecar}
     assert list_names(tmp_path / "out") == names
     for name, state in zip(names, made.states, strict=True):
         splats = dequantize(state.scene)
@@ -91,3 +94,42 @@ def test_progress_counts_frames_also_where_nobody_knows_how_many(
     told = run("decode", stream_file, "-o", tmp_path / "out", *options).stderr
 
     assert told.splitlines() == [f"decode {frame}{end}" for frame in range(1, 5)]
+
+
+def test_the_sidecar_tells_rate_axes_and_cameras_as_its_schema_has_them(stream_file, tmp_path):
+    run("decode", stream_file, "-o", tmp_path / "out", "--frames", "2:")
+    told = read_json((tmp_path / "out" / "sequence.json").read_text())
+
+    assert told["files"].format(frame=2) == "frame_0002.ply"
+    assert (told["first_frame"], told["frames_per_second"]) == (2, 30)
+    assert (told["up"], told["up_is_known"]) == ("-y", False)
+    assert [camera["name"] for camera in told["cameras"]] == ["cam00"]
+
+
+def test_all_frames_go_into_one_file_where_the_format_holds_all(stream_file, tmp_path):
+    pytest.importorskip("fourdgs")
+    in_folder = run_json("decode", stream_file, "-o", tmp_path / "out", "--to", "4dgs")
+    alone = run_json("decode", stream_file, "-o", tmp_path / "all.4dgs")
+
+    assert in_folder["files"] == ["frames.4dgs"]
+    assert alone == {"folder": str(tmp_path), "files": ["all.4dgs"], "sidecar": None}
+    made = tmp_path / "out" / "frames.4dgs"
+    assert made.read_bytes() == (tmp_path / "all.4dgs").read_bytes()
+
+
+def test_a_missing_library_is_named_with_the_extra_that_brings_it(
+    stream_file, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "gaussforge", None)
+    result = run("decode", stream_file, "-o", tmp_path / "out", "--to", "spz")
+
+    assert result.exit_code == 3
+    assert "quarc-ref[export]" in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
+def test_an_unknown_format_is_refused_with_those_that_are_known(stream_file, tmp_path):
+    result = run("decode", stream_file, "-o", tmp_path / "out", "--to", "obj")
+
+    assert result.exit_code == 2
+    assert "4dgs" in result.stderr

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-import quarc_ref.cli
+import quarc_ref
 from quarc_ref.cli.app import app
 from tests.cli.commands import run, run_json
 from tests.cli.processes import start
@@ -84,11 +84,12 @@ def test_every_verb_has_a_schema():
 
 
 def test_every_object_that_is_printed_has_a_schema_of_its_version():
-    modules = Path(quarc_ref.cli.__file__).parent.rglob("*.py")
+    package = Path(quarc_ref.__file__).parent
+    modules = [*(package / "cli").rglob("*.py"), *(package / "export").rglob("*.py")]
     named = {
         f"quarc-ref/{each}"
         for path in modules
-        for each in re.findall(r'"([a-z-]+/\d+)"', path.read_text())
+        for each in re.findall(r'"(?:quarc-ref/)?([a-z-]+/\d+)"', path.read_text())
     }
 
     assert named == {it["properties"]["schema"]["const"] for it in _SCHEMAS.values()}

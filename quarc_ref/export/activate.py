@@ -1,0 +1,31 @@
+"""The numbers of 3DGS as they are drawn: SPEC 10.1, 10.2."""
+
+import numpy as np
+
+from quarc_ref.decoder.dequantize import Float32, Splats
+
+SH_BASE = 0.28209479177387814
+
+
+def opacities_of(splats: Splats) -> Float32:
+    """Return `[N]` opacities from 0 to 1."""
+    activated: Float32 = (1 / (1 + np.exp(-splats.opacities.astype(np.float64)))).astype(np.float32)
+    return activated
+
+
+def scales_of(splats: Splats) -> Float32:
+    """Return `[N, 3]` standard deviations, world units."""
+    scales: Float32 = np.exp(splats.log_scales)
+    return scales
+
+
+def base_colors_of(splats: Splats) -> Float32:
+    """Return `[N, 3]` the color without its view-dependent part, from 0 to 1."""
+    colors: Float32 = np.clip(0.5 + SH_BASE * splats.sh[:, 0], 0, 1).astype(np.float32)
+    return colors
+
+
+def xyzw_of(rotations: Float32) -> Float32:
+    """Return `[N, 4]` unit quaternions with the scalar last."""
+    unit = rotations / np.linalg.norm(rotations, axis=1, keepdims=True)
+    return np.ascontiguousarray(np.roll(unit, -1, axis=1))

@@ -1,0 +1,65 @@
+"""What exporters are given: a frame, and what holds for all frames of a stream."""
+
+from dataclasses import dataclass, field
+
+from quarc_ref.decoder.dequantize import Splats, dequantize
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import StreamHeader
+
+_ASSUMED_UP = 4  # -y: that of a PLY in the frame of COLMAP, and what viewers of PLY assume
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """A decoded frame, as integers and as floats.
+
+    Attributes:
+        scene: The decoder's state.
+        splats: The numbers that it stands for.
+    """
+
+    scene: Scene
+    splats: Splats
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Frame":
+        """Return the frame of a scene."""
+        return cls(scene, dequantize(scene))
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """What holds for all frames of a stream.
+
+    Attributes:
+        header: Of the stream.
+        cameras: Of the stream; maybe none.
+        metadata: Of the stream.
+    """
+
+    header: StreamHeader
+    cameras: tuple[Camera, ...] = ()
+    metadata: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def knows_up(self) -> bool:
+        """Whether the stream says which way is up."""
+        return self.header.up_axis != 0
+
+    @property
+    def up(self) -> str:
+        """`+x`, `-x`, `+y`, `-y`, `+z` or `-z`; -y where the stream does not say."""
+        return AXES[(self.header.up_axis or _ASSUMED_UP) - 1]
+
+    @property
+    def meters_per_unit(self) -> float:
+        """Size of a world unit; 1 where the stream does not say."""
+        return self.header.meters_per_unit or 1.0
+
+    def seconds(self, frame: int) -> float:
+        """Return the time of a frame on the stream's clock (SPEC 11.1)."""
+        return frame * self.header.frame_ticks / self.header.timescale
+
+
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")

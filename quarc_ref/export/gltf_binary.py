@@ -1,0 +1,78 @@
+"""A frame as binary glTF with KHR_gaussian_splatting: SPEC Annex C.2, by pygltflib.
+
+The extension has no time: a frame is a file. The data are turned +y up, and in
+meters where the stream knows its scale; no node turns them, since readers
+differ in whether they turn harmonics along with a node.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from quarc_ref.decoder.dequantize import Float32, Splats
+from quarc_ref.export.activate import opacities_of, scales_of, xyzw_of
+from quarc_ref.export.clip import Clip, Frame
+from quarc_ref.export.upright import turn_upright
+
+_EXTENSION = "KHR_gaussian_splatting"
+_KERNEL = {
+    "kernel": "ellipse",
+    "colorSpace": "srgb_rec709_display",
+    "sortingMethod": "cameraDistance",
+    "projection": "perspective",
+}
+
+
+def build(frame: Frame, clip: Clip) -> bytes:
+    """Return the bytes of a `.glb`."""
+    import pygltflib as gltf
+
+    attributes = _list_attributes(turn_upright(frame.splats, clip), clip.meters_per_unit)
+    model = gltf.GLTF2(
+        asset=gltf.Asset(version="2.0", generator="quarc-ref"),
+        extensionsUsed=[_EXTENSION],
+        scene=0,
+        scenes=[gltf.Scene(nodes=[0])],
+        nodes=[gltf.Node(name=f"frame {frame.scene.frame}", mesh=0)],
+    )
+    named: dict[str, int] = {}
+    offset = 0
+    for number, (name, array) in enumerate(attributes.items()):
+        model.bufferViews.append(
+            gltf.BufferView(buffer=0, byteOffset=offset, byteLength=array.nbytes)
+        )
+        model.accessors.append(_describe(gltf, number, name, array))
+        named[name] = number
+        offset += array.nbytes
+    primitive = gltf.Primitive(
+        attributes=gltf.Attributes(**named), mode=gltf.POINTS, extensions={_EXTENSION: _KERNEL}
+    )
+    model.meshes = [gltf.Mesh(primitives=[primitive])]
+    model.buffers = [gltf.Buffer(byteLength=offset)]
+    model.set_binary_blob(b"".join(array.tobytes() for array in attributes.values()))
+    return b"".join(model.save_to_bytes())
+
+
+def _list_attributes(splats: Splats, unit: float) -> dict[str, Float32]:
+    """Return the attributes of the primitive, `[N, c]` or `[N]` each."""
+    attributes = {
+        "POSITION": splats.positions * np.float32(unit),
+        "ROTATION": xyzw_of(splats.rotations),
+        "SCALE": scales_of(splats) * np.float32(unit),
+        "OPACITY": opacities_of(splats),
+        "SH_DEGREE_0_COEF_0": splats.sh[:, 0],
+    }
+    for coefficient in range(splats.sh.shape[1] - 1):
+        attributes[f"SH_DEGREE_1_COEF_{coefficient}"] = splats.sh[:, 1 + coefficient]
+    return {
+        name if name == "POSITION" else f"{_EXTENSION}:{name}": np.ascontiguousarray(array, "<f4")
+        for name, array in attributes.items()
+    }
+
+
+def _describe(gltf: Any, view: int, name: str, array: Float32) -> Any:  # noqa: ANN401
+    kind = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[array.size // len(array)]
+    accessor = gltf.Accessor(bufferView=view, componentType=gltf.FLOAT, count=len(array), type=kind)
+    if name == "POSITION":  # glTF asks for its bounds
+        accessor.min, accessor.max = array.min(axis=0).tolist(), array.max(axis=0).tolist()
+    return accessor

@@ -1,0 +1,103 @@
+"""Frames turned so that +y is up, for formats that fix their axes: SPEC Annex C.2.
+
+The turn takes axes to axes, so that positions and harmonics change places and
+signs, and no number is rounded; rotations are.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.decoder.dequantize import Float32, Splats
+from quarc_ref.export.clip import Clip
+
+_HALF = 0.5**0.5
+# What turns each axis up to +y, as a quaternion wxyz.
+_TURNS = {
+    "+x": (_HALF, 0.0, 0.0, _HALF),
+    "-x": (_HALF, 0.0, 0.0, -_HALF),
+    "+y": (1.0, 0.0, 0.0, 0.0),
+    "-y": (0.0, 1.0, 0.0, 0.0),
+    "+z": (_HALF, -_HALF, 0.0, 0.0),
+    "-z": (_HALF, _HALF, 0.0, 0.0),
+}
+_OPPOSITE = {"+z": "-z", "-z": "+z"}
+
+
+def turn_upright(splats: Splats, clip: Clip) -> Splats:
+    """Return splats in a right-handed frame whose +y is up.
+
+    Where the stream does not know its up axis, it is taken to be -y.
+
+    Args:
+        splats: In the frame of the stream.
+        clip: Tells what frame that is.
+    """
+    if not clip.header.right_handed:
+        splats = _mirror(splats)
+    turn = find_turn(clip)
+    matrix = matrix_of(turn)
+    return replace(
+        splats,
+        positions=_apply(matrix, splats.positions),
+        rotations=multiply(np.array(turn), splats.rotations),
+        sh=turn_harmonics(matrix, splats.sh),
+    )
+
+
+def find_turn(clip: Clip) -> tuple[float, float, float, float]:
+    """Return the quaternion wxyz that turns a stream's frame, made right-handed, +y up."""
+    up = clip.up if clip.header.right_handed else _OPPOSITE.get(clip.up, clip.up)
+    return _TURNS[up]
+
+
+def matrix_of(turn: tuple[float, float, float, float]) -> NDArray[np.float64]:
+    """Return `[3, 3]` the matrix of a quaternion that takes axes to axes."""
+    w, x, y, z = turn
+    matrix = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    return np.round(matrix)
+
+
+def turn_harmonics(matrix: NDArray[np.float64], sh: Float32) -> Float32:
+    """Return SH `[N, k, 3]` of degree 0 or 1 turned by a matrix `[3, 3]` (SPEC Annex C.2)."""
+    turned = sh.copy()
+    if sh.shape[1] > 1:
+        gradient = np.stack([-sh[:, 3], -sh[:, 1], sh[:, 2]])
+        x, y, z = np.tensordot(matrix, gradient, axes=1)
+        turned[:, 1], turned[:, 2], turned[:, 3] = -y, z, -x
+    return turned
+
+
+def multiply(left: NDArray[np.float64], right: Float32) -> Float32:
+    """Return the Hamilton product of `[4]` and `[N, 4]`, all wxyz."""
+    aw, ax, ay, az = left
+    bw, bx, by, bz = right.T.astype(np.float64)
+    product = [
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    ]
+    return np.stack(product, axis=1).astype(np.float32)
+
+
+def _apply(matrix: NDArray[np.float64], vectors: Float32) -> Float32:
+    return np.ascontiguousarray((vectors @ matrix.T).astype(np.float32))
+
+
+def _mirror(splats: Splats) -> Splats:
+    """Return splats of a left-handed frame in a right-handed one: z changes its sign."""
+    sh = splats.sh.copy()
+    sh[:, 2:3] *= -1
+    signs = np.array([1, -1, -1, 1], dtype=np.float32)
+    flip = np.array([1, 1, -1], dtype=np.float32)
+    return replace(
+        splats, positions=splats.positions * flip, rotations=splats.rotations * signs, sh=sh
+    )

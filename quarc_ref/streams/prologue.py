@@ -1,0 +1,29 @@
+"""What a stream says before its first frame, for readers that begin in its middle."""
+
+from quarc_ref.format import container, wire
+from quarc_ref.format.cameras import Camera
+from quarc_ref.streams.frame_walk import FrameWalk
+from quarc_ref.streams.source import Source
+
+
+def read_prologue(source: Source) -> tuple[tuple[Camera, ...], dict[str, str]]:
+    """Return the cameras and the metadata that come before the first frame of a stream.
+
+    Args:
+        source: A stream; no more of it is read than comes before its first frame.
+
+    Raises:
+        BitstreamError: What is wrong with what was read.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    walk = FrameWalk(source)
+    cameras: tuple[Camera, ...] = ()
+    metadata: dict[str, str] = {}
+    for step in walk:
+        if step.is_frame:
+            break
+        if step.header.kind == container.CAME:
+            cameras = wire.parse_cameras(walk.take(step).payload)
+        elif step.header.kind == container.META:
+            metadata = wire.parse_metadata(walk.take(step).payload)
+    return cameras, metadata

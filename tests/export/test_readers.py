@@ -1,0 +1,282 @@
+"""Every export, read back by a reader that is not ours."""
+
+import io
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import dequantize
+from quarc_ref.export.clip import Clip, Frame
+from quarc_ref.export.errors import ExportError
+from quarc_ref.export.table import EXPORTS
+from quarc_ref.format.records import StreamHeader
+from tests.small_streams import CAMERA, make_stream
+
+_FPS = 30
+_SPZ_STEP = 2**-12
+_COLOR_STEP = 1 / 255
+
+
+def make_clip(**header):
+    """The frames of a small stream with newborn, and what holds for all of them."""
+    head = StreamHeader(seed=7, gaussians_per_anchor=4, sh_rest_step=1 / 128, **header)
+    _, states = make_stream(head)
+    return Clip(head, (CAMERA,), {}), [Frame.of(state.scene) for state in states]
+
+
+def export(name, clip, frames):
+    """The bytes of an export: of the last frame, or of all where the format holds all."""
+    row = EXPORTS[name]
+    if row.package:
+        pytest.importorskip(row.package, reason=f"pip install 'quarc-ref[{row.extra}]' brings it")
+    if not row.is_sequence:
+        return row.builder()(frames[-1], clip)
+    sequence = row.begin(clip)
+    for frame in frames:
+        sequence.add(frame)
+    return sequence.finish()
+
+
+def read_by_gaussforge(data, form):
+    """What the library gaussforge reads, as arrays `[N, ...]`, by way of the PLY that it makes.
+
+    Its own arrays do not come out of scenes without view-dependent color.
+    """
+    package = pytest.importorskip("gaussforge")
+    result = package.GaussForge().convert(data, form, "ply")
+    assert "error" not in result, result
+    head, _, body = result["data"].partition(b"end_header\n")
+    names = [line.split()[2].decode() for line in head.splitlines() if b"property float" in line]
+    table = dict(zip(names, np.frombuffer(body, "<f4").reshape(-1, len(names)).T, strict=True))
+
+    def stack(stem, count):
+        return np.stack([table[f"{stem}{number}"] for number in range(count)], axis=1)
+
+    rest = sum(name.startswith("f_rest") for name in names) // 3
+    read = {
+        "positions": np.stack([table[name] for name in "xyz"], axis=1),
+        "scales": stack("scale_", 3),
+        "rotations": stack("rot_", 4),
+        "alphas": table["opacity"],
+        "colors": stack("f_dc_", 3),
+    }
+    if rest:
+        read["sh"] = stack("f_rest_", 3 * rest).reshape(-1, 3, rest).transpose(0, 2, 1)
+    return read
+
+
+def dc_of(splats):
+    return splats.sh[:, 0]
+
+
+def opacity_of(splats):
+    return 1 / (1 + np.exp(-splats.opacities.astype(float)))
+
+
+def color_of(splats):
+    return np.clip(0.5 + 0.28209479177387814 * splats.sh[:, 0], 0, 1)
+
+
+def same_rotations(first, second):
+    """The cosine of half the angle between rotations, at its least."""
+    products = np.abs((first * second).sum(axis=1))
+    return products.min() / max(1e-9, 1)
+
+
+def align(positions, wanted):
+    """For each Gaussian wanted the nearest that was read; every one is read once."""
+    distances = np.linalg.norm(positions[None] - wanted[:, None], axis=2)
+    order = distances.argmin(axis=1)
+    assert distances.min(axis=1).max() < 2e-3
+    return order
+
+
+def test_ply_has_every_number_for_gaussforge():
+    clip, frames = make_clip()
+    read = read_by_gaussforge(export("ply", clip, frames), "ply")
+    splats = frames[-1].splats
+
+    assert np.array_equal(read["positions"], splats.positions)
+    assert np.allclose(read["rotations"], splats.rotations, atol=1e-6)
+    assert np.array_equal(read["scales"], splats.log_scales)
+    assert np.array_equal(read["alphas"], splats.opacities)
+    assert np.array_equal(read["colors"], dc_of(splats))
+    assert np.array_equal(read["sh"], splats.sh[:, 1:])
+
+
+@pytest.mark.parametrize("degree", [0, 1])
+def test_spz_has_the_scene_upright_within_its_steps(degree):
+    clip, frames = make_clip(sh_degree=degree, up_axis=4)
+    read = read_by_gaussforge(export("spz", clip, frames), "spz")
+    splats = frames[-1].splats
+
+    flip = np.array([1, -1, -1])  # -y is up in the stream, +y in SPZ
+    assert read["positions"] == pytest.approx(splats.positions * flip, abs=_SPZ_STEP)
+    w, x, y, z = splats.rotations.T
+    turned = np.stack([-x, w, -z, y], axis=1)
+    assert same_rotations(read["rotations"], turned) > 0.999
+    assert read["scales"] == pytest.approx(splats.log_scales, abs=1 / 16)
+    opacity = 1 / (1 + np.exp(-read["alphas"]))
+    assert opacity == pytest.approx(opacity_of(splats), abs=_COLOR_STEP)
+    assert read["colors"] == pytest.approx(dc_of(splats), abs=_COLOR_STEP / 0.15)
+    if degree:
+        signs = np.array([-1, -1, 1])[:, None]  # of y, z and x
+        assert read["sh"] == pytest.approx(splats.sh[:, 1:] * signs, abs=1 / 16)
+
+
+def test_spz_refuses_what_is_farther_off_than_it_can_say():
+    clip, frames = make_clip()
+    far = replace(frames[-1].splats, positions=frames[-1].splats.positions + 3000)
+
+    with pytest.raises(ExportError, match="SPZ"):
+        export("spz", clip, [Frame(frames[-1].scene, far)])
+
+
+@pytest.mark.parametrize("degree", [0, 1])
+def test_sog_has_the_scene_in_the_frame_of_the_stream(degree):
+    clip, frames = make_clip(sh_degree=degree)
+    read = read_by_gaussforge(export("sog", clip, frames), "sog")
+    splats = frames[-1].splats
+
+    assert len(read["positions"]) == frames[-1].scene.count
+    distinct = np.unique(splats.positions, axis=0, return_index=True)[1]  # some are in one place
+    counts = (splats.positions[distinct][:, None] == splats.positions[None]).all(2).sum(1)
+    alone = distinct[counts == 1]
+    order = align(read["positions"], splats.positions[alone])
+    assert same_rotations(read["rotations"][order], splats.rotations[alone]) > 0.999
+    assert read["scales"][order] == pytest.approx(splats.log_scales[alone], abs=0.1)
+    assert read["colors"][order] == pytest.approx(dc_of(splats)[alone], abs=0.1)
+
+
+@pytest.mark.parametrize("name", ["spz", "sog"])
+def test_splat_transform_reads_what_gaussforge_writes(name, tmp_path):
+    program = shutil.which("splat-transform")
+    if program is None:
+        pytest.skip("npm install -g @playcanvas/splat-transform brings it")
+    clip, frames = make_clip(up_axis=4)
+    (tmp_path / f"frame.{name}").write_bytes(export(name, clip, frames))
+    back = tmp_path / "back.ply"
+    subprocess.run([program, "-q", "-g", "cpu", tmp_path / f"frame.{name}", back], check=True)
+    read = read_by_gaussforge(back.read_bytes(), "ply")
+    splats = frames[-1].splats
+
+    assert len(read["positions"]) == frames[-1].scene.count
+    low, high = splats.positions.min(axis=0), splats.positions.max(axis=0)
+    assert read["positions"].min(axis=0) == pytest.approx(low, abs=2e-3)
+    assert read["positions"].max(axis=0) == pytest.approx(high, abs=2e-3)
+
+
+@pytest.mark.parametrize("up", [3, 4, 5])
+def test_glb_has_the_scene_upright_and_in_meters_for_fourdgs(up, tmp_path):
+    fourdgs = pytest.importorskip("fourdgs")
+    clip, frames = make_clip(up_axis=up, meters_per_unit=0.5)
+    path = tmp_path / "frame.glb"
+    path.write_bytes(export("glb", clip, frames))
+    read, splats = fourdgs.from_gltf(str(path)).gaussians, frames[-1].splats
+
+    x, y, z = splats.positions.T
+    wanted = {3: [x, y, z], 4: [x, -y, -z], 5: [x, z, -y]}[up]
+    assert np.array_equal(read.positions, np.stack(wanted, axis=1) * 0.5)
+    assert read.scales == pytest.approx(np.exp(splats.log_scales) * 0.5, rel=1e-6)
+    assert read.colors[:, :3] == pytest.approx(color_of(splats), abs=1e-6)
+    assert read.colors[:, 3] == pytest.approx(opacity_of(splats), abs=1e-6)
+
+
+def test_glb_says_what_the_extension_asks_for():
+    gltf = pytest.importorskip("pygltflib")
+    clip, frames = make_clip()
+    model = gltf.GLTF2().load_from_bytes(export("glb", clip, frames))
+    primitive = model.meshes[0].primitives[0]
+
+    assert model.extensionsUsed == ["KHR_gaussian_splatting"]
+    assert primitive.mode == gltf.POINTS
+    assert primitive.extensions["KHR_gaussian_splatting"]["kernel"] == "ellipse"
+    assert {accessor.count for accessor in model.accessors} == {frames[-1].scene.count}
+    bounds = model.accessors[primitive.attributes.POSITION]
+    assert np.all(np.array(bounds.min) <= bounds.max)
+
+
+def test_usd_has_a_time_sample_per_frame_for_openusd(tmp_path):
+    usd = pytest.importorskip("pxr.Usd")
+    from pxr import UsdGeom, UsdVol
+
+    clip, frames = make_clip(up_axis=3)
+    path = tmp_path / "frames.usdc"
+    path.write_bytes(export("usdc", clip, frames))
+    stage = usd.Stage.Open(str(path))
+    field = UsdVol.ParticleField3DGaussianSplat(stage.GetPrimAtPath("/scene/splats"))
+
+    assert stage.GetTimeCodesPerSecond() == _FPS
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, len(frames) - 1)
+    assert field.GetPositionsAttr().GetTimeSamples() == [0, 1, 2, 3]
+    for time, frame in enumerate(frames):
+        splats = frame.splats
+        assert np.array_equal(np.array(field.GetPositionsAttr().Get(time)), splats.positions)
+        opacities = np.array(field.GetOpacitiesAttr().Get(time))
+        assert opacities == pytest.approx(opacity_of(splats), abs=1e-6)
+        sh = np.array(field.GetRadianceSphericalHarmonicsCoefficientsAttr().Get(time))
+        assert np.array_equal(sh.reshape(splats.sh.shape), splats.sh)
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/scene/camera_00"))
+    pose = np.array(camera.GetLocalTransformation()).T
+    assert pose[:3, 3] == pytest.approx([0, 0, -2])  # of CAMERA
+    assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # along which it looks
+
+
+def test_usd_shows_the_first_frame_to_readers_without_time(tmp_path):
+    fourdgs = pytest.importorskip("fourdgs")
+    clip, frames = make_clip(up_axis=3)
+    path = tmp_path / "frames.usdc"
+    path.write_bytes(export("usdc", clip, frames))
+    read, splats = fourdgs.from_usd(str(path)).gaussians, frames[0].splats
+
+    assert np.array_equal(read.positions, splats.positions)
+    assert same_rotations(np.roll(read.rotations, 1, axis=1), splats.rotations) > 1 - 1e-6
+    assert read.scales == pytest.approx(np.exp(splats.log_scales), rel=1e-6)
+    assert read.colors[:, :3] == pytest.approx(color_of(splats), abs=1e-6)
+
+
+def test_4dgs_has_every_frame_at_its_time_for_fourdgs():
+    module = pytest.importorskip("fourdgs.keyframe_delta_file")
+    clip, frames = make_clip()
+    decoded = module.decode_streamed(export("4dgs", clip, frames))
+
+    assert decoded.header.duration_sec == pytest.approx(len(frames) / _FPS)
+    for number, frame in enumerate(frames):
+        read = module.render_at(decoded, (number + 0.5) / _FPS)
+        assert np.array_equal(read["ids"], frame.scene.ids)
+        bound = 0.02 * np.median(np.exp(frame.splats.log_scales))  # that of the profile
+        assert np.abs(read["centers"] - frame.splats.positions).max() < 2 * bound
+        assert read["rgb"] == pytest.approx(color_of(frame.splats), abs=_COLOR_STEP)
+        assert read["opacity"] == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)
+
+
+def test_rrd_has_every_frame_on_its_time_line_for_rerun(tmp_path):
+    chunks = pytest.importorskip("rerun.chunk", reason="pip install 'quarc-ref[rerun]' brings it")
+    clip, frames = make_clip()
+    path = tmp_path / "frames.rrd"
+    path.write_bytes(export("rrd", clip, frames))
+    rows = {}
+    for chunk in chunks.RrdReader(str(path)).stream():
+        if chunk.entity_path == "/world/splats":
+            columns = ["frame", "GaussianSplats3D:centers", "GaussianSplats3D:colors"]
+            batch = chunk.to_record_batch().select(columns).to_pydict()
+            for index, frame in enumerate(batch["frame"]):
+                rows[frame] = {name: column[index] for name, column in batch.items()}
+
+    assert sorted(rows) == [0, 1, 2, 3]
+    for number, frame in enumerate(frames):
+        centers = np.array(rows[number]["GaussianSplats3D:centers"], dtype=np.float32)
+        assert np.array_equal(centers, frame.splats.positions)
+        packed = np.array(rows[number]["GaussianSplats3D:colors"], dtype=np.uint32)
+        red, alpha = packed >> 24, packed & 255
+        assert red / 255 == pytest.approx(color_of(frame.splats)[:, 0], abs=_COLOR_STEP)
+        assert alpha / 255 == pytest.approx(opacity_of(frame.splats), abs=_COLOR_STEP)
+
+
+def test_npz_is_read_by_numpy():
+    clip, frames = make_clip()
+    with np.load(io.BytesIO(export("npz", clip, frames)), allow_pickle=False) as arrays:
+        assert np.array_equal(arrays["positions"], dequantize(frames[-1].scene).positions)
