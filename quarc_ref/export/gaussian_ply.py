@@ -17,6 +17,7 @@ def build(frame: Frame, _clip: Clip) -> bytes:
     """Return the bytes of a frame's file."""
     return build_ply(frame.splats)
 
+
 _REST_COUNTS = (0, 9, 24, 45)
 _REQUIRED = (
     *("x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2"),

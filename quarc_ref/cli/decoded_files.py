@@ -1,0 +1,133 @@
+"""What `decode` reads and what it makes: scenes of a stream, and files in the format chosen."""
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from quarc_ref.cli.output import print_json, print_table, tell
+from quarc_ref.export.table import Export
+
+if TYPE_CHECKING:
+    from quarc_ref.cli.targets import OneFrame
+    from quarc_ref.decoder import Scene
+    from quarc_ref.export.clip import Clip
+    from quarc_ref.export.table import FrameSequence
+    from quarc_ref.files import MadeFolder
+    from quarc_ref.format.cameras import Camera
+    from quarc_ref.streams import Follow, Gap, Source
+
+
+class Decoding:
+    """Frames of a stream, and what it says of all of them.
+
+    Args:
+        source: The stream.
+        follow: How long to wait for more; None not to.
+        gaps: Where there is a list, decoding goes on past damage, and what is missing is added.
+    """
+
+    def __init__(self, source: "Source", follow: "Follow | None", gaps: "list[Gap] | None") -> None:
+        from quarc_ref.decoder.stream_decoder import StreamDecoder
+
+        self._source, self._follow, self._gaps = source, follow, gaps
+        self._decoder = StreamDecoder()
+        self._prologue: tuple[tuple[Camera, ...], dict[str, str]] | None = None
+
+    @property
+    def clip(self) -> "Clip":
+        """What the stream has said so far."""
+        from quarc_ref.export.clip import Clip
+
+        decoder = self._decoder
+        if self._prologue is not None:
+            return Clip(decoder.header, *self._prologue)
+        return Clip(decoder.header, decoder.cameras, decoder.metadata)
+
+    def scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
+        """Yield the scenes from one ordinal up to, and without, another."""
+        from quarc_ref.streams import Gap, decode, recover
+        from quarc_ref.streams.prologue import read_prologue
+
+        if self._gaps is None:
+            if start > 0 and self._source.size() is not None:  # the decoder will pass it over
+                self._prologue = read_prologue(self._source)
+            yield from decode(self._source, start, stop, self._follow, self._decoder)
+            return
+        for item in recover(self._source, self._follow, self._decoder):
+            if isinstance(item, Gap):
+                self._gaps.append(item)
+                _tell(item)
+            elif stop is not None and item.frame >= stop:
+                return
+            elif item.frame >= start:
+                yield item
+
+
+class Written:
+    """What `decode` has made, and what is missing.
+
+    Args:
+        export: The format.
+        with_sidecar: Whether `sequence.json` is written beside the frames.
+    """
+
+    def __init__(self, export: Export, *, with_sidecar: bool) -> None:
+        self.names: list[str] = []
+        self.gaps: list[Gap] = []
+        self._export = export
+        self._with_sidecar = with_sidecar
+        self._sidecar: str | None = None
+        self._sequence: FrameSequence | None = None
+
+    def add(self, target: "MadeFolder | OneFrame", scene: "Scene", clip: "Clip") -> None:
+        """Write a frame, or take it into the one file of all."""
+        from quarc_ref.export.clip import Frame
+
+        if self._with_sidecar and self._sidecar is None:
+            self._write_sidecar(target, scene.frame, clip)
+        frame = Frame.of(scene)
+        if self._export.is_sequence:
+            self._sequence = self._sequence or self._export.begin(clip)
+            self._sequence.add(frame)
+        else:
+            data = self._export.builder()(frame, clip)
+            name = f"frame_{scene.frame:04}.{self._export.suffix}"
+            self.names.append(target.write(name, data).name)
+
+    def finish(self, target: "MadeFolder | OneFrame") -> None:
+        """Write the one file of all frames, if the format has one."""
+        if self._sequence is not None:
+            name = f"frames.{self._export.suffix}"
+            self.names.append(target.write(name, self._sequence.finish()).name)
+
+    def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
+        """Print what there is, in which folder, if there is one."""
+        if as_json:
+            gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
+            made = {"files": self.names, "sidecar": self._sidecar}
+            print_json("decode/2", {"folder": output and str(output), **made, **gaps})
+            return
+        ends = f", {self.names[0]} to {self.names[-1]}" if len(self.names) > 1 else ""
+        lines = {"files": f"{len(self.names)}{ends or ''.join(f', {it}' for it in self.names)}"}
+        lines |= {"gaps": f"{len(self.gaps)}"} if past_damage else {}
+        print_table(str(output or "no folder"), lines)
+
+    def _write_sidecar(
+        self, target: "MadeFolder | OneFrame", first_frame: int, clip: "Clip"
+    ) -> None:
+        from quarc_ref.export.sidecar import NAME, build_sidecar
+
+        one = self._export.is_sequence
+        pattern = (
+            f"frames.{self._export.suffix}" if one else f"frame_{{frame:04}}.{self._export.suffix}"
+        )
+        self._sidecar = target.write(NAME, build_sidecar(clip, pattern, first_frame)).name
+
+
+def _tell(gap: "Gap") -> None:
+    """Report a gap on stderr."""
+    size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
+    lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
+    line = f"gap at byte {gap.offset}, {size}, frames lost: {lost}: {gap.message}"
+    tell(line)
