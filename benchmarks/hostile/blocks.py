@@ -141,11 +141,11 @@ def judge_block(
     for number in range(first, first + count):
         begin(number)
         mutant, way = series.maker.make(number), series.choose_way(number)
-        verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
+        verdict = judge.judge(way, mutant.data, forged=mutant.forged)
         tally.note(number, way, verdict)
         if verdict.is_failure:
             (folder / f"{number}.quarc").write_bytes(mutant.data)
-            told = f"{verdict.outcome}, {way}, heedless: {mutant.heedless}, {mutant.recipe}\n"
+            told = f"{verdict.outcome}, {way}, forged: {mutant.forged}, {mutant.recipe}\n"
             (folder / f"{number}.txt").write_text(told + verdict.detail, "utf-8")
     tally.peak_rss_mib = measure_peak_mebibytes()
     return tally

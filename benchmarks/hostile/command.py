@@ -120,7 +120,7 @@ def _judge_block(block: _Block, failures: Path) -> Tally:
 def _judge_one(arguments: argparse.Namespace) -> int:
     _begin(arguments)
     mutant, way = _series[-1].maker.make(arguments.only), _series[-1].choose_way(arguments.only)
-    verdict = judge.judge(way, mutant.data, heedless=mutant.heedless)
+    verdict = judge.judge(way, mutant.data, forged=mutant.forged)
     print(verdict.outcome, f"{verdict.seconds:.3f} s", way, mutant, verdict.detail)
     return int(verdict.is_failure)
 

@@ -56,13 +56,12 @@ class Mutant:
     Attributes:
         data: Its bytes.
         recipe: Names of the seed and of what was done to it.
-        heedless: Whether it stands for one whose state CRCs are good again
-            too: it is to be decoded without a look at them.
+        forged: Whether its state CRCs are to be made good again, too: see `forging`.
     """
 
     data: bytes
     recipe: tuple[str, ...]
-    heedless: bool
+    forged: bool
 
 
 class Mutator:
@@ -87,14 +86,14 @@ class Mutator:
         if rng.random() < 0.5:
             other = self._seeds[rng.choice(self._names)]
             data, done = damage_bytes(rng, self._seeds[name], other)
-            return Mutant(data[:_MOST_BYTES], (name, *done), heedless=False)
+            return Mutant(data[:_MOST_BYTES], (name, *done), forged=False)
         chunks, done = list(self._chunks[name]), []
         other_chunks = self._chunks[rng.choice(self._names)]
         for _ in range(rng.choice((1, 1, 1, 2, 3))):
             forgery = rng.choice(_FORGERIES)
             done.append(forgery.__name__.strip("_"))
             chunks = forgery(rng, chunks, other_chunks)
-        return Mutant(put_together(chunks), (name, *done), heedless=rng.random() < 0.3)
+        return Mutant(put_together(chunks), (name, *done), forged=rng.random() < 0.3)
 
 
 def damage_bytes(rng: random.Random, data: bytes, other: bytes) -> tuple[bytes, list[str]]:

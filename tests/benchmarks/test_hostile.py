@@ -74,9 +74,9 @@ def test_what_a_decoder_must_not_do_is_kept_with_its_bytes(
     assert (tmp_path / "30.txt").read_text().startswith(outcome)
 
 
-def test_a_mutant_that_is_heedless_is_decoded_beyond_a_wrong_state_crc():
+def test_a_mutant_that_is_forged_is_decoded_beyond_a_wrong_state_crc():
     stream = _with_wrong_state(SEEDS["still"])
-    verdicts = [judge.judge("decode", stream, heedless=heedless) for heedless in (False, True)]
+    verdicts = [judge.judge("decode", stream, forged=forged) for forged in (False, True)]
 
     assert [verdict.outcome for verdict in verdicts] == ["state-crc", "decoded"]
 

@@ -33,7 +33,7 @@ def outcomes(streams):
 
 
 def _judge(data):
-    return judge.judge(judge.BY_BOTH_ENGINES, data, heedless=False)
+    return judge.judge(judge.BY_BOTH_ENGINES, data, forged=False)
 
 
 def test_a_series_and_a_number_make_the_same_stream_again(streams):

@@ -50,7 +50,7 @@ class StructuredMaker:
             built = _build(draws, chosen, donor)
         pieces = _apply(Stage.STREAM, chosen, draws, built.pieces)
         data = _apply(Stage.BYTES, chosen, draws, assemble(pieces))
-        return Mutant(data, tuple(hostility.name for hostility in chosen), heedless=False)
+        return Mutant(data, tuple(hostility.name for hostility in chosen), forged=False)
 
 
 def _build(draws: Draws, chosen: Sequence[Hostility], like: Builder | None = None) -> Builder:
