@@ -14,6 +14,7 @@ from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handle
 from quarc_ref.cli.verbs import (
     bench,
     capture,
+    compare,
     decode,
     edit,
     encode,
@@ -43,6 +44,7 @@ app.command("view", cls=Verb)(view.view)
 app.command("render", cls=Verb)(render.render)
 app.command("bench", cls=Verb)(bench.bench)
 app.command("eval", cls=Verb)(evaluate.evaluate)
+app.command("compare", cls=Verb)(compare.compare)
 app.command("synth", cls=Verb)(capture.synth)
 app.command("demo", cls=Verb)(capture.demo)
 

@@ -125,6 +125,15 @@ Settings = Annotated[
         autocompletion=complete_setting,
     ),
 ]
+LpipsWeights = Annotated[
+    Path | None,
+    typer.Option(
+        "--lpips",
+        metavar="WEIGHTS",
+        help="Measure LPIPS too: a file of lpips.LPIPS(net='vgg').state_dict().",
+        show_default="no LPIPS",
+    ),
+]
 Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[

@@ -118,7 +118,7 @@ class TerminalProgress:
 
     _ONCE = (
         *("synth", "canonical", "frames", "segments"),
-        *("inspect", "evaluate", "decode", "seek", "render"),
+        *("inspect", "evaluate", "compare", "decode", "seek", "render"),
     )
 
     def __init__(self, *, quiet: bool) -> None:

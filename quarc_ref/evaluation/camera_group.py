@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder import Splats
-from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
+from quarc_ref.evaluation import regions
+from quarc_ref.evaluation.camera_meter import VARIANTS, CameraMeter, Measures
 from quarc_ref.evaluation.color_correction import COLOR, Correction
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.quality import Quality
-from quarc_ref.evaluation.regions import choose_frames, find_background
 from quarc_ref.evaluation.views import View, measure_views
 from quarc_ref.format.cameras import Camera
 
@@ -21,6 +22,7 @@ class CameraGroup:
         cameras: To draw with, in the order of the capture, as for `measure_views`.
         indices: Of the cameras in the group.
         correction: Of colors, for the figures that are named after it.
+        lpips: Measures LPIPS too, as `lpips`; None to leave it out.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -32,19 +34,26 @@ class CameraGroup:
         cameras: Sequence[Camera],
         indices: Sequence[int],
         correction: Correction = COLOR,
+        lpips: Lpips | None = None,
     ) -> None:
         self._capture = capture
         self._cameras = cameras
         self._indices = indices
+        self._lpips = lpips
         self._meters = [
-            CameraMeter(_find_background(capture, index), correction) for index in indices
+            CameraMeter(find_background(capture, index), correction) for index in indices
         ]
         self._measured: dict[str, list[Measures]] = {cameras[index].name: [] for index in indices}
 
     @property
     def quality(self) -> Quality:
         """The figures of all frames so far."""
-        return Quality(self._measured)
+        return Quality(self._measured, self.variants)
+
+    @property
+    def variants(self) -> dict[str, str]:
+        """The variant of each metric, by its name."""
+        return name_variants(self._lpips)
 
     def measure(self, splats: Splats, frame: int) -> list[View]:
         """Measure a frame on every camera of the group; return what they see.
@@ -58,10 +67,27 @@ class CameraGroup:
         """
         views = measure_views(splats, frame, self._cameras, self._capture, self._indices)
         for meter, view in zip(self._meters, views, strict=True):
-            self._measured[view.camera].append(meter.measure(view))
+            figures = meter.measure(view)
+            if self._lpips is not None:
+                figures["lpips"] = self._lpips.measure(view.decoded, view.truth)
+            self._measured[view.camera].append(figures)
         return views
 
 
-def _find_background(capture: Capture, index: int) -> Picture | None:
-    frames = choose_frames(capture.frame_count)
-    return find_background([capture.image(index, frame) for frame in frames])
+def name_variants(lpips: Lpips | None) -> dict[str, str]:
+    """Return the variant of each metric, LPIPS among them if it is measured."""
+    return VARIANTS if lpips is None else VARIANTS | {"lpips": lpips.variant}
+
+
+def find_background(capture: Capture, index: int) -> Picture | None:
+    """Return what a camera sees that does not move, as `regions.find_background` has it.
+
+    Args:
+        capture: Of the camera.
+        index: Of the camera.
+
+    Raises:
+        CaptureError: A picture cannot be read.
+    """
+    frames = regions.choose_frames(capture.frame_count)
+    return regions.find_background([capture.image(index, frame) for frame in frames])

@@ -1,18 +1,35 @@
 """Quality of a stream on the held-out cameras, from the decoded file and nothing else."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.protocol import Protocol, describe_protocol
 from quarc_ref.evaluation.quality import Quality
-from quarc_ref.evaluation.same_capture import open_same_capture
+from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.evaluation.views import View
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.streams import decode
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EvaluationOptions:
+    """What to measure.
+
+    Attributes:
+        span: The first frame, and the one after the last; None for no bound.
+        lpips: Measures LPIPS too; None to leave it out.
+        other_capture: Whether to measure a stream of another capture of the same cameras and
+            sizes as well. A stream that names no capture is measured on any such one.
+    """
+
+    span: tuple[int, int | None] = (0, None)
+    lpips: Lpips | None = None
+    other_capture: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,12 +39,14 @@ class Evaluation:
     Attributes:
         summary: What it is made of.
         quality: Its metrics.
+        frames: Ordinals of the frames that were measured.
         shown: Views of the first held-out camera: first, middle and last frame.
         protocol: Under what conditions.
     """
 
     summary: StreamSummary
     quality: Quality
+    frames: tuple[int, ...]
     shown: tuple[View, ...]
     protocol: Protocol
 
@@ -36,8 +55,7 @@ def evaluate_stream(
     data: bytes,
     folder: Path,
     note: Callable[[str, int, int], None],
-    *,
-    other_capture: bool = False,
+    options: EvaluationOptions = EvaluationOptions(),
 ) -> Evaluation:
     """Measure a stream against the capture that it was made from.
 
@@ -45,25 +63,43 @@ def evaluate_stream(
         data: A stream.
         folder: The capture.
         note: Is told of every frame: stage, done, total.
-        other_capture: Whether to measure it on another capture of the same cameras and
-            sizes as well. A stream that names no capture is measured on any such one.
+        options: What to measure.
 
     Raises:
         BitstreamError: What is wrong with the bytes.
         OtherCaptureError: The stream was made from another capture.
-        MismatchError: The stream cannot be measured on the capture.
+        MismatchError: The stream cannot be measured on the capture, or has none of the frames.
         CaptureError: The capture cannot be read.
     """
     summary = inspect_stream(data, note)
-    capture = open_same_capture(summary, folder, other_capture=other_capture)
-    count = len(summary.frames)
-    group = CameraGroup(capture, summary.cameras, capture.held_out)
+    capture = open_same_capture(summary, folder, other_capture=options.other_capture)
+    frames = _list_frames(summary, options.span)
+    count = len(frames)
+    group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
     shown = []
-    for index, scene in enumerate(decode(data)):
+    for index, scene in enumerate(decode(data, *options.span)):
         views = group.measure(dequantize(scene), scene.frame)
         if index in {0, count // 2, count - 1}:
             shown.append(views[0])
         note("evaluate", index + 1, count)
     made_from = summary.metadata.get("fingerprint")
-    protocol = describe_protocol(capture, summary.cameras, count, summary.header.seed, made_from)
-    return Evaluation(summary, group.quality, tuple(shown), protocol)
+    protocol = replace(
+        describe_protocol(capture, summary.cameras, count, summary.header.seed, made_from),
+        metrics=group.variants,
+    )
+    return Evaluation(summary, group.quality, frames, tuple(shown), protocol)
+
+
+def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[int, ...]:
+    """Return the frames of a stream within a span; raise MismatchError if there is none."""
+    start, stop = span
+    frames = tuple(
+        each.frame
+        for each in summary.frames
+        if start <= each.frame and (stop is None or each.frame < stop)
+    )
+    if not frames:
+        first, last = summary.frames[0].frame, summary.frames[-1].frame
+        message = f"the stream has none of these frames: it has {first} to {last}"
+        raise MismatchError(message)
+    return frames

@@ -2,7 +2,7 @@
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from string import Template
 
@@ -22,6 +22,13 @@ def list_lines(named: Mapping[str, object]) -> str:
     """Return names and values, a line to each."""
     lines = [f"{name}: {value}" for name, value in named.items()]
     return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
+
+
+def format_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of cells of plain text."""
+    head = "".join(f"<th>{html.escape(heading)}</th>" for heading in headings)
+    lines = ["".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows]
+    return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
 
 
 def embed_png(png: bytes) -> str:

@@ -24,15 +24,24 @@ _KIND_COLORS = {
     "births": _ORANGE,
     "overhead": _GRAY,
 }
-_CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY)
+_CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
 _DOTS_PER_INCH = 110
+_MANY_TIMES = 6  # between the least rate and the highest
 
 
-def plot_frames(summary: StreamSummary, psnr: Sequence[float]) -> bytes:
-    """Return a PNG of the PSNR and the bytes of every frame."""
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Places along an axis and the numbers there."""
+
+    x: Sequence[float]
+    y: Sequence[float]
+
+
+def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
+    """Return a PNG of the PSNR of frames, and of the bytes of every frame."""
     figure, (above, below) = _figure(2)
     frames = [frame.frame for frame in summary.frames]
-    above.plot(frames, psnr, color=_BLUE, marker="o", markersize=3)
+    above.plot(psnr.x, psnr.y, color=_BLUE, marker="o", markersize=3)
     above.set_ylabel("PSNR, held out (dB)")
     floor = np.zeros(len(frames))
     for kind in ("motion", "updates", "births"):
@@ -147,14 +156,6 @@ def plot_rate_distortion(
     return _png(figure)
 
 
-@dataclass(frozen=True, slots=True)
-class Curve:
-    """Places along an axis and the numbers there."""
-
-    x: Sequence[float]
-    y: Sequence[float]
-
-
 def plot_curves(
     panels: Mapping[str, Mapping[str, Curve]], axis: str, *, doublings: bool = False
 ) -> bytes:
@@ -180,6 +181,30 @@ def plot_curves(
     rows[-1].set_xlabel(axis)
     if len(next(iter(panels.values()))) > 1:
         _legend_above(rows[0])
+    return _png(figure)
+
+
+def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis: str) -> bytes:
+    """Return a PNG of quality against rate, a panel to each metric.
+
+    Args:
+        panels: `{label of the panel: {name of the curve: curve}}`, of at least two points.
+        axis: Label of the rate; it is logarithmic where rates differ much.
+    """
+    figure, rows = _figure(len(panels), height=3.4)
+    for axes, (label, curves) in zip(rows, panels.items(), strict=True):
+        for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
+            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=4, label=name)
+        axes.set_ylabel(label)
+        axes.tick_params(labelbottom=axes is rows[-1])
+    rates = [rate for curves in panels.values() for curve in curves.values() for rate in curve.x]
+    if max(rates) > _MANY_TIMES * min(rates) > 0:
+        rows[-1].set_xscale("log")
+        rows[-1].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        rows[-1].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        rows[-1].minorticks_off()
+    rows[-1].set_xlabel(axis)
+    _legend_above(rows[0])
     return _png(figure)
 
 

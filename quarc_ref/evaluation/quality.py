@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import fmean
 
 from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
@@ -19,6 +19,7 @@ COLUMNS = (
     ("cc", "static_cc_psnr", ".2f"),
     ("flicker", "flicker", ".3f"),
     ("of truth", "truth_flicker", ".3f"),
+    ("LPIPS", "lpips", ".4f"),
 )
 _NOTHING = "-"
 
@@ -29,9 +30,11 @@ class Quality:
 
     Attributes:
         per_camera: A `Measures` to each frame, by the camera's name.
+        variants: The variant of each metric, by its name.
     """
 
     per_camera: Mapping[str, Sequence[Measures]]
+    variants: Mapping[str, str] = field(default_factory=lambda: VARIANTS)
 
     @property
     def psnr(self) -> tuple[float, ...]:
@@ -55,11 +58,15 @@ class Quality:
         """Return the means over the cameras of their means over the frames."""
         return average(self.by_camera().values())
 
+    def headings(self) -> list[str]:
+        """Return the headings of `as_rows`, but for that of the names."""
+        return [heading for heading, figure, _ in COLUMNS if figure in self.mean()]
+
     def as_rows(self) -> list[list[str]]:
-        """Return a line of a table to each camera and one to their mean: name, then `COLUMNS`."""
+        """Return a line of a table to each camera and one to their mean: name, then figures."""
         named = [*self.by_camera().items(), ("mean", self.mean())]
         return [
-            [name, *(_format(figures[figure], how) for _, figure, how in COLUMNS)]
+            [name, *(_format(figures[it], how) for _, it, how in COLUMNS if it in figures)]
             for name, figures in named
         ]
 
@@ -77,7 +84,7 @@ class Quality:
                     for camera, figures in self.by_camera().items()
                 ],
             },
-            "metrics": VARIANTS,
+            "metrics": dict(self.variants),
         }
 
     def _follow(self, figure: str) -> tuple[float, ...]:

@@ -6,7 +6,6 @@ files of their own.
 
 import html
 import re
-from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -14,9 +13,9 @@ import numpy as np
 
 from quarc_ref.evaluation.evaluate import Evaluation
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
-from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
-from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds
-from quarc_ref.evaluation.quality import COLUMNS, Quality
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
+from quarc_ref.evaluation.plots import Curve, encode_picture, plot_frames, plot_kinds
+from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
 from quarc_ref.files import MadeFolder
 from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
@@ -32,7 +31,9 @@ def write_report(evaluation: Evaluation, folder: MadeFolder) -> Path:
         folder: To be filled (`quarc_ref.files.written_folder`).
     """
     pictures = {
-        "frames.png": plot_frames(evaluation.summary, evaluation.quality.psnr),
+        "frames.png": plot_frames(
+            evaluation.summary, Curve(evaluation.frames, evaluation.quality.psnr)
+        ),
         "bytes.png": plot_kinds(evaluation.summary),
     }
     for view in evaluation.shown:
@@ -94,7 +95,7 @@ def _compose_figures(evaluation: Evaluation) -> str:
 
 
 def _compose_cameras(quality: Quality) -> str:
-    return _compose_table(["camera", *(heading for heading, *_ in COLUMNS)], quality.as_rows())
+    return format_table(["camera", *quality.headings()], quality.as_rows())
 
 
 def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
@@ -118,10 +119,4 @@ def _compose_bytes(summary: StreamSummary) -> str:
         beside = "" if price is None else f"{price:,}"
         ratio = f"{coded[kind] / price:.3f}" if price else ""
         rows.append((kind, f"{coded[kind]:,}", beside, ratio))
-    return _compose_table(("kind", "bytes", "zero-order estimate", "bytes / estimate"), rows)
-
-
-def _compose_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    head = "".join(f"<th>{heading}</th>" for heading in headings)
-    lines = ["".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows]
-    return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+    return format_table(("kind", "bytes", "zero-order estimate", "bytes / estimate"), rows)

@@ -68,7 +68,22 @@ def make_view(frame: int, camera: str, image: Image, picture: Picture) -> View:
         image: `[H, W, 3]` the truth in levels of 255.
         picture: `[H, W, 3]` as drawn, before it is clamped.
     """
-    decoded = np.clip(picture, 0, 1)
     truth = image.astype(np.float32) / np.float32(255)
+    return compare_pictures(frame, camera, image, truth, picture)
+
+
+def compare_pictures(
+    frame: int, camera: str, image: Image, truth: Picture, picture: Picture
+) -> View:
+    """Return a view of pictures, with its metrics.
+
+    Args:
+        frame: Ordinal of the frame.
+        camera: Name.
+        image: `[H, W, 3]` the truth in levels of 255.
+        truth: `[H, W, 3]` the same from 0 to 1, not rounded.
+        picture: `[H, W, 3]` as drawn, before it is clamped.
+    """
+    decoded = np.clip(picture, 0, 1)
     psnr, ssim = measure_psnr(decoded, truth), measure_ssim(decoded, truth)
     return View(frame, camera, image, truth, decoded, psnr, ssim)

@@ -62,6 +62,12 @@ VERBS = {
     "render": Verb("{stream} --to png -o {out}", "folder", _WRITE_FRAME),
     "bench": Verb("{stream}", None, _PUSH),
     "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),
+    "compare": Verb(
+        "{encoded} {encoded} --capture {capture} --report {out}",
+        "folder",
+        _PUSH,
+        needs="bjontegaard",
+    ),
     "synth": Verb(
         "{out} --width 16 --height 16 --frames 1",
         "folder",

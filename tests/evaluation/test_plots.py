@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from quarc_ref.evaluation.plots import encode_picture, plot_frames, plot_kinds, plot_spreads
+from quarc_ref.evaluation.plots import Curve, encode_picture, plot_frames, plot_kinds, plot_spreads
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.small_streams import make_stream
 
@@ -37,7 +37,10 @@ def test_plots_are_pictures_of_the_stream_at_any_length(frame_count):
     data, _ = make_stream(frame_count=frame_count)
     summary = inspect_stream(data)
 
-    for plot in (plot_frames(summary, [30.0] * frame_count), plot_kinds(summary)):
+    for plot in (
+        plot_frames(summary, Curve(range(frame_count), [30.0] * frame_count)),
+        plot_kinds(summary),
+    ):
         picture = _read(plot)
         assert picture.shape[1] == 880
         assert np.unique((255 * picture).astype(np.int64) @ (1, 256, 65536)).size > 10
@@ -46,13 +49,15 @@ def test_plots_are_pictures_of_the_stream_at_any_length(frame_count):
 def test_other_numbers_make_another_plot():
     summary = inspect_stream(make_stream()[0])
 
-    assert plot_frames(summary, [30, 31, 32, 33]) != plot_frames(summary, [30, 31, 32, 30])
+    assert plot_frames(summary, Curve(range(4), [30, 31, 32, 33])) != plot_frames(
+        summary, Curve(range(4), [30, 31, 32, 30])
+    )
 
 
 def test_a_frame_without_any_error_can_be_plotted():
     summary = inspect_stream(make_stream()[0])
 
-    assert _read(plot_frames(summary, [30, math.inf, 32, 33])).size > 0
+    assert _read(plot_frames(summary, Curve(range(4), [30, math.inf, 32, 33]))).size > 0
 
 
 def test_the_scatter_of_seeds_is_shown_also_where_a_group_has_no_number():

@@ -3,7 +3,7 @@ from importlib.metadata import version
 
 import pytest
 
-from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 from quarc_ref.evaluation.protocol import describe_protocol
 from quarc_ref.evaluation.report import write_report
 from quarc_ref.evaluation.same_capture import OtherCaptureError
@@ -52,7 +52,7 @@ def test_a_stream_of_another_capture_is_measured_only_if_asked_for(folder, captu
 
     with pytest.raises(OtherCaptureError, match="another capture") as rejected:
         evaluate_stream(data, folder, ignore)
-    measured = evaluate_stream(data, folder, ignore, other_capture=True).protocol
+    measured = evaluate_stream(data, folder, ignore, EvaluationOptions(other_capture=True)).protocol
 
     assert (rejected.value.fingerprint, rejected.value.encoded_from) == (
         capture.fingerprint,

@@ -9,8 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
-from quarc_ref.cli.options import AsJson, CaptureFolder, Force, Quiet, StreamFile
+from quarc_ref.cli.options import (
+    AsJson,
+    CaptureFolder,
+    Force,
+    Frames,
+    LpipsWeights,
+    Quiet,
+    StreamFile,
+    parse_frames,
+)
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_table, tell
+from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.stream import describe
 
@@ -25,6 +35,8 @@ def evaluate(
     report: Annotated[
         Path | None, typer.Option("--report", metavar="DIR", help="Write a page with pictures.")
     ] = None,
+    frames: Frames = None,
+    lpips: LpipsWeights = None,
     other_capture: Annotated[
         bool,
         typer.Option(
@@ -37,23 +49,22 @@ def evaluate(
 ) -> None:
     """Measure a stream on the held-out cameras, decoded from the file."""
     with report_errors():
-        from quarc_ref.evaluation.evaluate import evaluate_stream
+        from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 
         restore_sigterm_handler()
+        options = EvaluationOptions(parse_frames(frames), load_lpips(lpips), other_capture)
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             with _rejected(file, as_json=as_json):
                 data = Path(file).read_bytes()
-                evaluation = evaluate_stream(
-                    data, capture, progress.advance, other_capture=other_capture
-                )
+                evaluation = evaluate_stream(data, capture, progress.advance, options)
             if folder:
                 from quarc_ref.evaluation.report import write_report
 
                 write_report(evaluation, folder)
         _warn_of_other_capture(evaluation.protocol)
         page = report / "index.html" if report else None
-        show_evaluation("eval/2", Path(file), evaluation, page, as_json=as_json)
+        show_evaluation("eval/3", Path(file), evaluation, page, as_json=as_json)
 
 
 @contextmanager
@@ -92,8 +103,6 @@ def show_evaluation(
         page: Of the report; None if none was written.
         as_json: Whether to print JSON.
     """
-    from quarc_ref.evaluation.quality import COLUMNS
-
     summary, quality = evaluation.summary, evaluation.quality
     if as_json:
         report = {} if page is None else {"report": str(page)}
@@ -113,5 +122,5 @@ def show_evaluation(
     if page is not None:
         lines["report"] = str(page)
     print_table(file.name, describe(summary) | lines)
-    headings = ["<camera", *(heading for heading, *_ in COLUMNS)]
+    headings = ["<camera", *quality.headings()]
     print_columns("Held-out cameras (cc: color-corrected)", headings, quality.as_rows())

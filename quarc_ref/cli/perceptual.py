@@ -1,0 +1,27 @@
+"""LPIPS for the verbs that measure, from the weights that `--lpips` names."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from quarc_ref.cli.errors import UsageError
+
+if TYPE_CHECKING:
+    from quarc_ref.evaluation.lpips import Lpips
+
+
+def load_lpips(path: Path | None) -> "Lpips | None":
+    """Return what measures LPIPS; None if no weights are named.
+
+    Raises:
+        UsageError: The file does not hold the weights.
+        ImportError: torch is not installed.
+    """
+    if path is None:
+        return None
+    from quarc_ref.evaluation.lpips import Lpips, WeightsError
+
+    try:
+        return Lpips(path)
+    except WeightsError as error:
+        message = f"--lpips: {error}"
+        raise UsageError(message) from error

@@ -1,0 +1,179 @@
+"""The verb `compare`: streams and rivals side by side."""
+
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.options import AsJson, Force, Frames, LpipsWeights, Quiet, parse_frames
+from quarc_ref.cli.output import TerminalProgress, print_columns, print_json
+from quarc_ref.cli.perceptual import load_lpips
+from quarc_ref.cli.targets import written_folder
+
+if TYPE_CHECKING:
+    from quarc_ref.evaluation.comparison.measure import Comparison
+    from quarc_ref.evaluation.comparison.open_entries import Named
+    from quarc_ref.evaluation.comparison.summary import Summary
+
+_LEAST = 2
+
+
+def compare(
+    entries: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[METHOD[@POINT]=]PATH...",
+            help="A stream, a folder with a PLY per frame, a folder of renders (CAMERA/FRAME.png "
+            "or FRAME/CAMERA.png), or a .4dgs file. Entries of one METHOD are points of one "
+            "curve; entries of one METHOD@POINT are runs of the same settings.",
+            show_default=False,
+        ),
+    ],
+    capture: Annotated[
+        Path | None,
+        typer.Option(
+            "--capture",
+            metavar="CAPTURE",
+            help="Whose pictures are the truth.",
+            show_default="the first entry is the truth",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            "--report", metavar="DIR", help="Write a page with pictures, plots and CSV files."
+        ),
+    ] = None,
+    cameras: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--camera",
+            metavar="NAME",
+            help="Camera to compare on; may be given again.",
+            show_default="the held-out ones",
+        ),
+    ] = None,
+    frames: Frames = None,
+    lpips: LpipsWeights = None,
+    sizes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--bytes", metavar="PATH=N", help="Bytes that the renders in PATH were drawn from."
+        ),
+    ] = None,
+    downscale: Annotated[
+        int,
+        typer.Option(
+            "--downscale",
+            min=1,
+            help="Make the capture's pictures smaller by this factor, where no stream tells it.",
+        ),
+    ] = 1,
+    other_capture: Annotated[
+        bool,
+        typer.Option(
+            "--other-capture", help="Take also streams that were made from another capture."
+        ),
+    ] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure streams and other methods side by side, on the same cameras and frames."""
+    with report_errors():
+        from quarc_ref.evaluation.comparison.measure import measure_entries
+        from quarc_ref.evaluation.comparison.open_entries import Wanted, open_entries
+        from quarc_ref.evaluation.comparison.summary import summarize
+        from quarc_ref.evaluation.same_capture import MismatchError
+
+        restore_sigterm_handler()
+        named = parse_entries(entries, sizes or [])
+        span = parse_frames(frames)
+        measure = load_lpips(lpips)
+        wanted = Wanted(capture, tuple(cameras or ()), downscale, other_capture)
+        target = written_folder(report, force=force) if report else nullcontext()
+        with TerminalProgress(quiet=quiet) as progress, target as folder:
+            try:
+                opened = open_entries(named, wanted, progress.advance)
+                comparison = measure_entries(opened, span, measure, progress.advance)
+            except MismatchError as error:
+                raise UsageError(str(error)) from error
+            summary = summarize(comparison)
+            if folder:
+                from quarc_ref.evaluation.comparison.page import write_comparison
+
+                write_comparison(comparison, summary, folder)
+        page = report / "index.html" if report else None
+        _show(comparison, summary, page, as_json=as_json)
+
+
+def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
+    """Return what the command line names.
+
+    Raises:
+        UsageError: There are fewer than two, something is not there, or a size is no number.
+    """
+    from quarc_ref.evaluation.comparison.entries import Label
+    from quarc_ref.evaluation.comparison.open_entries import Named
+
+    if len(texts) < _LEAST:
+        message = "compare takes two entries or more"
+        raise UsageError(message)
+    byte_counts = dict(_parse_size(size) for size in sizes)
+    parts = [_parse_entry(text) for text in texts]
+    stems = Counter(path.stem for _, path in parts)
+    names = [name or (path.stem if stems[path.stem] == 1 else str(path)) for name, path in parts]
+    methods = Counter(name.partition("@")[0] for name in names)
+    named = []
+    for name, (_, path) in zip(names, parts, strict=True):
+        method, _, point = name.partition("@")
+        only = method if methods[method] == 1 else path.stem
+        named.append(Named(Label(method, point or only), path, byte_counts.pop(path, None)))
+    if byte_counts:
+        message = f"--bytes names {next(iter(byte_counts))}, which is not compared"
+        raise UsageError(message)
+    return named
+
+
+def _parse_entry(text: str) -> tuple[str, Path]:
+    """Return the name of an entry, which may be empty, and its path."""
+    name, equals, path = text.partition("=")
+    if not equals or Path(text).exists():
+        name, path = "", text
+    if not Path(path).exists():
+        message = f"{path} does not exist"
+        raise UsageError(message)
+    return name, Path(path)
+
+
+def _parse_size(text: str) -> tuple[Path, int]:
+    path, _, number = text.rpartition("=")
+    if not path or not number.isdecimal():
+        message = f"--bytes takes PATH=N, N being a whole number; this is {text!r}"
+        raise UsageError(message)
+    return Path(path), int(number)
+
+
+def _show(
+    comparison: "Comparison", summary: "Summary", page: Path | None, *, as_json: bool
+) -> None:
+    from quarc_ref.evaluation.comparison import tables
+
+    if as_json:
+        report = {} if page is None else {"report": str(page)}
+        print_json("compare/1", {**tables.as_json(comparison, summary), **report})
+        return
+    title = f"Against {comparison.truth}: {len(comparison.frames)} frames"
+    headings = [f"<{heading}" if heading in ("entry", "is") else heading
+                for heading in tables.head_points(summary)]  # fmt: skip
+    print_columns(title, headings, tables.row_points(summary))
+    if summary.deltas:
+        first, *others = tables.head_deltas(summary)
+        rows = tables.row_deltas(summary)
+        print_columns("Bjontegaard deltas", [f"<{first}", *others[:-1], f"<{others[-1]}"], rows)
+    if page is not None:
+        print_columns("", ["<report"], [[str(page)]])

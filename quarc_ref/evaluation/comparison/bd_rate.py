@@ -1,0 +1,68 @@
+"""How much less rate a method needs for the same quality: Bjontegaard's deltas.
+
+Computed by the package `bjontegaard`, with Akima interpolation, the most robust of its
+methods (Herglotz et al., ICIP 2022).
+"""
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+LEAST_RATES = 4
+_METHOD = "akima"
+
+Curve = Sequence[tuple[float, float]]  # rate and quality of each operating point
+
+
+@dataclass(frozen=True, slots=True)
+class Delta:
+    """A method against the one that it is compared with.
+
+    Attributes:
+        rate: BD-rate, percent; below 0 it needs fewer bytes. None where curves do not overlap.
+        quality: BD-PSNR, or the same of another metric, in its units.
+        remark: What limits the figures; nothing if nothing does.
+    """
+
+    rate: float | None
+    quality: float | None
+    remark: str
+
+
+def compare_curves(reference: Curve, curve: Curve) -> Delta:
+    """Return Bjontegaard's deltas of a curve.
+
+    Args:
+        reference: Rate, in any unit, and quality, more being better, of each operating point
+            of the method that the other is compared with.
+        curve: The same of the other.
+
+    Returns:
+        Deltas of None, and why, for fewer than four points or curves that are not monotonic.
+    """
+    for name, points in (("the reference", reference), ("it", curve)):
+        if len(points) < LEAST_RATES:
+            return Delta(None, None, f"{name} has {len(points)} rates of the {LEAST_RATES} needed")
+        if not _is_monotonic(points):
+            return Delta(None, None, f"{name} does not get better with every higher rate")
+    import bjontegaard
+
+    first, second = sorted(reference), sorted(curve)
+    arguments = (*zip(*first, strict=True), *zip(*second, strict=True))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        rate = float(bjontegaard.bd_rate(*arguments, _METHOD, require_matching_points=False))
+        quality = float(bjontegaard.bd_psnr(*arguments, _METHOD, require_matching_points=False))
+    remarks = dict.fromkeys(str(each.message).partition(" You can")[0] for each in caught)
+    return Delta(_finite(rate), _finite(quality), " ".join(remarks))
+
+
+def _is_monotonic(points: Curve) -> bool:
+    qualities = [quality for _, quality in sorted(points)]
+    return all(low < high for low, high in pairwise(qualities))
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None

@@ -1,0 +1,206 @@
+"""All entries measured side by side, on the same frames and cameras."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.evaluation.camera_group import find_background, name_variants
+from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
+from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Holdings, Label
+from quarc_ref.evaluation.comparison.open_entries import Opened
+from quarc_ref.evaluation.lpips import Lpips
+from quarc_ref.evaluation.metrics import Picture
+from quarc_ref.evaluation.quality import Quality
+from quarc_ref.evaluation.views import compare_pictures
+
+_MOST_CAMERAS = 4  # that are shown
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """An entry and its figures.
+
+    Attributes:
+        label: What it stands for.
+        holdings: What it has.
+        quality: Its figures, for each camera one `Measures` to each compared frame.
+    """
+
+    label: Label
+    holdings: Holdings
+    quality: Quality
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """The same view of everything, to look at.
+
+    Attributes:
+        camera: Its name.
+        frame: Its ordinal.
+        truth: `[H, W, 3]` from 0 to 1.
+        pictures: `[H, W, 3]` from 0 to 1 of each entry, in their order.
+        psnr: dB of each entry.
+    """
+
+    camera: str
+    frame: int
+    truth: Picture
+    pictures: list[Picture]
+    psnr: list[float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """What was measured.
+
+    Attributes:
+        measured: Of each entry, in their order.
+        frames: Ordinals of the frames that were compared.
+        cameras: Names of the cameras that were compared on.
+        truth: What the truth is, for people.
+        frames_per_second: Of all entries.
+        shown: Views to look at.
+        variants: The variant of each metric, by its name.
+    """
+
+    measured: list[Measured]
+    frames: tuple[int, ...]
+    cameras: tuple[str, ...]
+    truth: str
+    frames_per_second: float
+    shown: list[Shown]
+    variants: dict[str, str]
+
+
+def measure_entries(
+    opened: Opened,
+    span: tuple[int, int | None],
+    lpips: Lpips | None,
+    note: Callable[[str, int, int], None],
+) -> Comparison:
+    """Measure entries on every frame that all of them have.
+
+    Args:
+        opened: The entries and the truth.
+        span: The first frame wanted and the one after the last; None for no bound.
+        lpips: Measures LPIPS; None to leave it out.
+        note: Is called after every frame: stage, done, total.
+
+    Raises:
+        BitstreamError: A stream is malformed.
+        CaptureError: A picture of the capture cannot be read.
+        EntryError: There is no common frame, or a file of a rival cannot be used.
+    """
+    frames = _choose_frames(opened, span)
+    entries = opened.entries if opened.capture else opened.entries[1:]
+    pairs = _Pairs(opened, entries, frames, lpips)
+    for done, frame in enumerate(frames, start=1):
+        pairs.measure(frame)
+        note("compare", done, len(frames))
+    if opened.capture is None:
+        truth = f"the renders of {opened.entries[0].label}"
+    else:
+        truth = f"the pictures of the capture {opened.capture.name}"
+    return Comparison(
+        pairs.results(), frames, tuple(opened.cameras), truth, opened.frames_per_second,
+        pairs.shown, pairs.variants,
+    )  # fmt: skip
+
+
+class _Pairs:
+    """The views of all entries, measured frame after frame."""
+
+    def __init__(
+        self, opened: Opened, entries: Sequence[Entry], frames: Sequence[int], lpips: Lpips | None
+    ) -> None:
+        self._opened, self._entries, self._lpips = opened, entries, lpips
+        capture, cameras = opened.capture, opened.cameras
+        backgrounds = {name: _find_background(capture, name) for name in cameras}
+        self._meters = [{name: CameraMeter(backgrounds[name]) for name in cameras} for _ in entries]
+        self._figures: list[dict[str, list[Measures]]] = [
+            {name: [] for name in cameras} for _ in entries
+        ]
+        self._wanted = _choose_shown(list(cameras), frames)
+        self.shown: list[Shown] = []
+
+    @property
+    def variants(self) -> dict[str, str]:
+        """The variant of each metric."""
+        return name_variants(self._lpips)
+
+    def measure(self, frame: int) -> None:
+        """Draw and measure a frame of every entry."""
+        truths = dict(_draw_truth(self._opened, frame))
+        drawn = [entry.draw(frame, self._opened.cameras) for entry in self._entries]
+        for name, (image, truth) in truths.items():
+            views = [
+                compare_pictures(frame, name, image, truth, pictures[name]) for pictures in drawn
+            ]
+            for meters, figures, view in zip(self._meters, self._figures, views, strict=True):
+                found = meters[name].measure(view)
+                if self._lpips is not None:
+                    found["lpips"] = self._lpips.measure(view.decoded, view.truth)
+                figures[name].append(found)
+            if (name, frame) in self._wanted:
+                pictures = [view.decoded for view in views]
+                psnr = [view.psnr for view in views]
+                self.shown.append(Shown(name, frame, truth, pictures, psnr))
+
+    def results(self) -> list[Measured]:
+        """Return the figures of all frames so far."""
+        return [
+            Measured(entry.label, entry.holdings, Quality(figures))
+            for entry, figures in zip(self._entries, self._figures, strict=True)
+        ]
+
+
+def _draw_truth(opened: Opened, frame: int) -> Iterator[tuple[str, tuple[Image, Picture]]]:
+    """Yield what each camera took, or what the first entry shows of it: in levels, and 0 to 1."""
+    capture = opened.capture
+    if capture is None:
+        for name, picture in opened.entries[0].draw(frame, opened.cameras).items():
+            yield name, ((picture * 255).round().astype(np.uint8), picture)
+        return
+    for name in opened.cameras:
+        image = capture.image(_find_index(capture, name), frame)
+        yield name, (image, image.astype(np.float32) / np.float32(255))
+
+
+def _find_index(capture: Capture, name: str) -> int:
+    return [camera.name for camera in capture.cameras].index(name)
+
+
+def _find_background(capture: Capture | None, name: str) -> Picture | None:
+    """Return what a camera sees that does not move; None where the truth is an entry's."""
+    return None if capture is None else find_background(capture, _find_index(capture, name))
+
+
+def _choose_frames(opened: Opened, span: tuple[int, int | None]) -> tuple[int, ...]:
+    """Return the frames that everything has, within a span."""
+    common = set.intersection(*(set(entry.holdings.frames) for entry in opened.entries))
+    if opened.capture is not None:
+        common &= set(range(opened.capture.frame_count))
+    start, stop = span
+    chosen = tuple(
+        frame for frame in sorted(common) if start <= frame and (stop is None or frame < stop)
+    )
+    if not chosen:
+        has = "; ".join(f"{entry.label}: {_name_span(entry)}" for entry in opened.entries)
+        message = f"there is no frame that all have ({has})"
+        raise EntryError(message)
+    return chosen
+
+
+def _name_span(entry: Entry) -> str:
+    frames = entry.holdings.frames
+    return f"{frames[0]} to {frames[-1]}" if frames else "none"
+
+
+def _choose_shown(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:
+    """Return three frames of the first camera, and one of some others."""
+    middle = frames[len(frames) // 2]
+    first = {(cameras[0], frame) for frame in (frames[0], middle, frames[-1])}
+    return first | {(name, middle) for name in cameras[1:_MOST_CAMERAS]}

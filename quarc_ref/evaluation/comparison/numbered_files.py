@@ -1,0 +1,45 @@
+"""Files with a number in their names, one to a frame."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from quarc_ref.evaluation.comparison.entries import EntryError
+
+_NUMBER = re.compile(r"(\d+)\D*\Z")
+_MOST_DIGITS = 18
+
+
+def number_files(paths: Iterable[Path], place: Path) -> dict[int, Path]:
+    """Return files by the last number in their names, ascending; a single file may have none.
+
+    Args:
+        paths: Of the files.
+        place: Where they are, for messages.
+
+    Raises:
+        EntryError: There is no file, one has no number, or two have the same.
+    """
+    listed = sorted(paths)
+    if not listed:
+        message = f"{place} has no frames"
+        raise EntryError(message)
+    if len(listed) == 1 and find_number(listed[0].stem) is None:
+        return {0: listed[0]}
+    numbered: dict[int, Path] = {}
+    for path in listed:
+        number = find_number(path.stem)
+        if number is None:
+            message = f"{path} has no number in its name that says which frame it is"
+            raise EntryError(message)
+        if number in numbered:
+            message = f"{numbered[number]} and {path} have the same number: one frame, one file"
+            raise EntryError(message)
+        numbered[number] = path
+    return dict(sorted(numbered.items()))
+
+
+def find_number(stem: str) -> int | None:
+    """Return the last number in a name; None if there is none."""
+    found = _NUMBER.search(stem)
+    return int(found[1]) if found and len(found[1]) <= _MOST_DIGITS else None

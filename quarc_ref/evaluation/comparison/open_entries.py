@@ -1,0 +1,167 @@
+"""What the command line names, opened: streams first, which tell the cameras and the capture."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Label
+from quarc_ref.evaluation.comparison.gaussian_files import open_fourdgs, open_plys
+from quarc_ref.evaluation.comparison.renders import open_renders
+from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
+from quarc_ref.evaluation.same_capture import open_same_capture
+from quarc_ref.format.cameras import Camera
+
+_STREAM, _FOURDGS, _PLY = ".quarc", ".4dgs", ".ply"
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """Something to compare.
+
+    Attributes:
+        label: What it stands for.
+        path: Where it is.
+        byte_count: Of what renders were drawn from; None if unknown.
+    """
+
+    label: Label
+    path: Path
+    byte_count: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """How to compare.
+
+    Attributes:
+        capture: Folder of the capture whose pictures are the truth; None to take those of
+            the first entry.
+        cameras: Names of the cameras to compare on; none for the held-out ones.
+        downscale: Times that the capture's pictures are made smaller, where no stream
+            tells it.
+        other_capture: Whether streams may have been made from another capture.
+    """
+
+    capture: Path | None = None
+    cameras: tuple[str, ...] = ()
+    downscale: int = 1
+    other_capture: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Opened:
+    """Everything that a comparison needs.
+
+    Attributes:
+        entries: As named, in their order.
+        capture: Whose pictures are the truth; None to take the first entry's.
+        cameras: To compare on, by name.
+        frames_per_second: Of all entries.
+    """
+
+    entries: list[Entry]
+    capture: Capture | None
+    cameras: dict[str, Camera]
+    frames_per_second: float
+
+
+def open_entries(
+    named: Sequence[Named], wanted: Wanted, note: Callable[[str, int, int], None]
+) -> Opened:
+    """Open everything that is to be compared.
+
+    Args:
+        named: What is compared.
+        wanted: How.
+        note: Is called for every frame of a stream that is inspected.
+
+    Raises:
+        BitstreamError: A stream is malformed.
+        CaptureError: The capture cannot be read.
+        MismatchError: Something does not belong to the capture, or cannot be compared.
+        ImportError: `fourdgs` is not installed, and a `.4dgs` file is named.
+        OSError: A file or folder cannot be read.
+    """
+    streams = {
+        index: open_stream(each.path, each.label, note)
+        for index, each in enumerate(named)
+        if _is_stream(each.path)
+    }
+    capture = _open_capture(list(streams.values()), wanted)
+    there = _list_cameras(list(streams.values()), capture)
+    cameras = _choose_cameras(there, wanted.cameras)
+    pace = _find_pace(list(streams.values()), capture)
+    entries: list[Entry] = []
+    for index, each in enumerate(named):
+        if index in streams:
+            entries.append(streams[index].entry)
+        else:
+            entries.append(_open_rival(each, cameras, pace))
+    return Opened(entries, capture, cameras, pace)
+
+
+def _is_stream(path: Path) -> bool:
+    return path.is_file() and path.suffix.lower() not in (_FOURDGS, _PLY)
+
+
+def _open_rival(each: Named, cameras: Mapping[str, Camera], pace: float) -> Entry:
+    path = each.path
+    if path.suffix.lower() == _FOURDGS:
+        return open_fourdgs(path, each.label, pace)
+    if path.is_file() or any(path.glob(f"*{_PLY}")):
+        return open_plys(path, each.label)
+    return open_renders(path, each.label, cameras, each.byte_count)
+
+
+def _open_capture(streams: Sequence[OpenStream], wanted: Wanted) -> Capture | None:
+    if wanted.capture is None:
+        return None
+    if not streams:
+        return open_capture(wanted.capture, CaptureOptions(downscale=wanted.downscale))
+    captures = [
+        open_same_capture(each.summary, wanted.capture, other_capture=wanted.other_capture)
+        for each in streams
+    ]
+    return captures[0]
+
+
+def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
+    """Return the cameras of the first stream, or of the capture; all streams must agree."""
+    if not streams:
+        if capture is None:
+            message = "without a stream, --capture is needed: it has the cameras"
+            raise EntryError(message)
+        return list(capture.cameras)
+    first, *others = streams
+    for other in others:
+        for ours, theirs in zip(first.summary.cameras, other.summary.cameras, strict=False):
+            if (ours.name, ours.width, ours.height) != (theirs.name, theirs.width, theirs.height):
+                message = (
+                    f"{first.entry.label} and {other.entry.label} have other cameras: {ours.name}, "
+                    f"{ours.width} x {ours.height}, against {theirs.name}, {theirs.width} x "
+                    f"{theirs.height}"
+                )
+                raise EntryError(message)
+    return list(first.summary.cameras)
+
+
+def _choose_cameras(there: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:
+    by_name = {camera.name: camera for camera in there}
+    unknown = [name for name in names if name not in by_name]
+    if unknown:
+        message = f"there is no camera {unknown[0]}; there are {', '.join(by_name)}"
+        raise EntryError(message)
+    held_out = [camera.name for camera in there if camera.held_out]
+    chosen = list(names) or held_out or list(by_name)
+    if not chosen:
+        message = "the streams have no cameras to compare on"
+        raise EntryError(message)
+    return {name: by_name[name] for name in chosen}
+
+
+def _find_pace(streams: Sequence[OpenStream], capture: Capture | None) -> float:
+    if capture is not None:
+        return capture.frames_per_second
+    return streams[0].summary.header.frames_per_second

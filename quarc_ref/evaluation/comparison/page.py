@@ -1,0 +1,142 @@
+"""The page of a comparison: a slider between pictures, tables and plots."""
+
+import html
+import json
+from collections.abc import Iterable, Sequence
+from importlib import resources
+from pathlib import Path
+
+from quarc_ref.evaluation.comparison.measure import Comparison, Shown
+from quarc_ref.evaluation.comparison.summary import Point, Summary, average_cameras
+from quarc_ref.evaluation.comparison.tables import (
+    format_points_csv,
+    format_views_csv,
+    head_deltas,
+    head_points,
+    row_deltas,
+    row_points,
+)
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
+from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
+from quarc_ref.files import MadeFolder
+
+_TRUTH = "truth"
+
+
+def write_comparison(comparison: Comparison, summary: Summary, folder: MadeFolder) -> Path:
+    """Write the page, its pictures and tables as CSV; return the page's path.
+
+    Args:
+        comparison: What was measured.
+        summary: What it comes to.
+        folder: To be filled (`quarc_ref.files.written_folder`).
+    """
+    folder.write("points.csv", format_points_csv(summary))
+    folder.write("views.csv", format_views_csv(comparison))
+    shown = [_write_pictures(it, number, folder) for number, it in enumerate(comparison.shown)]
+    return folder.write("index.html", _compose(comparison, summary, shown))
+
+
+def _write_pictures(shown: Shown, number: int, folder: MadeFolder) -> list[str]:
+    """Write the truth and every entry's picture of a view; return the names of the files."""
+    names = []
+    for place, picture in enumerate([shown.truth, *shown.pictures]):
+        name = f"view{number}_{place}.png"
+        names.append(folder.write(name, encode_picture(picture)).name)
+    return names
+
+
+def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[str]]) -> bytes:
+    template = resources.files(__package__).joinpath("compare.html").read_text("utf-8")
+    labels = _name_entries(comparison)
+    views = [
+        {
+            "name": f"{view.camera}, frame {view.frame}",
+            "files": list(files),
+            "psnr": [None, *(round(psnr, 2) if psnr < _ENDLESS else None for psnr in view.psnr)],
+        }
+        for view, files in zip(comparison.shown, shown, strict=True)
+    ]
+    plots = _plot_rates(summary) + _plot_frames(comparison, labels)
+    parts = {
+        "title": html.escape(", ".join(_name_methods(summary))),
+        "subtitle": html.escape(_describe(comparison)),
+        "data": json.dumps({"entries": [_TRUTH, *labels], "views": views}).replace("<", "\\u003c"),
+        "points": format_table(head_points(summary), row_points(summary)),
+        "deltas": _compose_deltas(summary),
+        "plots": "".join(plots),
+        "metrics": list_lines(comparison.variants),
+    }
+    return fill_page(template, parts)
+
+
+def _name_methods(summary: Summary) -> list[str]:
+    return list(dict.fromkeys(point.label.method for point in summary.points))
+
+
+def _name_entries(comparison: Comparison) -> list[str]:
+    """Return a name for every entry; runs of one point are numbered."""
+    labels = [str(each.label) for each in comparison.measured]
+    return [
+        label if labels.count(label) == 1 else f"{label}, run {labels[:place].count(label) + 1}"
+        for place, label in enumerate(labels)
+    ]
+
+
+def _describe(comparison: Comparison) -> str:
+    frames, cameras = comparison.frames, comparison.cameras
+    pairs = f"{len(frames)} frames ({frames[0]} to {frames[-1]}) of {', '.join(cameras)}"
+    return f"Measured against {comparison.truth}, on {pairs}. KB are 1024 bytes."
+
+
+def _compose_deltas(summary: Summary) -> str:
+    if not summary.deltas:
+        return ""
+    table = format_table(head_deltas(summary), row_deltas(summary))
+    return f"<h2>Bjøntegaard deltas</h2><div class='wide'>{table}</div>"
+
+
+def _plot_rates(summary: Summary) -> list[str]:
+    """Return the plot of quality against rate, if two points have a rate."""
+    rated = [point for point in summary.points if point.kilobytes_per_frame is not None]
+    if len(rated) < _LEAST_POINTS:
+        return []
+    figures = [("PSNR (dB)", "psnr"), ("SSIM", "ssim"), ("LPIPS", "lpips")]
+    panels = {
+        label: dict(_trace_methods(rated, name))
+        for label, name in figures
+        if any(point.figures.get(name) for point in rated)
+    }
+    picture = plot_rates(panels, "KB per frame")
+    return [_figure(picture, "Quality against bytes per frame")]
+
+
+def _trace_methods(points: Iterable[Point], figure: str) -> Iterable[tuple[str, Curve]]:
+    traces: dict[str, list[tuple[float, float]]] = {}
+    for point in points:
+        found, rate = point.figures.get(figure), point.kilobytes_per_frame
+        if found is not None and rate is not None:
+            traces.setdefault(point.label.method, []).append((rate.mean, found.mean))
+    for method, places in traces.items():
+        rates, qualities = zip(*sorted(places), strict=True)
+        yield method, Curve(rates, qualities)
+
+
+def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
+    """Return the plot of PSNR frame by frame, if there are two frames."""
+    if len(comparison.frames) < _LEAST_POINTS:
+        return []
+    curves = {
+        label: Curve(comparison.frames, [it["psnr"] or 0.0 for it in average_cameras(each)])
+        for label, each in zip(labels, comparison.measured, strict=True)
+    }
+    picture = plot_curves({"PSNR (dB)": curves}, "frame")
+    return [_figure(picture, "PSNR frame by frame")]
+
+
+def _figure(picture: bytes, caption: str) -> str:
+    return f'<figure class="plot"><img alt="{caption}" src="{embed_png(picture)}"></figure>'
+
+
+_LEAST_POINTS = 2
+_ENDLESS = 1e9  # dB; of equal pictures

@@ -1,0 +1,56 @@
+"""Streams as entries: decoded once, from the first frame that is asked for."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from quarc_ref.decoder import Scene, Splats, dequantize
+from quarc_ref.evaluation.comparison.entries import Holdings, Label, SplatEntry
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import StreamSummary
+from quarc_ref.streams import decode
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenStream:
+    """A stream that is compared.
+
+    Attributes:
+        entry: The stream as an entry.
+        summary: What it is made of.
+    """
+
+    entry: SplatEntry
+    summary: StreamSummary
+
+
+def open_stream(path: Path, label: Label, note: Callable[[str, int, int], None]) -> OpenStream:
+    """Open a stream.
+
+    Args:
+        path: Of its file.
+        label: What it stands for.
+        note: Is called for every frame that is inspected: stage, done, total.
+
+    Raises:
+        BitstreamError: The stream is malformed.
+        OSError: The file cannot be read.
+    """
+    data = path.read_bytes()
+    summary = inspect_stream(data, note)
+    frames = tuple(frame.frame for frame in summary.frames)
+    holdings = Holdings("stream", frames, summary.total_bytes)
+    return OpenStream(SplatEntry(label, holdings, _Decoding(data).load), summary)
+
+
+class _Decoding:
+    """A stream that is decoded as far as it is asked for."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._scenes: Iterator[Scene] | None = None
+
+    def load(self, frame: int) -> Splats:
+        if self._scenes is None:
+            self._scenes = decode(self._data, frame)
+        return dequantize(next(scene for scene in self._scenes if scene.frame == frame))

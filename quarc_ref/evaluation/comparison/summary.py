@@ -1,0 +1,209 @@
+"""What a comparison comes to: operating points over runs, paired differences, BD-rate."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from statistics import fmean, stdev
+
+from quarc_ref.evaluation.camera_meter import Measures
+from quarc_ref.evaluation.comparison.bd_rate import Curve, Delta, compare_curves
+from quarc_ref.evaluation.comparison.entries import Label
+from quarc_ref.evaluation.comparison.measure import Comparison, Measured
+from quarc_ref.evaluation.quality import average
+from quarc_ref.inspection.stream_summary import KILOBYTE
+
+_MEGABIT = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """A mean and how far its numbers scatter.
+
+    Attributes:
+        mean: Of the numbers.
+        deviation: Standard deviation (n - 1); None for a single number.
+    """
+
+    mean: float
+    deviation: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Paired:
+    """A point against the first one, view by view.
+
+    Attributes:
+        psnr: Differences over all pairs of views of the same camera and frame, dB.
+        better: Share of the pairs in which it is better.
+        pairs: How many there are.
+    """
+
+    psnr: Spread
+    better: float
+    pairs: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """An operating point of a method.
+
+    Attributes:
+        label: Of its entries.
+        kind: What its entries are.
+        runs: How many there are.
+        figures: Each figure over the runs, by its name; None where none has it.
+        byte_count: Of all frames; None if unknown.
+        kilobytes_per_frame: KB of 1024 bytes; None if unknown.
+        megabits_per_second: At the entries' pace; None if unknown.
+        paired: Against the first point; None for that one itself.
+    """
+
+    label: Label
+    kind: str
+    runs: int
+    figures: dict[str, Spread | None]
+    byte_count: Spread | None
+    kilobytes_per_frame: Spread | None
+    megabits_per_second: float | None
+    paired: Paired | None
+
+
+@dataclass(frozen=True, slots=True)
+class MethodDelta:
+    """Bjontegaard's deltas of a method against the first one.
+
+    Attributes:
+        method: Its name.
+        psnr: By PSNR.
+        ssim: By SSIM.
+    """
+
+    method: str
+    psnr: Delta
+    ssim: Delta
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Summary:
+    """What a comparison comes to.
+
+    Attributes:
+        points: In the order in which they were named.
+        reference: The method that the others are compared with; None if there is but one.
+        deltas: Of every other method that has more than one rate.
+    """
+
+    points: list[Point]
+    reference: str | None
+    deltas: list[MethodDelta]
+
+
+def summarize(comparison: Comparison) -> Summary:
+    """Return what a comparison comes to."""
+    groups = _group(comparison.measured)
+    first = next(iter(groups.values()))
+    points = [
+        _make_point(label, runs, None if runs is first else first, comparison.frames_per_second)
+        for label, runs in groups.items()
+    ]
+    methods = list(dict.fromkeys(point.label.method for point in points))
+    deltas = [
+        MethodDelta(method, *(_compare(points, methods[0], method, it) for it in ("psnr", "ssim")))
+        for method in methods[1:]
+        if len(_trace(points, method, "psnr")) > 1
+    ]
+    return Summary(points, methods[0] if len(methods) > 1 else None, deltas)
+
+
+def _group(measured: Sequence[Measured]) -> dict[Label, list[Measured]]:
+    groups: dict[Label, list[Measured]] = {}
+    for each in measured:
+        groups.setdefault(each.label, []).append(each)
+    return groups
+
+
+def _make_point(
+    label: Label, runs: Sequence[Measured], first: Sequence[Measured] | None, pace: float
+) -> Point:
+    means = [run.quality.mean() for run in runs]
+    sizes = [run.holdings.byte_count for run in runs]
+    per_frame = [
+        size / len(run.holdings.frames) / KILOBYTE
+        for run, size in zip(runs, sizes, strict=True)
+        if size is not None
+    ]
+    rate = spread(per_frame)
+    return Point(
+        label,
+        runs[0].holdings.kind,
+        len(runs),
+        {name: spread(_values(means, name)) for name in means[0]},
+        spread([size for size in sizes if size is not None]),
+        rate,
+        None if rate is None else rate.mean * KILOBYTE * 8 * pace / _MEGABIT,
+        None if first is None else pair(runs, first),
+    )
+
+
+def spread(numbers: Sequence[float]) -> Spread | None:
+    """Return the mean and deviation of numbers; None of none."""
+    return spread_of(numbers) if numbers else None
+
+
+def spread_of(numbers: Sequence[float]) -> Spread:
+    """Return the mean and deviation of at least one number."""
+    scatters = len(numbers) > 1 and all(map(math.isfinite, numbers))
+    return Spread(fmean(numbers), stdev(numbers) if scatters else None)
+
+
+def pair(runs: Sequence[Measured], first: Sequence[Measured]) -> Paired | None:
+    """Return the differences of two points, each view being the mean over the runs of a point.
+
+    Views that equal the truth have no PSNR to compare; None if all do.
+    """
+    ours, theirs = _list_views(runs), _list_views(first)
+    differences = [a - b for a, b in zip(ours, theirs, strict=True) if math.isfinite(a - b)]
+    if not differences:
+        return None
+    better = fmean(difference > 0 for difference in differences)
+    return Paired(spread_of(differences), better, len(differences))
+
+
+def _list_views(runs: Sequence[Measured]) -> list[float]:
+    """Return the PSNR of every view, the mean over the runs."""
+    by_run = [
+        [_number(view["psnr"]) for views in run.quality.per_camera.values() for view in views]
+        for run in runs
+    ]
+    return [fmean(values) for values in zip(*by_run, strict=True)]
+
+
+def _number(value: float | None) -> float:
+    if value is None:
+        message = "every view has a PSNR"
+        raise ValueError(message)
+    return value
+
+
+def _values(rows: Iterable[Measures], name: str) -> list[float]:
+    return [value for row in rows if (value := row[name]) is not None]
+
+
+def _trace(points: Sequence[Point], method: str, figure: str) -> Curve:
+    """Return the rate and the quality of every point of a method that has both."""
+    return [
+        (point.kilobytes_per_frame.mean, found.mean)
+        for point in points
+        if point.label.method == method
+        and point.kilobytes_per_frame is not None
+        and (found := point.figures[figure]) is not None
+    ]
+
+
+def _compare(points: Sequence[Point], reference: str, method: str, figure: str) -> Delta:
+    return compare_curves(_trace(points, reference, figure), _trace(points, method, figure))
+
+
+def average_cameras(measured: Measured) -> list[Measures]:
+    """Return the means over the cameras, a `Measures` to each frame."""
+    return [average(views) for views in zip(*measured.quality.per_camera.values(), strict=True)]

@@ -1,0 +1,188 @@
+"""A comparison as tables: rows for people, CSV and JSON for programs."""
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+
+from quarc_ref.evaluation.comparison.bd_rate import Delta
+from quarc_ref.evaluation.comparison.measure import Comparison
+from quarc_ref.evaluation.comparison.summary import Point, Spread, Summary
+from quarc_ref.evaluation.quality import finite
+
+_NOTHING = "-"
+# Heading, name of the figure, format.
+_FIGURES = (
+    ("PSNR", "psnr", ".2f"),
+    ("SSIM", "ssim", ".4f"),
+    ("LPIPS", "lpips", ".4f"),
+    ("cc PSNR", "cc_psnr", ".2f"),
+    ("moving", "moving_psnr", ".2f"),
+    ("static", "static_psnr", ".2f"),
+    ("flicker", "flicker", ".3f"),
+)
+
+
+def head_points(summary: Summary) -> list[str]:
+    """Return the headings of `row_points`."""
+    figures = [heading for heading, name, _ in _FIGURES if name in summary.points[0].figures]
+    return ["entry", "is", "runs", *figures, "bytes", "KB / frame", "Mb/s", "dB to first", "better"]
+
+
+def row_points(summary: Summary) -> list[list[str]]:
+    """Return a line of cells to each operating point, and none of them is empty."""
+    return [_row_point(point) for point in summary.points]
+
+
+def head_deltas(summary: Summary) -> list[str]:
+    """Return the headings of `row_deltas`."""
+    return [f"against {summary.reference}", "BD-rate", "BD-PSNR", "BD-rate by SSIM", "remark"]
+
+
+def row_deltas(summary: Summary) -> list[list[str]]:
+    """Return a line of cells to each method that Bjontegaard's deltas compare with the first."""
+    return [
+        [
+            each.method,
+            _percent(each.psnr),
+            _NOTHING if each.psnr.quality is None else f"{each.psnr.quality:+.2f} dB",
+            _percent(each.ssim),
+            each.psnr.remark or each.ssim.remark or _NOTHING,
+        ]
+        for each in summary.deltas
+    ]
+
+
+def format_points_csv(summary: Summary) -> bytes:
+    """Return a line of numbers to each operating point."""
+    lines = []
+    for point in summary.points:
+        line: dict[str, object] = {
+            "method": point.label.method,
+            "point": point.label.point,
+            "kind": point.kind,
+            "runs": point.runs,
+        }
+        spreads = {
+            **point.figures,
+            "bytes": point.byte_count,
+            "kb_per_frame": point.kilobytes_per_frame,
+            "psnr_to_first": None if point.paired is None else point.paired.psnr,
+        }
+        for name, each in spreads.items():
+            line[name] = _mean(each)
+            line[f"{name}_deviation"] = _deviation(each)
+        line["better_than_first"] = None if point.paired is None else point.paired.better
+        lines.append(line)
+    return _format_csv(lines)
+
+
+def format_views_csv(comparison: Comparison) -> bytes:
+    """Return a line to every view: entry, run, camera, frame and all figures."""
+    runs: dict[object, int] = {}
+    lines = []
+    for each in comparison.measured:
+        run = runs[each.label] = runs.get(each.label, -1) + 1
+        for camera, views in each.quality.per_camera.items():
+            for frame, figures in zip(comparison.frames, views, strict=True):
+                said = {"method": each.label.method, "point": each.label.point, "run": run}
+                lines.append({**said, "camera": camera, "frame": frame, **figures})
+    return _format_csv(lines)
+
+
+def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
+    """Return what `compare --json` prints."""
+    return {
+        "truth": comparison.truth,
+        "frames": list(comparison.frames),
+        "cameras": list(comparison.cameras),
+        "frames_per_second": comparison.frames_per_second,
+        "points": [_point_as_json(point) for point in summary.points],
+        "reference": summary.reference,
+        "bd": [
+            {"method": each.method, "psnr": asdict(each.psnr), "ssim": asdict(each.ssim)}
+            for each in summary.deltas
+        ],
+        "metrics": comparison.variants,
+    }
+
+
+def _row_point(point: Point) -> list[str]:
+    figures = [
+        format_spread(point.figures[name], how)
+        for _, name, how in _FIGURES
+        if name in point.figures
+    ]
+    rate, paired = point.megabits_per_second, point.paired
+    difference = None if paired is None else paired.psnr
+    return [
+        str(point.label),
+        point.kind,
+        str(point.runs),
+        *figures,
+        format_spread(point.byte_count, ",.0f"),
+        format_spread(point.kilobytes_per_frame, ",.2f"),
+        _NOTHING if rate is None else f"{rate:.2f}",
+        format_spread(difference, "+.2f"),
+        _NOTHING if paired is None else f"{paired.better:.0%} of {paired.pairs}",
+    ]
+
+
+def format_spread(found: Spread | None, how: str) -> str:
+    """Return a mean, with its deviation if it has one."""
+    if found is None:
+        return _NOTHING
+    mean = format(found.mean, how)
+    return mean if found.deviation is None else f"{mean} ± {found.deviation:{how.strip('+')}}"
+
+
+def _mean(found: Spread | None) -> float | None:
+    return None if found is None else found.mean
+
+
+def _deviation(found: Spread | None) -> float | None:
+    return None if found is None else found.deviation
+
+
+def _percent(delta: Delta) -> str:
+    return _NOTHING if delta.rate is None else f"{delta.rate:+.1f} %"
+
+
+def _point_as_json(point: Point) -> dict[str, object]:
+    return {
+        "method": point.label.method,
+        "point": point.label.point,
+        "kind": point.kind,
+        "runs": point.runs,
+        "quality": finite({name: _mean(it) for name, it in point.figures.items()}),
+        "deviation": finite({name: _deviation(it) for name, it in point.figures.items()}),
+        "bytes": _mean(point.byte_count),
+        "kb_per_frame": _mean(point.kilobytes_per_frame),
+        "megabits_per_second": point.megabits_per_second,
+        "paired": None
+        if point.paired is None
+        else {
+            "psnr": point.paired.psnr.mean,
+            "deviation": point.paired.psnr.deviation,
+            "better": point.paired.better,
+            "pairs": point.paired.pairs,
+        },
+    }
+
+
+def _format_csv(lines: Sequence[dict[str, object]]) -> bytes:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, _name_columns(lines), lineterminator="\n")
+    writer.writeheader()
+    for line in lines:
+        writer.writerow({name: _cell(value) for name, value in line.items()})
+    return text.getvalue().encode()
+
+
+def _name_columns(lines: Iterable[dict[str, object]]) -> list[str]:
+    return list(dict.fromkeys(name for line in lines for name in line))
+
+
+def _cell(value: object) -> object:
+    return "" if value is None or (isinstance(value, float) and math.isnan(value)) else value

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from quarc_ref.evaluation.comparison.bd_rate import compare_curves
+
+# The example of the package's own page: libx265 with two of its presets.
+_ANCHOR = list(
+    zip([9487.76, 4593.60, 2486.44, 1358.24], [40.037, 38.615, 36.845, 34.851], strict=True)
+)
+_TEST = list(
+    zip([9787.80, 4469.00, 2451.52, 1356.24], [40.121, 38.651, 36.970, 34.987], strict=True)
+)
+
+
+def test_the_package_s_own_example_has_its_figures():
+    delta = compare_curves(_ANCHOR, _TEST)
+
+    assert delta.rate == pytest.approx(-4.4252, abs=1e-4)
+    assert delta.quality == pytest.approx(0.1194, abs=1e-4)
+    assert delta.remark == ""
+
+
+def test_half_the_bytes_for_the_same_quality_are_minus_50_percent_in_any_order_and_unit():
+    rates = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
+    quality = [30.0, 32.0, 33.5, 34.5, 35.0]
+    reference = list(zip(rates, quality, strict=True))
+    halved = list(zip(rates / 2, quality, strict=True))[::-1]
+
+    assert compare_curves(reference, halved).rate == pytest.approx(-50)
+    assert compare_curves(halved, reference).rate == pytest.approx(100)
+
+
+def test_three_rates_are_too_few():
+    delta = compare_curves(_ANCHOR, _TEST[:3])
+
+    assert (delta.rate, delta.quality) == (None, None)
+    assert "3 rates of the 4 needed" in delta.remark
+
+
+def test_a_curve_that_falls_is_no_curve():
+    delta = compare_curves([*_ANCHOR, (20000.0, 30.0)], _TEST)
+
+    assert delta.rate is None
+    assert "does not get better" in delta.remark
+
+
+def test_curves_that_hardly_overlap_are_remarked_on_and_those_that_do_not_have_no_figure():
+    higher = [(rate, quality + 3) for rate, quality in _TEST]
+    beyond = [(rate, quality + 30) for rate, quality in _TEST]
+
+    assert "Insufficient curve overlap" in compare_curves(_ANCHOR, higher).remark
+    assert compare_curves(_ANCHOR, beyond).rate is None
+    assert "do not overlap" in compare_curves(_ANCHOR, beyond).remark

@@ -1,0 +1,96 @@
+import csv
+import io
+import math
+from statistics import stdev
+
+import pytest
+
+from quarc_ref.evaluation.comparison.entries import Holdings, Label
+from quarc_ref.evaluation.comparison.measure import Comparison, Measured
+from quarc_ref.evaluation.comparison.summary import summarize
+from quarc_ref.evaluation.comparison.tables import (
+    format_points_csv,
+    format_views_csv,
+    head_points,
+    row_deltas,
+    row_points,
+)
+from quarc_ref.evaluation.quality import Quality
+
+_FRAMES = (3, 4)
+
+
+def _measured(method, point, psnr, byte_count):
+    """An entry that has the PSNR given at both frames of one camera, and more at the other's."""
+    views = [{"psnr": psnr, "ssim": psnr / 100}, {"psnr": psnr + 2, "ssim": psnr / 100}]
+    quality = Quality({"cam00": views, "cam01": views})
+    return Measured(Label(method, point), Holdings("stream", _FRAMES, byte_count), quality)
+
+
+def _comparison(*measured):
+    return Comparison(
+        list(measured), _FRAMES, ("cam00", "cam01"), "the truth", 30.0, [], {"psnr": "dB"}
+    )
+
+
+def test_runs_of_a_point_become_their_mean_and_deviation():
+    summary = summarize(
+        _comparison(*(_measured("a", "x", psnr, 2048) for psnr in (30.0, 31.0, 35.0)))
+    )
+    (point,) = summary.points
+
+    assert point.runs == 3
+    assert point.figures["psnr"].mean == pytest.approx(33)
+    assert point.figures["psnr"].deviation == pytest.approx(stdev([31, 32, 36]))
+    assert point.kilobytes_per_frame.mean == 1
+    assert point.megabits_per_second == pytest.approx(1024 * 8 * 30 / 1e6)
+    assert row_points(summary)[0][3] == "33.00 ± 2.65"
+
+
+def test_pairs_are_of_the_same_camera_and_frame():
+    summary = summarize(_comparison(_measured("a", "a", 30.0, 10), _measured("b", "b", 29.5, 10)))
+    first, second = summary.points
+
+    assert first.paired is None
+    assert second.paired.psnr.mean == pytest.approx(-0.5)
+    assert second.paired.psnr.deviation == pytest.approx(0)
+    assert (second.paired.better, second.paired.pairs) == (0, 4)
+    assert row_points(summary)[1][-2:] == ["-0.50 ± 0.00", "0% of 4"]
+
+
+def test_views_equal_to_the_truth_are_not_paired():
+    summary = summarize(
+        _comparison(_measured("a", "a", math.inf, 10), _measured("b", "b", 29.5, None))
+    )
+
+    assert summary.points[1].paired is None
+    assert summary.points[1].kilobytes_per_frame is None
+    assert row_points(summary)[1][head_points(summary).index("bytes")] == "-"
+
+
+def test_methods_of_four_rates_are_compared_by_bjontegaard():
+    rates = (1000, 2000, 4000, 8000)
+    ours = [_measured("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
+    theirs = [
+        _measured("theirs", str(rate), 30 + step, 2 * rate) for step, rate in enumerate(rates)
+    ]
+    summary = summarize(_comparison(*ours, *theirs))
+    (delta,) = summary.deltas
+
+    assert summary.reference == "ours"
+    assert delta.psnr.rate == pytest.approx(100)
+    assert delta.ssim.rate == pytest.approx(100)
+    assert row_deltas(summary)[0][:2] == ["theirs", "+100.0 %"]
+
+
+def test_csv_has_a_line_to_each_point_and_to_each_view():
+    comparison = _comparison(_measured("a", "x", 30.0, 10), _measured("a", "x", 31.0, None))
+    points = list(csv.DictReader(io.StringIO(format_points_csv(summarize(comparison)).decode())))
+    views = list(csv.DictReader(io.StringIO(format_views_csv(comparison).decode())))
+
+    assert [(row["runs"], row["psnr"]) for row in points] == [("2", "31.5")]
+    assert len(views) == 8
+    assert views[-1] == {
+        "method": "a", "point": "x", "run": "1", "camera": "cam01", "frame": "4",
+        "psnr": "33.0", "ssim": "0.31",
+    }  # fmt: skip
