@@ -75,10 +75,10 @@ core: ## Format, lints and tests of core/.
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-player: ## Build and test player/: quarc-player.js.
+player: $(READY) ## Build and test player/: quarc-player.js, in Chromium where it is at hand.
 	@if ! command -v npm >/dev/null; then echo "no npm here: player/ is left out"; \
 	elif ! core/wasm/build.sh; then echo "no module for the web: player/ is left out"; \
-	else cd player && { [ -d node_modules ] || npm ci --silent; } && npm test --silent; fi
+	else cd player && { [ -d node_modules ] || npm ci --silent; } && QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
