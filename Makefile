@@ -19,7 +19,7 @@ LOCKS := requirements/main.txt requirements/torch.txt
 RESOLVE := $(BIN)/uv pip compile --quiet --upgrade --universal --fork-strategy fewest --python-version 3.11 \
   --generate-hashes --no-header --no-annotate pyproject.toml
 define resolve
-$(RESOLVE) --extra media --extra view --extra export --extra dev -o $(1)/main.txt
+$(RESOLVE) --extra media --extra export --extra dev -o $(1)/main.txt
 $(RESOLVE) --extra train --constraints $(1)/main.txt -o $(1)/torch.txt
 endef
 # What docs/ is built with has a virtual environment of its own, and its lock beside it.
@@ -75,10 +75,11 @@ core: ## Format, lints and tests of core/.
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-player: $(READY) ## Build and test player/: quarc-player.js, in Chromium where it is at hand.
+player: ## Build and test player/, and keep quarc-player.js in quarc_ref/viewing/player.
 	@if ! command -v npm >/dev/null; then echo "no npm here: player/ is left out"; \
 	elif ! core/wasm/build.sh; then echo "no module for the web: player/ is left out"; \
-	else cd player && { [ -d node_modules ] || npm ci --silent; } && QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent; fi
+	else cd player && { [ -d node_modules ] || npm ci --silent; } && npm test --silent && \
+	  QUARC_WASM=../core/wasm/quarc.wasm node keep.mjs; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript

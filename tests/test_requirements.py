@@ -10,7 +10,7 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
-LOCKED_EXTRAS = ("media", "train", "view", "export", "dev")
+LOCKED_EXTRAS = ("media", "train", "export", "dev")
 LOCK = """\
 alpha==1.0 \\
     --hash=sha256:00

@@ -1,34 +1,34 @@
 /**
- * Playback: frames are decoded ahead in a worker and shown when they are due.
+ * Frames on a stage at their times: decoded ahead in a worker, shown when they are due.
  *
- * If a frame is late, the one before stays on the screen and time waits for it: no frame is left
- * out. In a loop the first frames are decoded while the last ones are shown, so it has no seam.
+ * Where a frame is late the one before stays, and time waits for it: no frame is left out.
  */
 
 import type {
   DecodeReply,
   DecodeRequest,
   FramePacket,
+  PartialScene,
   PlayerFault,
   StreamInfo,
   StreamSource,
 } from "./protocol.js";
 
 const RING = 12; // frames decoded ahead
-const SEEK_PATIENCE_MS = 150; // before a seek that has shown nothing gives way to the next one
 
-/** What frames are shown on. */
+/** What is shown on. */
 export interface Screen {
   readonly isBusy: boolean;
   begin(info: StreamInfo): void;
   show(packet: FramePacket): void;
+  showPartial(scene: PartialScene): void;
 }
 
+/** What is told of playing. */
 export interface PlayingEvents {
   onInfo(info: StreamInfo): void;
-  /** Playing, waiting or the end of the stream has changed. */
+  /** Playing began or ended, or waits for frames, or does not any longer. */
   onState(): void;
-  onEnded(): void;
   onProgress(bytes: number, byteLength: number | null): void;
   /** A frame has been decoded; it is shown later, unless a seek comes first. */
   onDecoded(packet: FramePacket): void;
@@ -41,22 +41,15 @@ export class Playing {
   readonly #events: PlayingEvents;
   #ring: FramePacket[] = [];
   #info: StreamInfo | null = null;
-  #run = 0; // counts openings, seeks and laps of a loop
-  #runOpened = 0;
-  #runShown = 0;
+  #run = 0;
   #end: number | null = null;
   #shown: number | null = null;
   #dueAt = 0;
-  #isFirst = true; // no frame of the last opening or seek has been shown
+  #isFirst = true;
   #timer = 0;
-  #sought: number | null = null; // by the present seek
-  #wanted: number | null = null; // where to seek when that is done
-  #soughtAt = 0;
-  #isPlaying = false;
-  #isLooping = false;
 
-  /** Frames that were not there when they were due. */
-  lateFrames = 0;
+  isPlaying = false;
+  isLooping = false;
   speed = 1;
 
   constructor(decoder: Worker, screen: Screen, events: PlayingEvents) {
@@ -65,7 +58,7 @@ export class Playing {
     this.#events = events;
     decoder.onmessage = ({ data }) => this.#take(data as DecodeReply);
     decoder.onerror = (event) => {
-      const message = event.message || "the decode worker could not be started";
+      const message = event.message || "the decoder could not be started";
       events.onError({ kind: "player", message, rejectId: null, frame: null });
     };
   }
@@ -74,28 +67,9 @@ export class Playing {
     return this.#info;
   }
 
-  get isPlaying(): boolean {
-    return this.#isPlaying;
-  }
-
-  get isLooping(): boolean {
-    return this.#isLooping;
-  }
-
-  set isLooping(isLooping: boolean) {
-    this.#isLooping = isLooping;
-    this.#events.onState();
-    if (isLooping && this.#end !== null) this.#decodeAgain();
-  }
-
   /** Ordinal of the frame that is shown; null before the first. */
   get frame(): number | null {
     return this.#shown;
-  }
-
-  /** Ordinal of the frame that is shown or, while a seek is under way, of that one. */
-  get target(): number | null {
-    return this.#wanted ?? this.#sought ?? this.#shown;
   }
 
   /** Ordinal after the last frame, where it is known. */
@@ -104,83 +78,60 @@ export class Playing {
     return this.#end ?? (frameCount === null ? null : firstFrame + frameCount);
   }
 
-  /** Frames that are decoded and not shown yet. */
-  get bufferedFrames(): number {
-    return this.#ring.length;
-  }
-
-  /** Ordinal after the last frame that is decoded, in one piece with the one that is shown. */
+  /** Ordinal after the last frame that has been decoded. */
   get bufferedTo(): number {
-    const last = this.#ring.filter(({ run }) => run === this.#runShown).at(-1);
-    return (last?.frame ?? this.#shown ?? -1) + 1;
+    return (this.#ring.at(-1)?.frame ?? this.#shown ?? -1) + 1;
   }
 
-  /** Whether there is nothing to show: while playing, or until a seek or an opening is done. */
+  /** Whether it plays, but has no frame to show. */
   get isWaiting(): boolean {
-    const wants = this.#isPlaying || this.#isFirst;
-    return this.#run > 0 && wants && this.#ring.length === 0 && !this.#screen.isBusy && !this.#isAtEnd;
+    return this.isPlaying && this.#ring.length === 0 && !this.#isAtEnd;
   }
 
   open(source: StreamSource): void {
     this.#restart();
-    this.#runOpened = this.#run;
-    this.#info = this.#end = this.#shown = this.#sought = null;
-    this.lateFrames = 0;
+    this.#info = this.#end = this.#shown = null;
     const transferred = "bytes" in source ? [source.bytes] : [];
     this.#decoder.postMessage({ kind: "open", source, run: this.#run }, transferred);
     this.#grant(RING);
   }
 
   play(): void {
-    if (this.#isPlaying) return;
-    this.#isPlaying = true;
+    if (this.isPlaying) return;
+    this.isPlaying = true;
     this.#dueAt = performance.now();
-    if (this.#isAtEnd && this.#info !== null) this.setFrame(this.#info.firstFrame);
+    if (this.#isAtEnd && this.#info !== null) this.seek(this.#info.firstFrame);
     this.#events.onState();
     this.#wait();
   }
 
   pause(): void {
-    if (!this.#isPlaying) return;
-    this.#isPlaying = false;
+    this.isPlaying = false;
     this.#events.onState();
   }
 
-  /** Show a frame as soon as it is decoded. Of seeks in quick succession some are left out. */
-  setFrame(frame: number): void {
+  /** Show a frame as soon as it is decoded. */
+  seek(frame: number): void {
     if (this.#info === null) return;
     const first = this.#info.firstFrame;
     const last = this.end === null ? frame : this.end - 1;
-    const target = Math.max(first, Math.min(last, Math.round(frame)));
-    if (!Number.isFinite(target)) return; // the end of a stream that has none yet
-    if (!this.#isFirst || performance.now() > this.#soughtAt + SEEK_PATIENCE_MS) this.#seek(target);
-    else {
-      this.#wanted = target;
-      clearTimeout(this.#timer);
-      this.#timer = window.setTimeout(() => this.#seekWanted(), SEEK_PATIENCE_MS);
-    }
+    this.#restart();
+    this.#request({ kind: "seek", frame: Math.max(first, Math.min(last, frame)), run: this.#run });
+    this.#grant(RING);
     this.#events.onState();
   }
 
-  /** Pause, and show the frame so many frames on. */
-  step(by: number): void {
+  /** Show the next frame, or the one before. */
+  step(by: 1 | -1): void {
     this.pause();
-    const { target } = this;
-    if (target === null) return;
-    const isNext = by === 1 && this.#wanted === null && !this.#isFirst;
-    if (isNext && this.#ring[0]?.run === this.#runShown && !this.#screen.isBusy) this.#showNext();
-    else this.setFrame(target + by);
+    if (this.#shown === null) return;
+    if (by === 1 && this.#ring.length > 0 && !this.#screen.isBusy) this.#showNext();
+    else this.seek(this.#shown + by);
   }
 
-  /** Take note that a frame is on the screen. */
+  /** Tell that a frame is on the screen. */
   shown(packet: FramePacket): void {
-    const isOld = packet.run < this.#run && this.#isFirst; // a seek has begun since
-    if (!isOld && !packet.isPreview) {
-      this.#shown = packet.frame;
-      this.#runShown = packet.run;
-      this.#sought = null;
-      this.#seekWanted();
-    }
+    this.#shown = packet.frame;
     this.#wait();
   }
 
@@ -191,16 +142,14 @@ export class Playing {
   }
 
   get #isAtEnd(): boolean {
-    const isLast = this.#shown !== null && this.#shown + 1 === this.end;
-    return isLast && this.#ring.length === 0 && this.#runShown === this.#run;
+    return this.#shown !== null && this.#shown + 1 === this.end && this.#ring.length === 0;
   }
 
   #take(reply: DecodeReply): void {
-    const run = runOf(reply);
-    const isWanted = run === this.#run || (reply.kind === "info" && run >= this.#runOpened);
-    if (!isWanted) return;
+    if (runOf(reply) !== this.#run) return;
     if (reply.kind === "frame") this.#receive(reply.packet);
     else if (reply.kind === "info") this.#begin(reply.info);
+    else if (reply.kind === "partial") this.#showPartial(reply.scene);
     else if (reply.kind === "progress") this.#events.onProgress(reply.bytes, reply.byteLength);
     else if (reply.kind === "error") this.#events.onError(reply.error);
     else this.#finish(reply.frameCount);
@@ -212,52 +161,36 @@ export class Playing {
     this.#events.onInfo(info);
   }
 
+  #showPartial(scene: PartialScene): void {
+    if (this.#shown === null && !this.#screen.isBusy) this.#screen.showPartial(scene);
+  }
+
   #receive(packet: FramePacket): void {
-    this.#events.onDecoded(packet);
-    if (packet.isPreview) {
-      if (this.#shown === null && !this.#screen.isBusy) this.#screen.show(packet);
-      return;
-    }
     this.#ring.push(packet);
+    this.#events.onDecoded(packet);
     this.#wait();
   }
 
   #finish(frameCount: number): void {
     this.#end = (this.#info?.firstFrame ?? 0) + frameCount;
     this.#events.onState();
-    this.#decodeAgain();
     this.#wait();
   }
 
-  /** In a loop, go on decoding at the first frame. */
-  #decodeAgain(): void {
-    const { firstFrame = 0 } = this.#info ?? {};
-    const isLong = this.#end !== null && this.#end > firstFrame + 1;
-    const last = this.#ring.at(-1);
-    const isDecoded = last === undefined ? this.#isAtEnd : last.run === this.#run && last.frame + 1 === this.#end;
-    if (!this.#isLooping || !isLong || !isDecoded || this.#isFirst) return;
-    this.#run += 1;
-    this.#request({ kind: "seek", frame: firstFrame, run: this.#run });
-    this.#grant(RING - this.#ring.length);
-  }
-
-  /** Wait until the next frame is due; the first one is due at once. */
+  /** Wait until the next frame is due; a first one is due at once. */
   #wait(): void {
-    if (this.#wanted !== null && this.#isFirst && this.#ring.length === 0) return; // its timer runs
     clearTimeout(this.#timer);
-    if (this.#isFirst) this.#goOn();
-    else if (this.#isPlaying) {
+    if (this.#isFirst) {
+      this.#goOn();
+    } else if (this.isPlaying) {
       this.#timer = window.setTimeout(() => this.#goOn(), this.#dueAt - performance.now());
     }
   }
 
   #goOn(): void {
-    if (this.#screen.isBusy) return; // `shown` comes back here
-    const [next] = this.#ring;
-    const isSeam = next !== undefined && !this.#isFirst && next.run !== this.#runShown;
-    if (this.#isAtEnd || (isSeam && !this.#isLooping)) this.#stopAtEnd();
-    else if (next !== undefined) this.#showNext();
-    else this.#events.onState(); // it may be waiting
+    if (this.#screen.isBusy) return; // `shown` is going to tell
+    if (this.#ring.length > 0) this.#showNext();
+    else if (this.#isAtEnd) this.#turnBack();
   }
 
   #showNext(): void {
@@ -266,46 +199,24 @@ export class Playing {
     const { timescale = 30, frameTicks = 1 } = this.#info ?? {};
     const lasts = (1000 * frameTicks) / timescale / this.speed;
     const now = performance.now();
-    const isLate = now - this.#dueAt > lasts;
-    if (isLate && this.#isPlaying && !this.#isFirst) this.lateFrames += 1;
-    this.#dueAt = isLate || this.#isFirst ? now + lasts : this.#dueAt + lasts;
+    this.#dueAt = now - this.#dueAt > lasts ? now + lasts : this.#dueAt + lasts;
     this.#isFirst = false;
     this.#screen.show(packet);
     this.#grant(1);
   }
 
-  #stopAtEnd(): void {
-    if (!this.#isPlaying) return;
-    if (this.#isLooping) {
-      this.#decodeAgain();
-      if (this.#run !== this.#runShown) return;
-    }
-    this.#ring = []; // of a loop that has been switched off
-    if (this.#run !== this.#runShown) this.#runShown = ++this.#run;
-    this.pause();
-    this.#events.onEnded();
+  #turnBack(): void {
+    if (!this.isPlaying || this.#info === null) return;
+    if (this.isLooping) this.seek(this.#info.firstFrame);
+    else this.pause();
   }
 
-  #seekWanted(): void {
-    const wanted = this.#wanted;
-    if (wanted !== null) this.#seek(wanted);
-  }
-
-  #seek(frame: number): void {
-    this.#restart();
-    this.#soughtAt = performance.now();
-    this.#sought = frame;
-    this.#request({ kind: "seek", frame, run: this.#run });
-    this.#grant(RING);
-  }
-
-  /** Nothing that was asked for before is wanted any longer. */
+  /** What was asked for before does not matter any longer. */
   #restart(): void {
     clearTimeout(this.#timer);
     this.#run += 1;
     this.#ring = [];
     this.#isFirst = true;
-    this.#wanted = null;
   }
 
   #grant(frames: number): void {
@@ -318,5 +229,6 @@ export class Playing {
 }
 
 function runOf(reply: DecodeReply): number {
-  return reply.kind === "frame" ? reply.packet.run : reply.run;
+  if (reply.kind === "frame") return reply.packet.run;
+  return reply.kind === "partial" ? reply.scene.run : reply.run;
 }

@@ -1,14 +1,15 @@
 /**
- * The messages between the page, the decode worker and the sort worker.
+ * What the decode worker, the sort worker and the page say to each other.
  *
- * Gaussians live in **slots**. A Gaussian keeps its slot from birth to death, so that a packet
- * lists only the slots that a frame changed, however the rows of the state move (SPEC 7.1).
- * Values are the integers of the state; the vertex shader dequantizes them (SPEC 10.1).
+ * Gaussians live in **slots**. A Gaussian keeps its slot from birth to death, so that a frame
+ * carries only the slots that changed, whatever happens to the rows of the state (SPEC 7.1).
+ * Numbers are the integers of the state; the shader dequantizes them (SPEC 10.1).
  *
- * A packet that is not full changes the frame before it, so packets are applied in order.
+ * A packet that is not full changes the frame before it. The page applies packets in the order in
+ * which they come.
  */
 
-/** A capture camera (SPEC 5.6): a world point p is at R p + t, x right, y down, z ahead. */
+/** A capture camera (SPEC 5.6): a point p of the world is at R p + t, x right, y down, z ahead. */
 export interface CaptureCamera {
   readonly name: string;
   /** Whether the encoder left it out of training. */
@@ -16,13 +17,11 @@ export interface CaptureCamera {
   /** Pixels. */
   readonly width: number;
   readonly height: number;
-  /** Focal lengths, pixels. */
   readonly fx: number;
   readonly fy: number;
-  /** Principal point, pixels. */
   readonly cx: number;
   readonly cy: number;
-  /** R, nine numbers row by row. */
+  /** R, row by row. */
   readonly rotation: readonly number[];
   /** t, world units. */
   readonly translation: readonly number[];
@@ -30,12 +29,12 @@ export interface CaptureCamera {
   readonly near: number;
 }
 
-/** The header, the cameras and the extent of a stream. */
+/** What a stream says of itself before its first frame. */
 export interface StreamInfo {
   /** Ticks per second, and ticks per frame: a frame lasts `frameTicks / timescale` seconds. */
   readonly timescale: number;
   readonly frameTicks: number;
-  /** A position in world units is its lattice units times 2^-latticeExponent. */
+  /** Position = lattice units * 2^-latticeExponent, world units. */
   readonly latticeExponent: number;
   readonly logScaleStep: number;
   readonly opacityStep: number;
@@ -46,122 +45,123 @@ export interface StreamInfo {
   /** 0 unknown; 1 +x, 2 -x, 3 +y, 4 -y, 5 +z, 6 -z (SPEC 5.3). */
   readonly upAxis: number;
   readonly isRightHanded: boolean;
-  /** Size of a world unit; 0 where unknown. */
+  /** 0 where unknown. */
   readonly metersPerUnit: number;
   readonly cameras: readonly CaptureCamera[];
   readonly metadata: Readonly<Record<string, string>>;
   /** Ordinal of the first frame. */
   readonly firstFrame: number;
-  /** Number of frames; null while a live stream grows, and until the index has been read. */
+  /** Number of frames; null while a live stream grows, or before an index has been read. */
   readonly frameCount: number | null;
-  /** Ordinals of the canonical frames, which a seek starts at, if the stream has an index. */
+  /** Ordinals of canonical frames, where an index lists them: frames that a seek starts at. */
   readonly canonicalFrames: readonly number[];
-  /** Size of the stream in bytes, if the server tells. */
+  /** Bytes of the stream, where the server says. */
   readonly byteLength: number | null;
   readonly isLive: boolean;
 }
 
-/** The changes of one frame. Arrays are transferred to the page, not shared. */
+/** Everything that a frame changed. Arrays are transferred, never shared. */
 export interface FramePacket {
   /** Ordinal of the frame in the stream. */
   readonly frame: number;
-  /** The opening or seek that the packet answers. Packets of older runs are dropped. */
+  /** Counts seeks and openings: packets of an older run are dropped. */
   readonly run: number;
-  /** Whether nothing of the frame before is kept: slots that are not listed are free. */
+  /** Nothing of the frame before is kept: all slots that are not listed are free. */
   readonly isFull: boolean;
-  /**
-   * Whether this is a part of a canonical frame that is still arriving, not yet proved by its CRC:
-   * a picture while loading. Attributes that have not arrived are guessed.
-   */
-  readonly isPreview: boolean;
   /** Gaussians of the frame. */
   readonly count: number;
   /** All slots in use are below this. */
   readonly slotLimit: number;
-  /** [M] slots whose position or rotation changed, births included, ascending. */
+  /** [M] ascending slots whose position or rotation changed, births among them. */
   readonly movedSlots: Uint32Array;
   /** [M, 3] xyz, lattice units. */
   readonly positions: Int32Array;
-  /** [M, 4] wxyz of unit quaternions with 22 fraction bits. */
+  /** [M, 4] wxyz of a unit quaternion, 22 fraction bits. */
   readonly rotations: Int32Array;
-  /** [C] slots whose codes changed, births included, ascending. */
+  /** [C] ascending slots whose codes changed, births among them. */
   readonly codedSlots: Uint32Array;
   /** [C, 7 or 16] log-scale 3, opacity 1, SH DC 3, SH rest 9 (SPEC 7.1). */
   readonly codes: Int16Array;
-  /** [F] slots whose Gaussian died and that no birth reused, ascending. */
+  /** [F] ascending slots whose Gaussian died and that no birth took. */
   readonly freedSlots: Uint32Array;
-  /** Size of the frame's chunks in the stream. */
+  /** Bytes of the frame's chunks in the stream. */
   readonly bytes: number;
-  /** Time that decoding took in the worker, milliseconds. */
+  /** Milliseconds of the worker that decoding took. */
   readonly decodeMs: number;
-  /** Whether the frame is canonical (CANO or SNAP), so that a seek can start at it. */
+  /** A canonical frame or a snapshot: a frame that a seek can start at. */
   readonly isCanonical: boolean;
 }
 
-/** From the page to the decode worker. */
+/** Gaussians of a canonical frame that is still on its way: a picture while loading. */
+export interface PartialScene {
+  readonly run: number;
+  /** [K, 3] lattice units. */
+  readonly positions: Int32Array;
+  /** [K, 7] codes; those that have not come are guessed. */
+  readonly codes: Int16Array;
+}
+
+/** Page to decode worker. */
 export type DecodeRequest =
-  | {
-      readonly kind: "open";
-      readonly source: StreamSource;
-      readonly run: number;
-      /** Whether to read the index before the first frame; default false. */
-      readonly isIndexFirst?: boolean;
-    }
-  /** Continue at another frame; its packet is full. */
+  | { readonly kind: "open"; readonly source: StreamSource; readonly run: number }
+  /** Go to a frame: the next packet is full. */
   | { readonly kind: "seek"; readonly frame: number; readonly run: number }
-  /** Allow so many more frames to be sent. */
+  /** The page has taken frames off its ring: so many more may be sent. */
   | { readonly kind: "more"; readonly frames: number; readonly run: number }
   | { readonly kind: "close" };
 
-/** Where a stream is read from. `bytes` is transferred to the worker. */
+/** Where a stream comes from. */
 export type StreamSource =
-  | {
-      readonly url: string;
-      /** Whether the stream is still being written: it is then followed until it ends. */
-      readonly isLive?: boolean;
-      /** Request headers, such as Authorization. */
-      readonly headers?: Readonly<Record<string, string>>;
-    }
+  | { readonly url: string; readonly isLive?: boolean; readonly headers?: Readonly<Record<string, string>> }
   | { readonly bytes: ArrayBuffer };
 
-/** From the decode worker to the page. */
+/** Decode worker to page. */
 export type DecodeReply =
-  /** Sent before the first packet, and again when the index has been read. */
   | { readonly kind: "info"; readonly info: StreamInfo; readonly run: number }
+  | { readonly kind: "partial"; readonly scene: PartialScene }
   | { readonly kind: "frame"; readonly packet: FramePacket }
-  /** Bytes that have been received so far. */
+  /** Bytes that have come so far, and how far (in frames) a seek needs no waiting. */
   | { readonly kind: "progress"; readonly bytes: number; readonly byteLength: number | null; readonly run: number }
   | { readonly kind: "end"; readonly frameCount: number; readonly run: number }
   | { readonly kind: "error"; readonly error: PlayerFault; readonly run: number };
 
-/** An error, in words for people, and by its reject id where the stream is at fault. */
+/** What went wrong, in words for people, and by SPEC 3.3 where the stream is at fault. */
 export interface PlayerFault {
-  /** "rejected": the stream is invalid; "network"; "limit": of this machine; "player": a bug. */
+  /** "rejected": the stream; "network": its way here; "limit": this machine; "player": a bug. */
   readonly kind: "rejected" | "network" | "limit" | "player";
   readonly message: string;
-  /** The reject id of SPEC 3.3; null unless `kind` is "rejected". */
+  /** The reject id of SPEC 3.3. */
   readonly rejectId: string | null;
-  /** Ordinal of the frame that could not be decoded, if known. */
+  /** The frame that could not be had. */
   readonly frame: number | null;
 }
 
-/** A viewing direction, by which Gaussians are sorted: depth = forward . position. */
+/** A direction of sight, for sorting: depth = forward . (position of the world) in lattice units. */
 export type Direction = readonly [number, number, number];
 
-/** From the page to the sort worker. `token` comes back with the reply. */
+/** Page to sort worker. `places` is a packet's positions, copied, where the frame is a new one. */
 export type SortRequest =
-  | { readonly kind: "frame"; readonly packet: SortPacket; readonly forward: Direction; readonly token: number }
-  | { readonly kind: "view"; readonly forward: Direction; readonly token: number };
+  | { readonly kind: "frame"; readonly packet: SortPacket; readonly forward: Direction }
+  | { readonly kind: "view"; readonly forward: Direction }
+  | { readonly kind: "close" };
 
 /** The part of a packet that the order depends on. */
-export type SortPacket = Pick<
-  FramePacket,
-  "isFull" | "slotLimit" | "movedSlots" | "positions" | "freedSlots"
->;
+export interface SortPacket {
+  readonly frame: number;
+  readonly run: number;
+  readonly isFull: boolean;
+  readonly slotLimit: number;
+  readonly movedSlots: Uint32Array;
+  readonly positions: Int32Array;
+  readonly freedSlots: Uint32Array;
+}
 
-/** From the sort worker to the page: the slots in use, farthest first. */
+/** Sort worker to page: slots in use of a frame, farthest first. */
 export interface SortReply {
-  readonly token: number;
+  readonly kind: "order";
+  readonly frame: number;
+  readonly run: number;
   readonly order: Uint32Array;
+  readonly forward: Direction;
   readonly sortMs: number;
 }

@@ -20,6 +20,7 @@ from quarc_ref.cli.verbs import (
     encode,
     evaluate,
     inspect,
+    publish,
     render,
     stream,
     view,
@@ -41,6 +42,7 @@ app.command("inspect", cls=Verb)(inspect.inspect)
 app.command("cut", cls=Verb)(edit.cut)
 app.command("join", cls=Verb)(edit.join)
 app.command("view", cls=Verb)(view.view)
+app.command("publish", cls=Verb)(publish.publish)
 app.command("render", cls=Verb)(render.render)
 app.command("bench", cls=Verb)(bench.bench)
 app.command("eval", cls=Verb)(evaluate.evaluate)

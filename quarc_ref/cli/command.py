@@ -6,6 +6,8 @@ from typer.core import TyperCommand
 RENAMED_OPTIONS = {
     "--canonical-every": "--keyframe-interval",
     "--seek-every": "--snapshot-interval",
+    "--play": "--autoplay",
+    "--no-play": "--no-autoplay",
 }
 _VALIDATOR_PREFIX = "Value error, "  # of pydantic, with which newer releases of typer check values
 

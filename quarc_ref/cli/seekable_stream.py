@@ -3,14 +3,24 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from tempfile import TemporaryFile, gettempdir
-from typing import TYPE_CHECKING, BinaryIO
+from threading import Lock, Thread
+from typing import TYPE_CHECKING, BinaryIO, Protocol
 
-from quarc_ref.format.errors import BitstreamError, SourceError
+from quarc_ref.cli.output import tell
+from quarc_ref.format.errors import BitstreamError, QuarcError, SourceError
 
 if TYPE_CHECKING:
     from quarc_ref.streams import Source
 
 _PIECE_BYTES = 1 << 16
+
+
+class _Sink(Protocol):
+    """Takes bytes as a raw file does: all of them, or so many."""
+
+    def write(self, piece: bytes, /) -> int:
+        """Write bytes, and return how many were written."""
+        ...
 
 
 @contextmanager
@@ -30,7 +40,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
         yield FileSource(file)
 
 
-def _copy(source: "Source", file: BinaryIO) -> None:
+def _copy(source: "Source", file: _Sink) -> None:
     """Copy a stream as far as one chunk follows the other: what is not a stream may not end."""
     from quarc_ref.streams.chunk_reader import ChunkReader
 
@@ -43,6 +53,68 @@ def _copy(source: "Source", file: BinaryIO) -> None:
             reader.skip(header)
 
 
+@contextmanager
+def growing_copy(source: "Source") -> "Iterator[Source]":
+    """Yield a copy of a stream in a temporary file, which grows while the stream comes.
+
+    What keeps it from growing further is told on standard error.
+    """
+    with TemporaryFile(buffering=0) as file:
+        copy = _GrowingCopy(file)
+        Thread(target=_copy_on, args=(source, copy), daemon=True).start()
+        try:
+            yield copy
+        finally:
+            copy.close()
+
+
+def _copy_on(source: "Source", copy: "_GrowingCopy") -> None:
+    try:
+        _copy(source, copy)
+    except (QuarcError, OSError) as error:
+        tell(str(error))
+
+
+class _GrowingCopy:
+    """A stream in a file that one thread writes and others read.
+
+    Args:
+        file: Empty, opened to be written and read.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._size = 0
+        self._lock = Lock()
+        self._is_closed = False
+
+    def write(self, piece: bytes) -> int:
+        """Append bytes, and return how many; all are taken for written once it is closed."""
+        with self._lock:
+            if self._is_closed:
+                return len(piece)
+            self._file.seek(self._size)
+            written = self._file.write(piece)
+            self._size += written
+            return written
+
+    def read(self, offset: int, length: int) -> bytes:
+        """Return `length` bytes from `offset` on, fewer at the end of what has come."""
+        with self._lock:
+            missing = max(0, min(length, self._size - offset))
+            self._file.seek(offset if missing else 0)
+            return self._file.read(missing)
+
+    def size(self) -> int:
+        """Return how many bytes have come."""
+        return self._size
+
+    def close(self) -> None:
+        """Let go of the file."""
+        with self._lock:
+            self._is_closed = True
+
+
 class _Copying:
     """Copies a stream up to where it is read.
 
@@ -51,7 +123,7 @@ class _Copying:
         file: Is written to.
     """
 
-    def __init__(self, source: "Source", file: BinaryIO) -> None:
+    def __init__(self, source: "Source", file: _Sink) -> None:
         self._source = source
         self._file = file
         self._copied = 0

@@ -1,4 +1,4 @@
-"""Pictures to an H.264 video that decodes to the same colors, and to PNG files.
+"""Pictures to an H.264 video that decodes to the same colors, and to PNG and JPEG files.
 
 BT.601 at limited range is what FFmpeg's scaler takes a video for that does not
 say; it is written down all the same.
@@ -17,6 +17,7 @@ from quarc_ref.datasets.capture import Image
 
 _BT709_PRIMARIES = 1  # which are sRGB's
 _SRGB_TRANSFER = 13
+_JPEG_QUANTIZER = 3  # from 2, the best, to 31
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +73,24 @@ def write_mp4(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int
 
 def build_png(picture: Image) -> bytes:
     """Return the bytes of a PNG file of a picture `[H, W, 3]` sRGB."""
-    codec = av.CodecContext.create("png", "w")
-    codec.height, codec.width = picture.shape[:2]
-    codec.pix_fmt, codec.time_base = "rgb24", Fraction(1)
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
-    packets = [*codec.encode(frame), *codec.encode(None)]
-    return b"".join(map(bytes, packets))
+    return _encode_still(av.CodecContext.create("png", "w"), frame)
+
+
+def build_jpeg(picture: Image) -> bytes:
+    """Return the bytes of a JPEG file of a picture `[H, W, 3]` sRGB, of good quality."""
+    frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(
+        format="yuvj444p", dst_colorspace=Colorspace.ITU601, dst_color_range=ColorRange.JPEG
+    )
+    codec = av.CodecContext.create("mjpeg", "w")
+    codec.qmin = codec.qmax = _JPEG_QUANTIZER
+    return _encode_still(codec, frame)
+
+
+def _encode_still(codec: av.VideoCodecContext, frame: av.VideoFrame) -> bytes:
+    codec.width, codec.height, codec.pix_fmt = frame.width, frame.height, frame.format.name
+    codec.time_base = Fraction(1)
+    return b"".join(map(bytes, [*codec.encode(frame), *codec.encode(None)]))
 
 
 def _describe(stream: VideoStream, form: VideoForm) -> None:

@@ -69,6 +69,25 @@ def outline_stream(source: Source) -> Outline:
     return Outline(wire.parse_stream_header(walk.head), cameras, first_frame, tuple(chunks))
 
 
+def read_cameras(source: Source) -> tuple[Camera, ...] | None:
+    """Return the cameras that a stream names before its first frame; None if it has no frame.
+
+    No more is read than what comes before that frame.
+
+    Raises:
+        BitstreamError: What is wrong with the beginning of the stream.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    walk = FrameWalk(source)
+    cameras: tuple[Camera, ...] = ()
+    for step in walk:
+        if step.is_frame:
+            return cameras
+        if step.header.kind == container.CAME:
+            cameras = wire.parse_cameras(walk.take(step).payload)
+    return None
+
+
 def _is_whole(header: ChunkHeader, source: Source) -> bool:
     size = source.size()
     return size is None or header.end <= size

@@ -1,12 +1,15 @@
 """A stream that several threads read."""
 
 import threading
+import time
 
 from quarc_ref.streams.source import Source
 
+_POLL_SECONDS = 0.2
+
 
 class SharedSource:
-    """Reads of another source, one at a time: a file has one place where it is read.
+    """Reads of another source, one at a time: a file has one position to read at.
 
     Args:
         source: The stream.
@@ -25,3 +28,22 @@ class SharedSource:
         """See `Source.size`."""
         with self._lock:
             return self._source.size()
+
+
+class GrowingSource(SharedSource):
+    """A stream that is still being written, whose size is waited for.
+
+    Args:
+        source: The stream.
+        patience: Seconds to wait for more of it, each time.
+    """
+
+    def __init__(self, source: Source, patience: float = 20.0) -> None:
+        super().__init__(source)
+        self._patience = patience
+
+    def await_more(self, offset: int) -> None:
+        """Return as soon as there is a byte at an offset, or nothing has come for too long."""
+        give_up = time.monotonic() + self._patience
+        while (self.size() or 0) <= offset and time.monotonic() < give_up:
+            time.sleep(_POLL_SECONDS)

@@ -21,7 +21,7 @@ from tests.test_requirements import compare
 _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = [sys.executable, str(_ROOT / "benchmarks" / "gpu.py")]
 # What a machine with a GPU has not, nor the list of wheels.
-_ABSENT = ("cv2", "pycolmap", "typer", "matplotlib", "viser")
+_ABSENT = ("cv2", "pycolmap", "typer", "matplotlib")
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,6 @@ class Verb:
             what it reads, `{out}` for what it makes.
         makes: "file", "folder", or nothing.
         middle: What is called in the middle of its work.
-        told: Whether an interruption is a failure that is told, and not the usual end.
         leaves: Names that may be left beside the target, so as to go on with.
         needs: A package that it cannot do without.
     """
@@ -34,7 +33,6 @@ class Verb:
     line: str
     makes: str | None
     middle: str
-    told: bool = True
     leaves: tuple[str, ...] = ()
     needs: str = "numpy"
 
@@ -58,7 +56,10 @@ VERBS = {
     "inspect": Verb("{stream}", None, _PUSH),
     "cut": Verb("{stream} --frames : -o {out}", "file", _WRITE),
     "join": Verb("{stream} {stream} -o {out}", "file", _WRITE),
-    "view": Verb("{stream} --no-open", None, _PUSH, told=False, needs="viser"),
+    "view": Verb("{stream} --no-open", None, "socketserver.BaseServer.service_actions"),
+    "publish": Verb(
+        "{stream} -o {out}", "folder", "quarc_ref.streams.chunk_reader.ChunkReader.take"
+    ),
     "render": Verb("{stream} --to png -o {out}", "folder", _WRITE_FRAME),
     "bench": Verb("{stream}", None, _PUSH),
     "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),

@@ -10,9 +10,9 @@ from tests.cli.commands import run
 
 VERBS = [
     *("encode", "decode", "verify", "info", "inspect", "cut", "join"),
-    *("view", "render", "eval", "synth", "demo"),
+    *("view", "publish", "render", "eval", "synth", "demo"),
 ]
-HEAVY = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat", "viser"}
+HEAVY = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolmap", "gsplat"}
 
 _LIST_MODULES = """
 import json, sys

@@ -40,7 +40,6 @@ def test_what_a_verb_prints_is_as_its_schema_has_it(verb, places, tmp_path):
 
 
 def test_what_view_prints_is_as_its_schema_has_it(stream_file):
-    pytest.importorskip("viser")
     with start("view", stream_file, "--no-open", "--json", stdout=subprocess.PIPE) as viewer:
         printed = json.loads(b"".join(iter(viewer.stdout.readline, b"}\n")) + b"}")
         viewer.terminate()

@@ -1,84 +1,146 @@
 import signal
+import socket
 import subprocess
 import urllib.request
+import webbrowser
+from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.viewing.page import read_player
+from quarc_ref.viewing.server import Server
 from tests.cli.commands import read_json, run
-from tests.cli.processes import start
-from tests.small_streams import make_stream
-
-pytest.importorskip("viser")
+from tests.cli.processes import SLOW_ENCODER, start
 
 
-_WITHOUT_CORE = """
-import sys
-sys.modules["quarc_core"] = None
-from quarc_ref.cli.app import main
-main()
-"""
-
-
-def _end(process):
-    process.send_signal(signal.SIGINT)
-    return process.wait(60)
-
-
-def test_a_page_is_served_until_it_is_interrupted(stream_file):
+@contextmanager
+def _viewing(*arguments, data=None, **pipes):
+    """A viewer and what it has printed; it must end as Ctrl-C asks it to, without a complaint."""
     viewer = start(
-        *("view", stream_file, "--no-open", "--port", 8700, "--json"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
+        *("view", *arguments, "--no-open", "--port", 8700, "--json"),
+        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **pipes},
     )
-    printed = read_json("".join(viewer.stdout.readline() for _ in range(5)))
-    with urllib.request.urlopen(printed["url"], timeout=60) as answer:
-        status = answer.status
+    with viewer:
+        try:
+            if data is not None:
+                viewer.stdin.write(data)
+                viewer.stdin.flush()
+            yield viewer, read_json(b"".join(viewer.stdout.readline() for _ in range(5)))
+        finally:
+            viewer.send_signal(signal.SIGINT)
+            said = viewer.stderr.read()
+        assert viewer.wait(60) == 128 + signal.SIGINT
+        assert said == b"quarc-ref: interrupted; nothing is left behind\n"
 
-    assert status == 200
-    assert printed["stream"] == "small.quarc"
-    assert _end(viewer) == 0
-    assert viewer.stderr.read() == ""
-    assert viewer.stdout.read() == ""
-    viewer.stdout.close()
-    viewer.stderr.close()
+
+def _load(url, **headers):
+    with urllib.request.urlopen(urllib.request.Request(url, headers=headers), timeout=60) as answer:
+        return answer.read()
 
 
-def test_a_missing_fast_engine_is_told(tmp_path):
-    path = tmp_path / "large.quarc"
-    path.write_bytes(make_stream(gaussian_count=9000, frame_count=1)[0])
+def test_page_player_and_stream_are_served_until_ctrl_c(stream_file, made):
+    with _viewing(stream_file) as (_, printed):
+        url = printed["url"]
+        page = _load(url).decode()
+
+        assert printed["stream"] == "small.quarc"
+        assert '<quarc-player src="stream.quarc" autoplay loop>' in page
+        assert "<title>small</title>" in page
+        assert _load(f"{url}quarc-player.js") == read_player()
+        assert _load(f"{url}stream.quarc") == made.data
+        assert _load(f"{url}stream.quarc", Range="bytes=9-19") == made.data[9:20]
+
+
+def test_options_go_into_the_page(stream_file):
+    options = ["--camera", "cam00", "--up", "-z", "--no-autoplay", "--no-loop", "--title", "Toys"]
+    with _viewing(stream_file, *options) as (_, printed):
+        page = _load(printed["url"]).decode()
+
+    assert '<quarc-player src="stream.quarc" camera="cam00" up="-z">' in page
+    assert "<title>Toys</title>" in page
+
+
+def test_a_stream_that_is_being_written_is_followed(tmp_path):
+    path = tmp_path / "live.quarc"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with start(path, program=SLOW_ENCODER, **pipes) as writer:
+        writer.stdout.readline()
+        with _viewing(path, "--follow") as (_, printed):
+            page, stream = (_load(printed["url"] + name) for name in ("", "stream.quarc"))
+            writer.stdin.write("\n")
+            writer.stdin.flush()
+            more = _load(f"{printed['url']}stream.quarc", Range=f"bytes={len(stream)}-")
+            writer.stdin.close()
+            writer.wait(60)
+            end = _load(f"{printed['url']}stream.quarc", Range=f"bytes={len(stream + more)}-")
+
+    assert b" live>" in page
+    assert stream + more + end == path.read_bytes()
+
+
+def test_a_stream_on_standard_input_plays_while_it_comes(made):
+    half = list(split_chunks(made.data))[-3].offset  # a whole number of chunks
+    with _viewing("-", data=made.data[:half], stdin=subprocess.PIPE) as (viewer, printed):
+        stream, url = b"", f"{printed['url']}stream.quarc"
+        assert b" live>" in _load(printed["url"])
+        while len(stream) < half:
+            stream += _load(url, Range=f"bytes={len(stream)}-")
+        viewer.stdin.write(made.data[half:])
+        viewer.stdin.close()
+        while len(stream) < len(made.data):
+            stream += _load(url, Range=f"bytes={len(stream)}-")
+
+    assert stream == made.data
+
+
+def test_a_stream_without_an_end_is_told_how_to_be_followed(tmp_path, made):
+    (tmp_path / "cut.quarc").write_bytes(made.data[:-1])
     with start(
-        *("view", path, "--no-open", "--port", 8750, "--json"),
-        program=_WITHOUT_CORE,
+        "view",
+        tmp_path / "cut.quarc",
+        "--no-open",
+        "--json",
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
     ) as viewer:
-        told = viewer.stderr.readline()
-        code = _end(viewer)
+        said = viewer.stderr.readline()
+        viewer.terminate()
 
-    assert "quarc_core is not installed" in told
-    assert code == 0
+    assert said.endswith(b"cut.quarc has no end: --follow plays on while it is written\n")
+    assert viewer.returncode == 128 + signal.SIGTERM
 
 
-def test_a_damaged_stream_opens_no_page(stream_file, made):
-    stream_file.write_bytes(made.data[:200] + bytes([made.data[200] ^ 1]) + made.data[201:])
+def test_a_damaged_beginning_opens_no_page(stream_file, made):
+    stream_file.write_bytes(made.data[:60] + bytes([made.data[60] ^ 1]) + made.data[61:])
     result = run("view", stream_file, "--no-open")
 
     assert result.exit_code == 1
     assert result.stdout == ""
 
 
+def test_a_camera_that_is_not_there_is_named_with_those_that_are(stream_file):
+    result = run("view", stream_file, "--no-open", "--camera", "cam99")
+
+    assert result.exit_code == 2
+    assert "no camera cam99; it has cam00" in result.stderr
+
+
+def test_a_stream_without_frames_opens_no_page():
+    empty = Path(__file__).parents[2] / "conformance" / "streams" / "no-frames.quarc"
+    result = run("view", empty, "--no-open")
+
+    assert result.exit_code == 2
+    assert "the stream has no frame" in result.stderr
+
+
 def test_an_address_of_another_machine_is_the_tools_failure(stream_file):
     result = run("view", stream_file, "--no-open", "--host", "192.0.2.1")
 
     assert result.exit_code == 3
-    assert result.stderr.startswith("quarc-ref: 192.0.2.1 cannot be listened at: ")
+    assert result.stderr.startswith("quarc-ref: cannot listen at 192.0.2.1: ")
     assert len(result.stderr.splitlines()) == 1
-
-
-def test_help_says_what_the_page_does_not_show_exactly():
-    assert "one color" in " ".join(run("view", "-h").stdout.split())
 
 
 @pytest.mark.parametrize("name", ["https://viewer.example", "viewer.example:80", ""])
@@ -87,3 +149,26 @@ def test_what_is_no_name_of_a_host_is_rejected(name, stream_file):
 
     assert result.exit_code == 2
     assert "--allow-host" in result.stderr
+
+
+def test_the_page_is_opened_in_a_browser(stream_file, monkeypatch):
+    opened = []
+
+    def open_page(url):
+        opened.append(url)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(webbrowser, "open", open_page)
+    result = run("view", stream_file, "--port", 8700)
+
+    assert opened[0] in result.stdout
+    assert result.exit_code == 130
+
+
+def test_a_page_for_everybody_is_named_for_others_too(stream_file, monkeypatch):
+    monkeypatch.setattr(socket, "gethostname", lambda: "box.example")
+    monkeypatch.setattr(Server, "serve_forever", lambda *_, **__: None)
+    printed = " ".join(run("view", stream_file, "--no-open", "--host", "0.0.0.0").stdout.split())
+
+    assert "page http://127.0.0.1:" in printed
+    assert "elsewhere http://box.example:" in printed

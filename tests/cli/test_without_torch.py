@@ -1,5 +1,6 @@
 """Decoding where nothing that makes pictures or trains can be imported."""
 
+import json
 import os
 import subprocess
 import sys
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest
-from tests.cli.commands import read_json
+from tests.cli.commands import list_names, read_json
 from tests.engines import needs_fast
 from tests.small_streams import make_stream
 
@@ -122,8 +123,11 @@ def test_settings_are_listed():
     assert "\nmotion.rate " in done.stdout
 
 
-def test_a_page_says_what_to_install(stream_file):
-    done = _run("view", stream_file, "--no-open", blocked=("viser",))
+def test_a_page_without_what_draws_a_poster_is_published_all_the_same(stream_file, tmp_path):
+    done = _run("publish", stream_file, "-o", tmp_path / "site", "--json")
 
-    assert done.returncode == 3
-    assert "pip install 'quarc-ref[view]'" in done.stderr
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["poster"] is None
+    assert "the page has no poster" in done.stderr
+    assert "pip install 'quarc-ref[media]'" in done.stderr
+    assert list_names(tmp_path / "site") == ["index.html", "quarc-player.js", "stream.quarc"]

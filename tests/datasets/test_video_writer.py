@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.video import VideoReader, read_still
-from quarc_ref.datasets.video_writer import VideoForm, build_png, write_mp4
+from quarc_ref.datasets.video_writer import VideoForm, build_jpeg, build_png, write_mp4
 
 
 def _smooth_picture(width, height, shift=0):
@@ -58,3 +58,11 @@ def test_a_png_is_the_picture(tmp_path):
     (tmp_path / "a.png").write_bytes(build_png(picture))
 
     assert np.array_equal(read_still(tmp_path / "a.png"), picture)
+
+
+def test_a_jpeg_looks_like_the_picture(tmp_path):
+    picture = _smooth_picture(45, 31)
+    (tmp_path / "a.jpg").write_bytes(build_jpeg(picture))
+    back = read_still(tmp_path / "a.jpg")
+
+    assert np.abs(back.astype(float) - picture).mean() < 1.5

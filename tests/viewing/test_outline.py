@@ -1,3 +1,4 @@
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -7,11 +8,13 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.streams import BytesSource, PipeSource
 from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.stream_writer import StreamWriter
 from quarc_ref.viewing.outline import (
     CameraChoiceError,
     find_camera,
     fit_height,
     outline_stream,
+    read_cameras,
     resize_camera,
 )
 from tests.small_streams import CAMERA, CountedSource, make_stream, rebuild_stream
@@ -113,3 +116,24 @@ def test_a_camera_of_another_size_sees_the_same(width):
         u, v = resized.fx * place[0] + resized.cx, resized.fy * place[1] + resized.cy
         assert u / resized.width == pytest.approx(x / CAMERA.width)
         assert v / resized.height == pytest.approx(y / CAMERA.height)
+
+
+def test_cameras_are_read_without_a_frame(data):
+    source = CountedSource(data)
+    first = outline_stream(BytesSource(data)).chunks[0]
+
+    assert read_cameras(source) == (CAMERA,)
+    assert source.byte_count() < first.payload_offset + 8
+
+
+def test_a_stream_without_frames_has_no_cameras_to_look_through(data):
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)][:1]
+    writer = io.BytesIO()
+    StreamWriter(writer, chunks[0][1]).finish()
+
+    assert read_cameras(BytesSource(writer.getvalue())) is None
+
+
+def test_a_beginning_that_is_damaged_has_no_cameras(data):
+    with pytest.raises(BitstreamError):
+        read_cameras(BytesSource(data[:60] + bytes([data[60] ^ 1]) + data[61:]))

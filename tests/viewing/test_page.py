@@ -1,126 +1,99 @@
-import socket
-import urllib.request
-from contextlib import suppress
-from dataclasses import replace
+from html.parser import HTMLParser
 
-import numpy as np
 import pytest
 
-from quarc_ref.decoder import dequantize
-from quarc_ref.viewing.vantage import find_up, stand_at
-from tests.small_streams import CAMERA, make_stream
-
-pytest.importorskip("viser")
-
-from quarc_ref.viewing.page import Page, Program
-from quarc_ref.viewing.playback import Playback
-from quarc_ref.viewing.splat_frame import make_splats
-
-_CAMERAS = (CAMERA, replace(CAMERA, name="cam01", translation=(0.5, 0.0, 2.0)))
+from quarc_ref.viewing.page import PageOptions, build_iframe, build_page, read_player
 
 
-@pytest.fixture(scope="module")
-def shown():
-    return [make_splats(dequantize(state.scene), 0.5) for state in make_stream(frame_count=2)[1]]
+class Elements(HTMLParser):
+    """The elements of a page with their attributes, and its title."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.title, self._open = {}, "", None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.setdefault(tag, []).append(dict(attrs))
+        self._open = tag
+
+    def handle_data(self, data):
+        if self._open == "title":
+            self.title += data.strip()
 
 
-@pytest.fixture
-def page():
-    up = find_up(_CAMERAS, 0)
-    nowhere = np.zeros((0, 3), dtype=np.float32)
-    vantages = {camera.name: stand_at(camera, up, nowhere) for camera in _CAMERAS}
-    chart = (np.array([1.0]), np.array([2.5]))
-    program = Program("toy.quarc", range(2), chart, vantages, up)
-    with Page(program, ("127.0.0.1", 8080)) as page:
-        yield page
+def _read(options, **more):
+    return Elements(build_page(options, **more).decode())
 
 
-def _has_ipv6():
-    with suppress(OSError), socket.socket(socket.AF_INET6) as probe:
-        probe.bind(("::1", 0))
-        return True
-    return False
+def test_the_player_has_the_attributes_that_are_asked_for():
+    page = _read(PageOptions("t", camera="cam03", up="-y", autoplay=True, loop=True, live=True))
+
+    assert page.found["quarc-player"] == [
+        {
+            "src": "stream.quarc",
+            "camera": "cam03",
+            "up": "-y",
+            "autoplay": None,
+            "loop": None,
+            "live": None,
+        }
+    ]
 
 
-def test_a_page_is_served_where_it_says(page):
-    with urllib.request.urlopen(page.url, timeout=30) as answer:
-        assert answer.status == 200
-        assert b"<html" in answer.read().lower()
-    assert page.url.startswith("http://127.0.0.1:")
-    assert not page.has_viewers
+def test_an_attribute_that_is_not_asked_for_is_left_out():
+    assert _read(PageOptions("t")).found["quarc-player"] == [{"src": "stream.quarc"}]
 
 
-_BARE = Program("toy.quarc", range(2), (np.zeros(0), np.zeros(0)), {}, np.array([0, 0, 1.0]))
+@pytest.mark.parametrize(
+    "text", ['"><script>alert(1)</script>', "a & b", "'quoted'", "$title ${x}"]
+)
+def test_text_stays_text(text):
+    page = _read(PageOptions(text, camera=text))
+
+    assert page.title == text
+    assert page.found["quarc-player"][0]["camera"] == text
+    assert len(page.found["script"]) == 2
 
 
-def test_a_second_page_has_a_port_of_its_own(page):
-    with Page(_BARE, ("127.0.0.1", 8080)) as other:
-        assert other.url != page.url
+def test_a_poster_is_there_before_the_player_and_in_it():
+    page = _read(PageOptions("t"), has_poster=True)
+
+    assert page.found["quarc-player"][0]["poster"] == "poster.jpg"
+    assert page.found["img"] == [{"src": "poster.jpg", "alt": ""}]
 
 
-@pytest.mark.skipif(not _has_ipv6(), reason="no IPv6 here")
-def test_a_page_with_an_address_of_ipv6_is_served_where_it_says():
-    with Page(_BARE, ("::1", 8080)) as page:
-        assert page.url.startswith("http://[::1]:")
-        with urllib.request.urlopen(page.url, timeout=30) as answer:
-            assert answer.status == 200
+def _find_meta(page):
+    return {it["property"]: it["content"] for it in page.found["meta"] if "property" in it}
 
 
-def test_nothing_is_written_to_standard_output(page, capsys):
-    page.show_playing(on=True)
+def test_a_preview_of_a_link_names_the_poster_by_its_whole_address():
+    page = _read(PageOptions("Steak"), has_poster=True, url="https://example.org/steak/")
 
-    assert capsys.readouterr().out == ""
-
-
-def test_frames_follow_one_another_in_one_place(page, shown):
-    for frame, splats in enumerate(shown):
-        page.show(frame, splats)
-        handle = page._handle
-
-        assert page._frame.value == frame
-        assert handle.scale == splats.unit
-        assert np.array_equal(handle.centers, splats.centers)
-        assert np.array_equal(handle.opacities, splats.opacities)
+    assert _find_meta(page) == {
+        "og:type": "website",
+        "og:title": "Steak",
+        "og:image": "https://example.org/steak/poster.jpg",
+    }
+    assert "og:image" not in _find_meta(_read(PageOptions("Steak"), has_poster=True))
 
 
-def test_colors_are_those_of_the_first_camera_until_somebody_moves(page, shown):
-    page.show(0, shown[0])
-    eye = page._vantages["cam00"].position.astype(np.float32)
-    assert np.array_equal(page._handle.rgbs, shown[0].shade(eye))
+def test_an_iframe_shows_a_page():
+    frame = Elements(build_iframe('A "title"', "https://example.org/?a&b", 960, 640)).found[
+        "iframe"
+    ]
 
-    page._eye = eye + np.float32(3)
-    page.refresh()
-    assert np.array_equal(page._handle.rgbs, shown[0].shade(page._eye))
-
-
-def test_controls_steer_the_playback(page):
-    playback = Playback(0, 2, 30.0)
-    page.steer(playback)
-    page._speed.value = "2"
-    page._toggle(playback)
-
-    assert playback.is_playing
-    assert page._play.label == "Pause"
-    assert playback._speed == 2.0
+    assert frame == [
+        {
+            "src": "https://example.org/?a&b",
+            "title": 'A "title"',
+            "width": "960",
+            "height": "640",
+            "style": "border: 0; max-width: 100%",
+            "allow": "autoplay; fullscreen",
+        }
+    ]
 
 
-def test_the_slider_that_the_playback_moves_does_not_move_the_playback(page, shown):
-    playback = Playback(0, 2, 30.0)
-    page.steer(playback)
-    page.show(1, shown[1])
-
-    assert playback.await_frame(0) == 0
-
-
-def test_the_chart_marks_the_frame(page):
-    page.tell(1, "| frame | 1 |")
-
-    assert page._figures.content == "| frame | 1 |"
-    assert [array.tolist() for array in page._chart.data] == [[1.0], [2.5], [2.5]]
-
-
-def test_where_nobody_can_listen_there_is_no_page():
-    program = Program("toy.quarc", range(2), (np.zeros(0), np.zeros(0)), {}, np.array([0, 0, 1.0]))
-
-    with pytest.raises(OSError, match=r"^192\.0\.2\.1 cannot be listened at"):
-        Page(program, ("192.0.2.1", 8080))
+def test_the_player_is_a_module_that_defines_the_component():
+    assert b"quarc-player" in read_player()

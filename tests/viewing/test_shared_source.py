@@ -1,7 +1,8 @@
 import threading
+import time
 from contextlib import suppress
 
-from quarc_ref.viewing.shared_source import SharedSource
+from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
 
 
 class Place:
@@ -39,3 +40,29 @@ def test_one_reads_at_a_time():
         reader.join()
 
     assert not place.crowded
+
+
+class Growing:
+    """A source that gets a byte whenever it is looked at."""
+
+    def __init__(self, most):
+        self._bytes, self._most = 0, most
+
+    def size(self):
+        self._bytes = min(self._bytes + 1, self._most)
+        return self._bytes
+
+
+def test_a_byte_that_is_still_to_come_is_waited_for(monkeypatch):
+    monkeypatch.setattr("quarc_ref.viewing.shared_source._POLL_SECONDS", 0.01)
+    growing = GrowingSource(Growing(most=5), patience=60)
+    growing.await_more(3)
+
+    assert growing.size() == 5
+
+
+def test_a_byte_that_does_not_come_is_waited_for_no_longer_than_that():
+    begun = time.monotonic()
+    GrowingSource(Growing(most=3), patience=0.05).await_more(3)
+
+    assert 0.05 <= time.monotonic() - begun < 30

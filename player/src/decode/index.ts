@@ -1,25 +1,30 @@
-/** The frames of a stream for programs, in Node or on a page, without a worker or a picture. */
+/** Frames of a stream for programs, in Node or in a page, without a worker or a picture. */
 
-import type { FramePacket, StreamInfo, StreamSource } from "../protocol.js";
-import { StreamError } from "../stream-error.js";
+import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { Decoding } from "./decoding.js";
 
 export type * from "../protocol.js";
 
-export { StreamError };
+/** A stream that cannot be had, or not be decoded; `fault` says why. */
+export class StreamError extends Error {
+  override readonly name = "StreamError";
+  constructor(readonly fault: PlayerFault) {
+    super(fault.message);
+  }
+}
 
 export interface FramesOptions {
-  /** Ordinal of the first frame to return; default 0. */
+  /** Ordinal of the first frame that is wanted. */
   readonly from?: number;
-  /** Called once, before the first frame. */
+  /** Told once, before the first frame. */
   readonly onInfo?: (info: StreamInfo) => void;
 }
 
 /**
- * The frames of a stream in order, each as the changes to the one before; the first is full. The
- * next frame is decoded when it is asked for.
+ * The frames of a stream, one after the other, each as what it changed of the one before. The next
+ * is decoded when it is asked for.
  *
- * Throws StreamError, after all frames before the fault.
+ * Throws StreamError; the frames before the fault have been given out.
  */
 export async function* readFrames(
   source: StreamSource,
@@ -28,7 +33,7 @@ export async function* readFrames(
   let resolve: (packet: FramePacket | null) => void = () => undefined;
   let reject: (error: StreamError) => void = () => undefined;
   const decoding = new Decoding((reply) => {
-    if (reply.kind === "frame" && !reply.packet.isPreview) resolve(reply.packet);
+    if (reply.kind === "frame") resolve(reply.packet);
     else if (reply.kind === "info") onInfo?.(reply.info);
     else if (reply.kind === "end") resolve(null);
     else if (reply.kind === "error") reject(new StreamError(reply.error));
@@ -41,7 +46,7 @@ export async function* readFrames(
       decoding.take({ kind: "more", frames: 1, run });
     });
   try {
-    let packet = await next(() => decoding.take({ kind: "open", source, run, isIndexFirst: true }));
+    let packet = await next(() => decoding.take({ kind: "open", source, run }));
     if (from > (packet?.frame ?? Infinity)) {
       run = 1;
       packet = await next(() => decoding.take({ kind: "seek", frame: from, run }));

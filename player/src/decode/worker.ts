@@ -3,7 +3,7 @@
 import type { DecodeReply, DecodeRequest } from "../protocol.js";
 import { Decoding } from "./decoding.js";
 
-/** The part of a worker's global scope that is used here. */
+/** What a worker has of its page. */
 interface Scope {
   onmessage: (event: MessageEvent<DecodeRequest>) => void;
   postMessage(reply: DecodeReply, transferred: readonly Transferable[]): void;

@@ -1,73 +1,66 @@
-/** The view of the scene: a capture camera's picture, or wherever the controls have moved it. */
+/** Who looks at the scene: at a capture camera's picture, or wherever the controls have led. */
 
 import type { Eye, Vector } from "../draw/eye.js";
-import type { Stage } from "../draw/stage.js";
+import type { Framing, Stage } from "../draw/stage.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
-import { findDistance, findUp, makeCamera, samplePlaces } from "./scene.js";
+import { findDistance, findUp, inventCamera } from "./scene.js";
 import { approach, eyeAt, flip, move, orbit, scale, standAt, turn, type Stand } from "./stand.js";
 
 export class Viewer {
   readonly #stage: Stage;
-  readonly #onMoved: () => void;
   #cameras: readonly CaptureCamera[] = [];
   #up: Vector = [0, 1, 0];
   #eye: Eye | null = null;
   #stand: Stand | null = null;
   #cameraIndex = 0;
-  #places: Float32Array | null = null;
-  #isMoved = false;
-  #isWhole = false; // the camera is one that was made here
+  #framing: Framing = "picture";
 
-  constructor(stage: Stage, onMoved: () => void) {
+  constructor(stage: Stage) {
     this.#stage = stage;
-    this.#onMoved = onMoved;
   }
 
   get cameras(): readonly CaptureCamera[] {
     return this.#cameras;
   }
 
-  /** Index of the camera that is looked through, or that the view was moved away from. */
+  /** The camera that is looked through, or was before the controls led away from it. */
   get cameraIndex(): number {
     return this.#cameraIndex;
   }
 
-  /** Whether the view is that of a camera, and has not been moved. */
+  /** Whether the picture is a camera's own. */
   get isAtCamera(): boolean {
-    return !this.#isMoved;
+    return this.#framing === "picture";
   }
 
-  /** Look through a camera of a new stream: the named one, else the first. */
+  /** Look through a camera of a stream from its start. */
   begin(info: StreamInfo, cameraName: string | null): void {
     this.#cameras = info.cameras;
-    this.#isWhole = false;
     this.#up = findUp(info);
-    this.#stand = this.#eye = this.#places = null;
+    this.#stand = this.#eye = null;
     const named = info.cameras.findIndex(({ name }) => name === cameraName);
     if (info.cameras.length > 0) this.lookThrough(Math.max(0, named));
   }
 
-  /** Measure the scene by its first packet; without capture cameras, make one that sees it. */
+  /** Find out how far the scene is, from the first of its frames. */
   measure(packet: FramePacket, info: StreamInfo): void {
-    this.#places = samplePlaces(packet, info);
     if (this.#cameras.length === 0) {
-      this.#cameras = [makeCamera(this.#places, info)];
-      this.#isWhole = true;
-      this.lookThrough(0);
-    } else if (this.#stand !== null && this.#eye !== null) {
-      this.#stand = { ...this.#stand, distance: findDistance(eyeAt(this.#stand, this.#eye), this.#places) };
+      this.#cameras = [inventCamera(packet, info)];
+      this.lookThrough(0, "wide");
     }
+    if (this.#stand === null || this.#eye === null) return;
+    const distance = findDistance(eyeAt(this.#stand, this.#eye), packet, info);
+    this.#stand = { ...this.#stand, distance };
   }
 
-  /** Look through a camera, by its index; without such a camera nothing changes. */
-  lookThrough(index: number): void {
+  /** Look through a camera; of one that there is not, nothing changes. */
+  lookThrough(index: number, framing: Framing = "picture"): void {
     const camera = this.#cameras[index];
     if (camera === undefined) return;
     this.#cameraIndex = index;
     this.#eye = camera;
-    this.#isMoved = false;
-    this.#stand = standAt(camera, findDistance(camera, this.#places));
-    this.#look();
+    this.#stand = standAt(camera, this.#stand?.distance ?? 2 * camera.near);
+    this.#look(framing);
   }
 
   orbit(across: number, along: number): void {
@@ -78,7 +71,7 @@ export class Viewer {
     this.#go((stand) => turn(stand, this.#up, across, along));
   }
 
-  /** Move so that the pivot follows a pointer that moves by so many CSS pixels. */
+  /** Move so that what is at the point turned about goes so many pixels of the page. */
   pan(right: number, down: number, pixelsAcross: number): void {
     this.#go((stand) => {
       const size = (stand.distance * (this.#eye?.width ?? 1)) / (this.#eye?.fx ?? 1) / pixelsAcross;
@@ -86,7 +79,7 @@ export class Viewer {
     });
   }
 
-  /** Move by shares of the distance to the pivot. */
+  /** Move by shares of the distance to the point turned about. */
   fly(right: number, down: number, ahead: number): void {
     this.#go((stand) => {
       const [x, y, z] = scale([right, down, ahead], stand.distance);
@@ -98,7 +91,7 @@ export class Viewer {
     this.#go((stand) => approach(stand, factor));
   }
 
-  /** Negate the up vector, and turn the view with it. */
+  /** Take what is down for up. */
   flip(): void {
     this.#up = scale(this.#up, -1);
     this.#go(flip);
@@ -107,15 +100,13 @@ export class Viewer {
   #go(change: (stand: Stand) => Stand): void {
     if (this.#stand === null) return;
     this.#stand = change(this.#stand);
-    this.#isMoved = true;
-    this.#look();
+    this.#look("wide");
   }
 
-  /** A camera's own picture has its proportions; any other view fills the canvas. */
-  #look(): void {
+  #look(framing: Framing): void {
     if (this.#stand === null || this.#eye === null) return;
-    if (this.#isMoved || this.#isWhole) this.#stage.look(eyeAt(this.#stand, this.#eye), "wide");
-    else this.#stage.look(this.#eye, "picture");
-    this.#onMoved();
+    this.#framing = framing;
+    const isOwn = framing === "picture";
+    this.#stage.look(isOwn ? this.#eye : eyeAt(this.#stand, this.#eye), framing);
   }
 }

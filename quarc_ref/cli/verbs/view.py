@@ -1,29 +1,32 @@
 """The verb `view`: a stream on a page of a browser."""
 
+import socket
 import sys
 import webbrowser
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import partial
-from threading import Event
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
-from quarc_ref.cli.options import AsJson, StreamName, name_stream
-from quarc_ref.cli.output import print_json, print_table, warn_of_reference_engine
-from quarc_ref.cli.seekable_stream import seekable_stream
+from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
+from quarc_ref.cli.options import STANDARD_STREAM, AsJson, name_stream
+from quarc_ref.cli.output import print_json, print_table, tell
+from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
+from quarc_ref.cli.seekable_stream import growing_copy, seekable_stream
 
 if TYPE_CHECKING:
-    from quarc_ref.streams import Source
-    from quarc_ref.viewing.page import Page
+    from quarc_ref.streams import Follow, Source
+    from quarc_ref.viewing.page import PageOptions
+    from quarc_ref.viewing.server import Server
 
-_MEBIBYTE = 1 << 20
+_EVERYWHERE = ("0.0.0.0", "::")
 
 
 def view(
-    file: StreamName,
+    file: FollowedName,
     host: Annotated[
         str, typer.Option("--host", help="Address to listen at; 0.0.0.0 lets others in.")
     ] = "127.0.0.1",
@@ -42,39 +45,89 @@ def view(
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open the page in a browser.")
     ] = True,
-    playing: Annotated[
-        bool, typer.Option("--play/--no-play", help="Begin at once, or stand on the first frame.")
+    title: Title = None,
+    camera: CameraName = None,
+    up: Up = None,
+    autoplay: Annotated[
+        bool, typer.Option("--autoplay/--no-autoplay", help="Play at once.")
     ] = True,
-    memory: Annotated[
-        int, typer.Option("--memory", min=1, metavar="MIB", help="For frames that are decoded.")
-    ] = 512,
+    loop: Annotated[bool, typer.Option("--loop/--no-loop", help="Play again and again.")] = True,
+    follow: FollowFlag = False,
+    patience: Patience = PATIENCE,
     as_json: AsJson = False,
 ) -> None:
-    """Play a stream in a browser: timeline, cameras, bytes of every frame. Ctrl-C ends it.
+    """Play a stream in a browser, which decodes and draws it. Ctrl-C ends the server.
 
-    The page is for those who have its address, whose key is a new one every time.
-    A Gaussian has one color at a time, as seen by whoever moved last; `render`
-    draws exactly.
+    The page is for those who have its address, which has another token every time.
+    A stream from standard input plays while it comes, and so does one with --follow.
     """
+    waiting = follow_stream(file, patience, follow=follow)
     with report_errors():
-        from quarc_ref.streams import open_source
+        from quarc_ref.viewing.page import PageOptions
 
-        title, place = name_stream(file), _Place((host, port), _require_names(allowed or []))
+        names = _require_names(allowed or [])
+        options = PageOptions(title or name_page(file), camera, up, autoplay, loop)
         with (
-            open_source(file) as opened,
-            suppress(KeyboardInterrupt),
-            seekable_stream(opened) as source,
-            _open_page(source, title, place, playing=playing) as (page, run),
+            _open_stream(file, options, waiting) as stream,
+            _open_server(stream, (host, port), names) as server,
         ):
-            _announce(title, page.url, as_json=as_json, open_browser=open_browser)
-            run(memory * _MEBIBYTE, Event())
+            _announce(name_stream(file), server, host, as_json=as_json)
+            if open_browser:
+                webbrowser.open(server.url)
+            server.serve_forever(poll_interval=0.1)
 
 
-class _Place(NamedTuple):
-    """Where a page is: address to listen at, and more hosts that it answers to."""
+class _Stream(NamedTuple):
+    """A stream, and how it is shown."""
 
-    address: tuple[str, int]
-    names: list[str]
+    source: "Source"
+    options: "PageOptions"
+
+
+@contextmanager
+def _open_stream(name: str, options: "PageOptions", follow: "Follow | None") -> Iterator[_Stream]:
+    """Open a stream, of which everything before the first frame is proved."""
+    from quarc_ref.streams import open_source
+    from quarc_ref.streams.follow import poll
+    from quarc_ref.viewing.outline import read_cameras
+
+    comes_once = name == STANDARD_STREAM
+    with ExitStack() as stack:
+        source = stack.enter_context(open_source(name))
+        if not comes_once:
+            source = stack.enter_context(seekable_stream(source))
+        cameras = poll(lambda: read_cameras(source), follow)
+        choose_first_camera(cameras, options.camera)
+        if comes_once:
+            source = stack.enter_context(growing_copy(source))
+        is_live = comes_once or follow is not None
+        if not is_live:
+            _warn_of_missing_end(name, source)
+        yield _Stream(source, replace(options, live=is_live))
+
+
+def _warn_of_missing_end(name: str, source: "Source") -> None:
+    from quarc_ref.streams.seek import read_tail_chunk
+
+    if read_tail_chunk(source, source.size() or 0) is None:
+        tell(f"{name} has no end: --follow plays on while it is written")
+
+
+def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) -> "Server":
+    from quarc_ref.streams import BytesSource
+    from quarc_ref.viewing.page import PLAYER, STREAM, build_page, read_player
+    from quarc_ref.viewing.server import Resource, Server
+    from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
+
+    share = GrowingSource if stream.options.live else SharedSource
+    resources = {
+        "": Resource("text/html; charset=utf-8", BytesSource(build_page(stream.options))),
+        PLAYER: Resource("text/javascript; charset=utf-8", BytesSource(read_player())),
+        STREAM: Resource("application/octet-stream", share(stream.source)),
+    }
+    if address[0] in _EVERYWHERE:
+        names = [*names, socket.gethostname()]
+    return Server(address, resources, names, tell)
 
 
 def _require_names(names: list[str]) -> list[str]:
@@ -87,32 +140,12 @@ def _require_names(names: list[str]) -> list[str]:
     return names
 
 
-@contextmanager
-def _open_page(
-    source: "Source", title: str, place: _Place, *, playing: bool
-) -> "Iterator[tuple[Page, Callable[[int, Event], None]]]":
-    """Open a page for a stream; yield it, and what plays the stream there."""
-    from quarc_ref.decoder import dequantize
-    from quarc_ref.streams import decode
-    from quarc_ref.viewing.outline import outline_stream
-    from quarc_ref.viewing.show import Show, open_page
-
-    scene = next(decode(source), None)
-    if scene is None:
-        message = "the stream has no frame"
-        raise UsageError(message)
-    first = dequantize(scene)
-    outline = outline_stream(source)
-    with open_page(outline, first, title, *place) as page:
-        yield page, partial(Show(source, outline, page, playing=playing).run, first)
-
-
-def _announce(title: str, url: str, *, as_json: bool, open_browser: bool) -> None:
+def _announce(title: str, server: "Server", host: str, *, as_json: bool) -> None:
     if as_json:
-        print_json("view/1", {"stream": title, "url": url})
+        print_json("view/1", {"stream": title, "url": server.url})
     else:
-        print_table(title, {"page": url, "end": "Ctrl-C"})
+        rows = {"page": server.url}
+        if host in _EVERYWHERE:
+            rows["elsewhere"] = server.name_url(socket.gethostname())
+        print_table(title, rows | {"end": "Ctrl-C"})
     sys.stdout.flush()
-    warn_of_reference_engine()
-    if open_browser:
-        webbrowser.open(url)

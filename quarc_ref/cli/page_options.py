@@ -1,0 +1,57 @@
+"""Options of the verbs that show a stream on a page: `view` and `publish`."""
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.errors import UsageError
+from quarc_ref.cli.options import name_stream
+
+if TYPE_CHECKING:
+    from quarc_ref.format.cameras import Camera
+
+Title = Annotated[
+    str | None,
+    typer.Option("--title", help="Of the page.", show_default="name of the stream"),
+]
+CameraName = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME",
+        help="Camera of the stream to look through at first.",
+        show_default="the first",
+    ),
+]
+Up = Annotated[
+    Literal["x", "-x", "y", "-y", "z", "-z"] | None,
+    typer.Option("--up", help="Axis that points up.", show_default="as the stream says"),
+]
+
+
+def name_page(stream: str) -> str:
+    """Return the title of the page of a stream, which the command line names so."""
+    return name_stream(stream).removesuffix(".quarc")
+
+
+def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) -> "Camera | None":
+    """Return the camera to look through at first; None if the stream has none.
+
+    Args:
+        cameras: Of the stream, from `read_cameras`.
+        name: Of one of them, or None.
+
+    Raises:
+        UsageError: The stream has no frame, or no such camera.
+    """
+    from quarc_ref.viewing.outline import CameraChoiceError, find_camera
+
+    if cameras is None:
+        message = "the stream has no frame"
+        raise UsageError(message)
+    if name is None and not cameras:
+        return None
+    try:
+        return find_camera(cameras, name)
+    except CameraChoiceError as error:
+        raise UsageError(str(error)) from error

@@ -1,0 +1,125 @@
+"""The verb `publish`: a stream as a folder that any web server can serve."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.options import AsJson, Force, StreamName
+from quarc_ref.cli.output import escape_controls, print_json, print_table, tell
+from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
+from quarc_ref.cli.targets import written_folder
+
+if TYPE_CHECKING:
+    from quarc_ref.format.cameras import Camera
+    from quarc_ref.streams import Source
+    from quarc_ref.viewing.site import Site
+
+_FRAME_WIDTH = 960
+_FRAME_HEIGHT = 600  # where there is no camera whose picture has a shape
+_BAR_HEIGHT = 93  # of the player's controls, on a page of that width
+
+
+def publish(
+    file: StreamName,
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FOLDER", help="Folder to make."),
+    ],
+    title: Title = None,
+    camera: CameraName = None,
+    up: Up = None,
+    autoplay: Annotated[bool, typer.Option("--autoplay", help="Play at once.")] = False,
+    loop: Annotated[bool, typer.Option("--loop", help="Play again and again.")] = False,
+    url: Annotated[
+        str | None,
+        typer.Option(
+            "--url",
+            metavar="URL",
+            help="Where the folder is going to be, for the iframe and for previews of links.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: AsJson = False,
+    force: Force = False,
+) -> None:
+    """Make a folder for any web server: a page that plays a stream, and all that it needs.
+
+    Prints the iframe that shows the page within another one. With quarc-ref[media]
+    the page has a poster: the first frame, as a picture.
+    """
+    with report_errors():
+        from quarc_ref.streams import open_source
+        from quarc_ref.viewing.outline import read_cameras
+        from quarc_ref.viewing.page import PageOptions, build_iframe
+        from quarc_ref.viewing.site import write_site
+
+        place = _require_url(url) if url else f"{output.name}/"
+        options = PageOptions(title or name_page(file), camera, up, autoplay, loop)
+        with open_source(file) as source, written_folder(output, force=force) as folder:
+            eye = choose_first_camera(read_cameras(source), camera)
+            site = write_site(
+                folder, source, options, lambda copy: _draw_poster(copy, eye), url and place
+            )
+        iframe = build_iframe(options.title, place, *_size_iframe(eye))
+        _show(output, site, iframe, as_json=as_json)
+
+
+def _require_url(url: str) -> str:
+    """Return the address of a folder, with a slash at its end.
+
+    Raises:
+        UsageError: It is none.
+    """
+    if not url.startswith(("http://", "https://")):
+        message = f"--url takes the address of a folder, such as https://example.org/site/: {url}"
+        raise UsageError(message)
+    return f"{url.rstrip('/')}/"
+
+
+def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
+    """Return a JPEG file; None, which is told, where there is no camera or nothing draws it."""
+    if camera is None:
+        tell("the page has no poster: the stream has no cameras")
+        return None
+    try:
+        from quarc_ref.viewing.poster import draw_poster
+    except ImportError as error:
+        tell(
+            f"the page has no poster: {error.name} cannot be imported, and "
+            "pip install 'quarc-ref[media]' brings it"
+        )
+        return None
+    return draw_poster(source, camera)
+
+
+def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
+    """Return width and height, in pixels, of a frame for a camera's picture and the controls."""
+    from quarc_ref.viewing.outline import fit_height
+
+    height = _FRAME_HEIGHT if camera is None else fit_height(camera, _FRAME_WIDTH)
+    return _FRAME_WIDTH, min(height, _FRAME_WIDTH) + _BAR_HEIGHT
+
+
+def _show(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
+    if as_json:
+        made = {
+            "folder": str(output),
+            "files": site.files,
+            "frames": site.frames,
+            "bytes": site.stream_bytes,
+            "poster": site.poster,
+            "iframe": iframe,
+        }
+        print_json("publish/1", made)
+        return
+    plural = "" if site.frames == 1 else "s"
+    rows = {
+        "stream": f"{site.frames} frame{plural}, {site.stream_bytes:,} bytes",
+        "poster": site.poster or "none",
+        "to try it": f"python3 -m http.server --directory {output}",
+    }
+    print_table(str(output), rows)
+    sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # on one line, to be copied

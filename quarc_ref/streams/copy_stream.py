@@ -1,0 +1,30 @@
+"""A stream copied as it is, with every chunk proved."""
+
+from typing import BinaryIO
+
+from quarc_ref.format import container
+from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.source import Source
+
+
+def copy_stream(source: Source, sink: BinaryIO) -> int:
+    """Copy a whole stream, each chunk once its CRC has been checked.
+
+    Args:
+        source: A stream; one that comes only once will do.
+        sink: Is written to.
+
+    Returns:
+        How many frames it has.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes; those before it have been copied.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    reader, copied, frames = ChunkReader(source), 0, 0
+    while (header := reader.read_header()) is not None:
+        reader.take(header)
+        sink.write(source.read(copied, header.end - copied))
+        copied = header.end
+        frames += header.kind in container.FRAMES
+    return frames

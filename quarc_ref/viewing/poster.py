@@ -1,0 +1,29 @@
+"""The poster of a page: the first frame of a stream, as one of its cameras sees it."""
+
+from quarc_ref.datasets.video_writer import build_jpeg
+from quarc_ref.format.cameras import Camera
+from quarc_ref.streams import Source
+from quarc_ref.viewing.draw_frames import draw_frames
+from quarc_ref.viewing.outline import fit_height, resize_camera
+
+_SIDE = 960  # pixels
+
+
+def draw_poster(source: Source, camera: Camera) -> bytes | None:
+    """Return a JPEG file of the first frame, no larger than 960 x 960.
+
+    Args:
+        source: A stream.
+        camera: Of the stream.
+
+    Returns:
+        The file; None if the camera's pictures are a line, which no size makes a poster of.
+
+    Raises:
+        BitstreamError: What is wrong with the stream up to its first frame.
+    """
+    width = min(camera.width, _SIDE, max(1, camera.width * _SIDE // camera.height))
+    if fit_height(camera, width) > _SIDE:
+        return None
+    _, picture = next(draw_frames(source, resize_camera(camera, width)))
+    return build_jpeg(picture)

@@ -1,0 +1,208 @@
+"""A local web server for a page and what it loads, ranges included."""
+
+import errno
+import os
+import socket
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import TCPServer
+from typing import Any, ClassVar
+from urllib.parse import unquote, urlsplit
+
+from quarc_ref.format.errors import SourceError
+from quarc_ref.streams.source import Source
+from quarc_ref.viewing.doorkeeper import Doorkeeper
+from quarc_ref.viewing.ranges import find_range
+from quarc_ref.viewing.shared_source import GrowingSource
+
+_PORTS_TRIED = 100
+_LAST_PORT = 65535
+_ANOTHER_PORT_MAY_DO = (errno.EADDRINUSE, errno.EACCES)
+_ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # where a browser finds it
+_PIECE_BYTES = 1 << 20
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",  # the address has the token
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """Something that a browser can load.
+
+    Attributes:
+        media_type: Value of Content-Type.
+        source: Its bytes; the size is known, and several threads may read at a time.
+    """
+
+    media_type: str
+    source: Source
+
+
+class Server(ThreadingHTTPServer):
+    """Serves resources at `http://HOST:PORT/TOKEN/NAME` until it is interrupted.
+
+    Args:
+        address: Host, and the first port to try; of 100, the first free one is taken.
+        resources: By name; the one that is named `""` is the page.
+        names: More names that browsers may know the server by.
+        report: Is given a sentence when a resource cannot be read.
+
+    Raises:
+        OSError: The host is not this machine, or none of the ports is free.
+    """
+
+    allow_reuse_address = os.name == "posix"  # elsewhere it would share a port that is in use
+
+    def __init__(
+        self,
+        address: tuple[str, int],
+        resources: Mapping[str, Resource],
+        names: Collection[str] = (),
+        report: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        host, port = address
+        self.resources, self.report = resources, report
+        self.doorkeeper = Doorkeeper(host, names)
+        self._host = _ANY_ADDRESS.get(host, host)
+        ports = range(port, min(port + _PORTS_TRIED, _LAST_PORT + 1))
+        try:
+            self._bind_first(host, ports)
+        except (OSError, UnicodeError) as error:  # UnicodeError: not a name that a host can have
+            why = getattr(error, "strerror", None) or str(error)
+            if getattr(error, "errno", None) in _ANOTHER_PORT_MAY_DO:
+                why += f" (ports {ports.start} to {ports[-1]})"
+            message = f"cannot listen at {host}: {why}"
+            raise OSError(message) from error
+
+    @property
+    def url(self) -> str:
+        """Address of the page, for a browser on this machine."""
+        return self.name_url(self._host)
+
+    def name_url(self, host: str) -> str:
+        """Return the address of the page under a name or an address of this machine."""
+        authority = f"[{host}]" if ":" in host else host
+        return f"http://{authority}:{self.server_address[1]}/{self.doorkeeper.token}/"
+
+    def server_bind(self) -> None:
+        """Bind without looking up the machine's name, which may take long."""
+        TCPServer.server_bind(self)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
+        """Take no note: what strangers send, or leave, is not for the terminal."""
+
+    def _bind_first(self, host: str, ports: range) -> None:
+        """Listen at the first port that is free."""
+        found = socket.getaddrinfo(
+            host or None, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )
+        self.address_family, _, _, _, (name, _, *scope) = found[0]
+        for port in ports:
+            try:
+                super().__init__((name, port, *scope), _Handler)  # type: ignore[arg-type]
+            except OSError as error:
+                if port == ports[-1] or error.errno not in _ANOTHER_PORT_MAY_DO:
+                    raise
+            else:
+                return
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers GET and HEAD."""
+
+    server: Server
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "quarc-ref", ""
+    timeout: ClassVar[float] = 60.0  # of a connection that says nothing
+
+    def do_GET(self) -> None:
+        """Send a resource, or a part of it."""
+        self._answer(has_body=True)
+
+    def do_HEAD(self) -> None:
+        """Send the headers only."""
+        self._answer(has_body=False)
+
+    def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002  # its name there
+        """Log nothing."""
+
+    def _answer(self, *, has_body: bool) -> None:
+        hosts, origins = (self.headers.get_all(name, []) for name in ("Host", "Origin"))
+        address = self.connection.getsockname()[0]
+        fault = self.server.doorkeeper.find_fault(self.path, hosts, origins, address)
+        if fault is not None:
+            self._reject(HTTPStatus.FORBIDDEN, fault)
+            return
+        path = unquote(urlsplit(self.path).path)
+        resource = self.server.resources.get(path.partition("/")[2].partition("/")[2])
+        if resource is None:
+            self._reject(HTTPStatus.NOT_FOUND, "nothing has this address")
+            return
+        try:
+            self._send(resource, has_body=has_body)
+        except SourceError as error:
+            self.server.report(str(error))
+            self.close_connection = True  # the browser sees that the answer is cut
+
+    def _send(self, resource: Resource, *, has_body: bool) -> None:
+        source, wanted = resource.source, self.headers.get("Range")
+        if isinstance(source, GrowingSource):
+            _await_range(source, wanted)
+        size = source.size() or 0
+        part = find_range(wanted, size)
+        if part is not None and not part:
+            self._begin(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, resource, 0)
+            self.send_header("Content-Range", f"bytes */{size}")
+            self.end_headers()
+            return
+        whole = range(size) if part is None else part
+        self._begin(
+            HTTPStatus.OK if part is None else HTTPStatus.PARTIAL_CONTENT, resource, len(whole)
+        )
+        if part is not None:
+            self.send_header("Content-Range", f"bytes {part.start}-{part.stop - 1}/{size}")
+        self.end_headers()
+        if has_body:
+            self._send_bytes(source, whole)
+
+    def _send_bytes(self, source: Source, part: range) -> None:
+        for offset in range(part.start, part.stop, _PIECE_BYTES):
+            length = min(_PIECE_BYTES, part.stop - offset)
+            piece = source.read(offset, length)
+            self.wfile.write(piece)
+            if len(piece) < length:
+                message = "the stream has become shorter while it was read"
+                raise SourceError(message)
+
+    def _begin(self, status: HTTPStatus, resource: Resource, length: int) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", resource.media_type)
+        self.send_header("Content-Length", str(length))
+        self.send_header("Accept-Ranges", "bytes")
+        for name, value in _HEADERS.items():
+            self.send_header(name, value)
+
+    def _reject(self, status: HTTPStatus, fault: str) -> None:
+        body = f"Rejected: {fault}.\n".encode()
+        self.send_response(status)
+        self.send_header("Content-Type", "text/plain; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            with suppress(OSError):
+                self.wfile.write(body)
+
+
+def _await_range(source: GrowingSource, wanted: str | None) -> None:
+    """Wait for the first byte that a request asks for, where the stream may still get it."""
+    size = source.size() or 0
+    part = find_range(wanted, size)
+    if part is not None and not part:
+        source.await_more(size)

@@ -1,0 +1,63 @@
+"""A folder that any web server can serve: a page, the player, a stream and its poster."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from quarc_ref.files import MadeFolder
+from quarc_ref.streams import FileSource, Source
+from quarc_ref.streams.copy_stream import copy_stream
+from quarc_ref.viewing.page import PLAYER, POSTER, STREAM, PageOptions, build_page, read_player
+
+_PAGE = "index.html"
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """A folder that was filled.
+
+    Attributes:
+        files: Names.
+        frames: Of the stream.
+        stream_bytes: Of the stream.
+        poster: Name of the poster; None if there is none.
+    """
+
+    files: list[str]
+    frames: int
+    stream_bytes: int
+    poster: str | None
+
+
+def write_site(
+    folder: MadeFolder,
+    source: Source,
+    options: PageOptions,
+    draw_poster: Callable[[Source], bytes | None],
+    url: str | None = None,
+) -> Site:
+    """Fill a folder.
+
+    Args:
+        folder: Is filled.
+        source: The stream; one that comes only once will do.
+        options: Of the page.
+        draw_poster: Returns a JPEG file of a stream, or None for no poster.
+        url: Where the folder is going to be, as far as that is known.
+
+    Raises:
+        BitstreamError: What is wrong with the stream, of which every chunk is checked.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    with folder.open(STREAM) as sink:
+        frames = copy_stream(source, sink)
+    path = folder.path / STREAM
+    with path.open("rb", buffering=0) as file:
+        poster = draw_poster(FileSource(file))
+    parts = {
+        _PAGE: build_page(options, has_poster=poster is not None, url=url),
+        PLAYER: read_player(),
+        **({POSTER: poster} if poster else {}),
+    }
+    for name, data in parts.items():
+        folder.write(name, data)
+    return Site(sorted([*parts, STREAM]), frames, path.stat().st_size, POSTER if poster else None)

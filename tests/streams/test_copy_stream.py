@@ -1,0 +1,51 @@
+import io
+
+import pytest
+
+from quarc_ref.format import container
+from quarc_ref.format.errors import BitstreamError, TrailingDataError, TruncatedError
+from quarc_ref.streams import BytesSource, PipeSource
+from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.copy_stream import copy_stream
+from tests.small_streams import make_stream, rebuild_stream
+
+
+@pytest.fixture(scope="module")
+def data():
+    return make_stream(frame_count=5, canonical_every=3)[0]
+
+
+def _copy(source):
+    sink = io.BytesIO()
+    return copy_stream(source, sink), sink.getvalue()
+
+
+def test_a_copy_is_the_stream_and_its_frames_are_counted(data):
+    assert _copy(BytesSource(data)) == (5, data)
+
+
+def test_a_stream_that_comes_once_can_be_copied(data):
+    assert _copy(PipeSource(io.BytesIO(data), kept_bytes=1 << 16)) == (5, data)
+
+
+def test_chunks_of_unknown_types_are_copied(data):
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
+    chunks = [(kind, payload) for kind, payload in chunks if kind != container.INDX]
+    chunks.insert(2, (b"note", b"of somebody else"))
+    stream = rebuild_stream(chunks)
+
+    assert _copy(BytesSource(stream))[1] == stream
+
+
+def test_every_byte_of_a_chunk_is_proved(data):
+    for place in range(0, len(data), 7):
+        damaged = data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
+        with pytest.raises(BitstreamError):
+            _copy(BytesSource(damaged))
+
+
+def test_an_end_that_is_missing_or_not_the_end_is_refused(data):
+    with pytest.raises(TruncatedError):
+        _copy(BytesSource(data[:-1]))
+    with pytest.raises(TrailingDataError):
+        _copy(BytesSource(data + b"\0"))

@@ -1,0 +1,48 @@
+"""The player in the package is the one that its sources give."""
+
+import hashlib
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+_KEPT = ROOT / "quarc_ref" / "viewing" / "player"
+_STAMP = json.loads((_KEPT / "stamp.json").read_text("utf-8"))
+_SOURCES = json.loads((ROOT / "player" / "sources.json").read_text("utf-8"))
+
+
+def _digest_sources(kind):
+    """What player/keep.mjs calls the digest of the sources of a kind."""
+    places = [ROOT / name for name in _SOURCES[kind]]
+    files = [file for place in places for file in (place.rglob("*") if place.is_dir() else [place])]
+    lines = [
+        f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.relative_to(ROOT).as_posix()}\n"
+        for file in files
+        if file.is_file()
+    ]
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
+
+
+def test_the_player_is_the_one_that_was_built():
+    player = (_KEPT / "quarc-player.js").read_bytes()
+
+    assert hashlib.sha256(player).hexdigest() == _STAMP["bytes"]
+
+
+@pytest.mark.parametrize("kind", ["player", "core"])
+def test_its_sources_have_not_changed_since(kind):
+    assert _digest_sources(kind) == _STAMP[kind], "`make player` builds the player anew"
+
+
+def test_a_new_build_gives_the_same_player():
+    if shutil.which("node") is None:
+        pytest.skip("no Node here to build the player with")
+    if not (ROOT / "player" / "node_modules" / "esbuild").is_dir():
+        pytest.skip("no esbuild here to build the player with: npm ci in player/ brings it")
+    command = ["node", "player/keep.mjs", "--check"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,250 @@
+import http.client
+import socket
+import threading
+from contextlib import ExitStack, closing, contextmanager
+from urllib.parse import urlsplit
+
+import pytest
+
+from quarc_ref.format.errors import SourceError
+from quarc_ref.streams import BytesSource
+from quarc_ref.viewing import server as server_module
+from quarc_ref.viewing.server import Resource, Server
+from quarc_ref.viewing.shared_source import GrowingSource, SharedSource
+
+_HOST = "127.0.0.1"
+_STREAM = bytes(range(256)) * 9000  # more than is read at once
+
+
+class Growing:
+    """A source that others write."""
+
+    def __init__(self):
+        self.data = b"first"
+
+    def read(self, offset, length):
+        return self.data[offset : offset + length]
+
+    def size(self):
+        return len(self.data)
+
+
+class Failing:
+    """A source that a server does not give any more."""
+
+    def read(self, *_):
+        message = "the server of the stream has gone"
+        raise SourceError(message)
+
+    def size(self):
+        return 100
+
+
+@contextmanager
+def _serving(*arguments, **options):
+    with Server(*arguments, **options) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@pytest.fixture(scope="module")
+def growing():
+    return Growing()
+
+
+@pytest.fixture(scope="module")
+def reports():
+    return []
+
+
+@pytest.fixture(scope="module")
+def server(growing, reports):
+    resources = {
+        "": Resource("text/html; charset=utf-8", BytesSource(b"<page>")),
+        "stream.quarc": Resource("application/octet-stream", SharedSource(BytesSource(_STREAM))),
+        "live.quarc": Resource("application/octet-stream", GrowingSource(growing, patience=0.3)),
+        "gone.quarc": Resource("application/octet-stream", Failing()),
+    }
+    with _serving((_HOST, 20_100), resources, report=reports.append) as server:
+        yield server
+
+
+@pytest.fixture
+def client(server):
+    with closing(http.client.HTTPConnection(_HOST, server.server_address[1], timeout=30)) as client:
+        yield client
+
+
+def _ask(client, server, name, method="GET", **headers):
+    """Status, headers and body of an answer."""
+    client.request(method, urlsplit(server.url).path + name, headers=headers)
+    answer = client.getresponse()
+    return answer.status, answer.headers, answer.read()
+
+
+def test_the_page_is_at_the_address_itself(client, server):
+    status, headers, body = _ask(client, server, "")
+
+    assert (status, body) == (200, b"<page>")
+    assert headers["Content-Type"] == "text/html; charset=utf-8"
+    assert headers["Referrer-Policy"] == "no-referrer"
+
+
+def test_a_query_does_not_change_what_is_served(client, server):
+    assert _ask(client, server, "?camera=cam03&loop")[2] == b"<page>"
+
+
+def test_a_whole_stream_says_that_it_has_ranges(client, server):
+    status, headers, body = _ask(client, server, "stream.quarc")
+
+    assert (status, body) == (200, _STREAM)
+    assert headers["Accept-Ranges"] == "bytes"
+
+
+def test_a_range_is_answered_with_its_place(client, server):
+    wanted = {"Range": f"bytes=1000-{len(_STREAM) - 2}"}
+    status, headers, body = _ask(client, server, "stream.quarc", **wanted)
+
+    assert (status, body) == (206, _STREAM[1000:-1])
+    assert headers["Content-Range"] == f"bytes 1000-{len(_STREAM) - 2}/{len(_STREAM)}"
+
+
+def test_a_range_beyond_the_end_is_rejected_with_the_size(client, server):
+    status, headers, body = _ask(client, server, "stream.quarc", Range=f"bytes={len(_STREAM)}-")
+
+    assert (status, body) == (416, b"")
+    assert headers["Content-Range"] == f"bytes */{len(_STREAM)}"
+
+
+def test_one_connection_serves_many_requests(client, server):
+    for _ in range(3):
+        assert _ask(client, server, "stream.quarc", "HEAD")[:1] == (200,)
+        assert _ask(client, server, "nothing")[:1] == (404,)
+        assert _ask(client, server, "stream.quarc", Range="bytes=5-6")[2] == b"\5\6"
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/no/stream.quarc", "/%00/"])
+def test_without_the_token_nothing_is_served(path, client):
+    client.request("GET", path)
+    answer = client.getresponse()
+
+    assert answer.status == 403
+    assert b"token" in answer.read()
+
+
+@pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}])
+def test_requests_of_other_sites_are_rejected(headers, client, server):
+    assert _ask(client, server, "stream.quarc", **headers)[0] == 403
+
+
+def test_a_path_leads_nowhere_else(client, server):
+    assert _ask(client, server, "../stream.quarc")[0] == 404
+    assert _ask(client, server, "%2e%2e/stream.quarc")[0] == 404
+
+
+def test_what_a_stream_gets_while_it_is_waited_for_is_served(client, server, growing):
+    growing.data = b"first"
+    timer = threading.Timer(0.05, lambda: setattr(growing, "data", b"first, and more"))
+    timer.start()
+    status, headers, body = _ask(client, server, "live.quarc", Range="bytes=5-")
+
+    assert (status, body) == (206, b", and more")
+    assert headers["Content-Range"] == "bytes 5-14/15"
+
+
+def test_a_stream_that_does_not_grow_is_not_waited_for_for_ever(client, server, growing):
+    growing.data = b"first"
+
+    assert _ask(client, server, "live.quarc", Range="bytes=5-")[0] == 416
+
+
+def test_what_cannot_be_read_is_reported_and_cut(client, server, reports):
+    with pytest.raises(http.client.IncompleteRead):
+        _ask(client, server, "gone.quarc")
+
+    assert reports == ["the server of the stream has gone"]
+
+
+def test_what_is_not_a_request_is_not_reported(server, reports, capfd):
+    before = len(reports)
+    with socket.create_connection((_HOST, server.server_address[1]), timeout=30) as stranger:
+        stranger.sendall(b"\x00 no request\r\n\r\n")
+        stranger.recv(1 << 10)
+
+    assert capfd.readouterr() == ("", "")
+    assert len(reports) == before
+
+
+def test_a_server_for_everybody_is_found_on_this_machine():
+    with _serving(
+        ("0.0.0.0", 20_100), {"": Resource("text/plain", BytesSource(b"here"))}
+    ) as server:
+        there = urlsplit(server.url)
+        with closing(http.client.HTTPConnection("127.0.0.2", there.port, timeout=30)) as client:
+            found = [
+                _ask(client, server, "", Host=host)[0]
+                for host in ("127.0.0.2", f"0.0.0.0:{there.port}", "192.0.2.1")
+            ]
+
+    assert there.hostname == "127.0.0.1"
+    assert found == [200, 200, 403]
+
+
+def test_an_address_of_version_6_is_written_in_brackets():
+    try:
+        server = Server(("::1", 20_100), {})
+    except OSError:
+        pytest.skip("no IPv6 here")
+    with server:
+        assert server.url.startswith("http://[::1]:")
+
+
+def _listen(port=0):
+    taken = socket.create_server((_HOST, port))
+    return closing(taken), taken.getsockname()[1]
+
+
+def _listen_at_two_neighbours(stack):
+    """Take a port and the next one; return the first."""
+    while True:
+        with ExitStack() as attempt:
+            holder, port = _listen()
+            attempt.enter_context(holder)
+            try:
+                attempt.enter_context(_listen(port + 1)[0])
+            except (OSError, OverflowError):
+                continue
+            stack.push(attempt.pop_all())
+            return port
+
+
+def test_where_a_port_is_taken_one_of_the_next_is():
+    with ExitStack() as stack:
+        port = _listen_at_two_neighbours(stack)
+        server = stack.enter_context(Server((_HOST, port), {}))
+
+        assert port + 2 <= server.server_address[1] < port + 100
+
+
+@pytest.mark.parametrize("limit", ["_PORTS_TRIED", "_LAST_PORT"])
+def test_not_all_ports_are_tried(limit, monkeypatch):
+    with ExitStack() as stack:
+        port = _listen_at_two_neighbours(stack)
+        monkeypatch.setattr(server_module, limit, 2 if limit == "_PORTS_TRIED" else port + 1)
+        said = rf"^cannot listen at 127.0.0.1: .* \(ports {port} to {port + 1}\)$"
+
+        with pytest.raises(OSError, match=said):
+            Server((_HOST, port), {})
+
+
+@pytest.mark.parametrize("host", ["300.1.1.1", "192.0.2.1", "nosuchhost.invalid", "a..b", "x" * 70])
+def test_a_host_that_is_not_this_machine_is_named(host):
+    with pytest.raises(OSError, match=rf"^cannot listen at {host}: \S+") as caught:
+        Server((host, 8080), {})
+
+    assert "ports" not in str(caught.value)
