@@ -75,11 +75,11 @@ core: ## Format, lints and tests of core/.
 	else cd core && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-player: ## Build and test player/, and keep quarc-player.js in quarc_ref/viewing/player.
+player: $(READY) ## Build and test player/, in Chromium where it is at hand, and keep quarc-player.js in the package.
 	@if ! command -v npm >/dev/null; then echo "no npm here: player/ is left out"; \
 	elif ! core/wasm/build.sh; then echo "no module for the web: player/ is left out"; \
-	else cd player && { [ -d node_modules ] || npm ci --silent; } && npm test --silent && \
-	  QUARC_WASM=../core/wasm/quarc.wasm node keep.mjs; fi
+	else cd player && { [ -d node_modules ] || npm ci --silent; } && \
+	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../core/wasm/quarc.wasm node keep.mjs; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript

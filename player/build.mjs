@@ -54,7 +54,7 @@ if (process.argv.includes("--test")) {
   await build({
     ...{ bundle: true, target: "es2022", plugins, platform: "node", format: "esm" },
     ...{ entryPoints: [here("test/*.test.ts")], outdir: here("build"), outExtension: { ".js": ".mjs" } },
-    external: ["node:*"],
+    external: ["node:*", "playwright-core"],
   });
 } else {
   await build({

@@ -1,8 +1,12 @@
-/** The player: `<quarc-player>`, what programs do with it, and the frames themselves. */
+/** The player: `<quarc-player>` for pages, `Player` for programs, `readFrames` for the frames. */
 
 import { QuarcPlayer } from "./component/quarc-player.js";
 
+export { DrawingError } from "./draw/programs.js";
+export { Player, type PlayerEvents, type PlayerOptions } from "./player.js";
 export type * from "./protocol.js";
+export type { Statistics } from "./statistics.js";
+export { StreamError } from "./stream-error.js";
 export { QuarcPlayer };
 
 if (customElements.get("quarc-player") === undefined) {

@@ -1,34 +1,34 @@
 /**
- * Frames on a stage at their times: decoded ahead in a worker, shown when they are due.
+ * Playback: frames are decoded ahead in a worker and shown when they are due.
  *
- * Where a frame is late the one before stays, and time waits for it: no frame is left out.
+ * If a frame is late, the one before stays on the screen and time waits for it: no frame is left
+ * out. In a loop the first frames are decoded while the last ones are shown, so it has no seam.
  */
 
 import type {
   DecodeReply,
   DecodeRequest,
   FramePacket,
-  PartialScene,
   PlayerFault,
   StreamInfo,
   StreamSource,
 } from "./protocol.js";
 
 const RING = 12; // frames decoded ahead
+const SEEK_PATIENCE_MS = 150; // before a seek that has shown nothing gives way to the next one
 
-/** What is shown on. */
+/** What frames are shown on. */
 export interface Screen {
   readonly isBusy: boolean;
   begin(info: StreamInfo): void;
   show(packet: FramePacket): void;
-  showPartial(scene: PartialScene): void;
 }
 
-/** What is told of playing. */
 export interface PlayingEvents {
   onInfo(info: StreamInfo): void;
-  /** Playing began or ended, or waits for frames, or does not any longer. */
+  /** Playing, waiting or the end of the stream has changed. */
   onState(): void;
+  onEnded(): void;
   onProgress(bytes: number, byteLength: number | null): void;
   /** A frame has been decoded; it is shown later, unless a seek comes first. */
   onDecoded(packet: FramePacket): void;
@@ -41,15 +41,22 @@ export class Playing {
   readonly #events: PlayingEvents;
   #ring: FramePacket[] = [];
   #info: StreamInfo | null = null;
-  #run = 0;
+  #run = 0; // counts openings, seeks and laps of a loop
+  #runOpened = 0;
+  #runShown = 0;
   #end: number | null = null;
   #shown: number | null = null;
   #dueAt = 0;
-  #isFirst = true;
+  #isFirst = true; // no frame of the last opening or seek has been shown
   #timer = 0;
+  #sought: number | null = null; // by the present seek
+  #wanted: number | null = null; // where to seek when that is done
+  #soughtAt = 0;
+  #isPlaying = false;
+  #isLooping = false;
 
-  isPlaying = false;
-  isLooping = false;
+  /** Frames that were not there when they were due. */
+  lateFrames = 0;
   speed = 1;
 
   constructor(decoder: Worker, screen: Screen, events: PlayingEvents) {
@@ -58,7 +65,7 @@ export class Playing {
     this.#events = events;
     decoder.onmessage = ({ data }) => this.#take(data as DecodeReply);
     decoder.onerror = (event) => {
-      const message = event.message || "the decoder could not be started";
+      const message = event.message || "the decode worker could not be started";
       events.onError({ kind: "player", message, rejectId: null, frame: null });
     };
   }
@@ -67,9 +74,28 @@ export class Playing {
     return this.#info;
   }
 
+  get isPlaying(): boolean {
+    return this.#isPlaying;
+  }
+
+  get isLooping(): boolean {
+    return this.#isLooping;
+  }
+
+  set isLooping(isLooping: boolean) {
+    this.#isLooping = isLooping;
+    this.#events.onState();
+    if (isLooping && this.#end !== null) this.#decodeAgain();
+  }
+
   /** Ordinal of the frame that is shown; null before the first. */
   get frame(): number | null {
     return this.#shown;
+  }
+
+  /** Ordinal of the frame that is shown or, while a seek is under way, of that one. */
+  get target(): number | null {
+    return this.#wanted ?? this.#sought ?? this.#shown;
   }
 
   /** Ordinal after the last frame, where it is known. */
@@ -78,60 +104,83 @@ export class Playing {
     return this.#end ?? (frameCount === null ? null : firstFrame + frameCount);
   }
 
-  /** Ordinal after the last frame that has been decoded. */
-  get bufferedTo(): number {
-    return (this.#ring.at(-1)?.frame ?? this.#shown ?? -1) + 1;
+  /** Frames that are decoded and not shown yet. */
+  get bufferedFrames(): number {
+    return this.#ring.length;
   }
 
-  /** Whether it plays, but has no frame to show. */
+  /** Ordinal after the last frame that is decoded, in one piece with the one that is shown. */
+  get bufferedTo(): number {
+    const last = this.#ring.filter(({ run }) => run === this.#runShown).at(-1);
+    return (last?.frame ?? this.#shown ?? -1) + 1;
+  }
+
+  /** Whether there is nothing to show: while playing, or until a seek or an opening is done. */
   get isWaiting(): boolean {
-    return this.isPlaying && this.#ring.length === 0 && !this.#isAtEnd;
+    const wants = this.#isPlaying || this.#isFirst;
+    return this.#run > 0 && wants && this.#ring.length === 0 && !this.#screen.isBusy && !this.#isAtEnd;
   }
 
   open(source: StreamSource): void {
     this.#restart();
-    this.#info = this.#end = this.#shown = null;
+    this.#runOpened = this.#run;
+    this.#info = this.#end = this.#shown = this.#sought = null;
+    this.lateFrames = 0;
     const transferred = "bytes" in source ? [source.bytes] : [];
     this.#decoder.postMessage({ kind: "open", source, run: this.#run }, transferred);
     this.#grant(RING);
   }
 
   play(): void {
-    if (this.isPlaying) return;
-    this.isPlaying = true;
+    if (this.#isPlaying) return;
+    this.#isPlaying = true;
     this.#dueAt = performance.now();
-    if (this.#isAtEnd && this.#info !== null) this.seek(this.#info.firstFrame);
+    if (this.#isAtEnd && this.#info !== null) this.setFrame(this.#info.firstFrame);
     this.#events.onState();
     this.#wait();
   }
 
   pause(): void {
-    this.isPlaying = false;
+    if (!this.#isPlaying) return;
+    this.#isPlaying = false;
     this.#events.onState();
   }
 
-  /** Show a frame as soon as it is decoded. */
-  seek(frame: number): void {
+  /** Show a frame as soon as it is decoded. Of seeks in quick succession some are left out. */
+  setFrame(frame: number): void {
     if (this.#info === null) return;
     const first = this.#info.firstFrame;
     const last = this.end === null ? frame : this.end - 1;
-    this.#restart();
-    this.#request({ kind: "seek", frame: Math.max(first, Math.min(last, frame)), run: this.#run });
-    this.#grant(RING);
+    const target = Math.max(first, Math.min(last, Math.round(frame)));
+    if (!Number.isFinite(target)) return; // the end of a stream that has none yet
+    if (!this.#isFirst || performance.now() > this.#soughtAt + SEEK_PATIENCE_MS) this.#seek(target);
+    else {
+      this.#wanted = target;
+      clearTimeout(this.#timer);
+      this.#timer = window.setTimeout(() => this.#seekWanted(), SEEK_PATIENCE_MS);
+    }
     this.#events.onState();
   }
 
-  /** Show the next frame, or the one before. */
-  step(by: 1 | -1): void {
+  /** Pause, and show the frame so many frames on. */
+  step(by: number): void {
     this.pause();
-    if (this.#shown === null) return;
-    if (by === 1 && this.#ring.length > 0 && !this.#screen.isBusy) this.#showNext();
-    else this.seek(this.#shown + by);
+    const { target } = this;
+    if (target === null) return;
+    const isNext = by === 1 && this.#wanted === null && !this.#isFirst;
+    if (isNext && this.#ring[0]?.run === this.#runShown && !this.#screen.isBusy) this.#showNext();
+    else this.setFrame(target + by);
   }
 
-  /** Tell that a frame is on the screen. */
+  /** Take note that a frame is on the screen. */
   shown(packet: FramePacket): void {
-    this.#shown = packet.frame;
+    const isOld = packet.run < this.#run && this.#isFirst; // a seek has begun since
+    if (!isOld && !packet.isPreview) {
+      this.#shown = packet.frame;
+      this.#runShown = packet.run;
+      this.#sought = null;
+      this.#seekWanted();
+    }
     this.#wait();
   }
 
@@ -142,14 +191,16 @@ export class Playing {
   }
 
   get #isAtEnd(): boolean {
-    return this.#shown !== null && this.#shown + 1 === this.end && this.#ring.length === 0;
+    const isLast = this.#shown !== null && this.#shown + 1 === this.end;
+    return isLast && this.#ring.length === 0 && this.#runShown === this.#run;
   }
 
   #take(reply: DecodeReply): void {
-    if (runOf(reply) !== this.#run) return;
+    const run = runOf(reply);
+    const isWanted = run === this.#run || (reply.kind === "info" && run >= this.#runOpened);
+    if (!isWanted) return;
     if (reply.kind === "frame") this.#receive(reply.packet);
     else if (reply.kind === "info") this.#begin(reply.info);
-    else if (reply.kind === "partial") this.#showPartial(reply.scene);
     else if (reply.kind === "progress") this.#events.onProgress(reply.bytes, reply.byteLength);
     else if (reply.kind === "error") this.#events.onError(reply.error);
     else this.#finish(reply.frameCount);
@@ -161,36 +212,52 @@ export class Playing {
     this.#events.onInfo(info);
   }
 
-  #showPartial(scene: PartialScene): void {
-    if (this.#shown === null && !this.#screen.isBusy) this.#screen.showPartial(scene);
-  }
-
   #receive(packet: FramePacket): void {
-    this.#ring.push(packet);
     this.#events.onDecoded(packet);
+    if (packet.isPreview) {
+      if (this.#shown === null && !this.#screen.isBusy) this.#screen.show(packet);
+      return;
+    }
+    this.#ring.push(packet);
     this.#wait();
   }
 
   #finish(frameCount: number): void {
     this.#end = (this.#info?.firstFrame ?? 0) + frameCount;
     this.#events.onState();
+    this.#decodeAgain();
     this.#wait();
   }
 
-  /** Wait until the next frame is due; a first one is due at once. */
+  /** In a loop, go on decoding at the first frame. */
+  #decodeAgain(): void {
+    const { firstFrame = 0 } = this.#info ?? {};
+    const isLong = this.#end !== null && this.#end > firstFrame + 1;
+    const last = this.#ring.at(-1);
+    const isDecoded = last === undefined ? this.#isAtEnd : last.run === this.#run && last.frame + 1 === this.#end;
+    if (!this.#isLooping || !isLong || !isDecoded || this.#isFirst) return;
+    this.#run += 1;
+    this.#request({ kind: "seek", frame: firstFrame, run: this.#run });
+    this.#grant(RING - this.#ring.length);
+  }
+
+  /** Wait until the next frame is due; the first one is due at once. */
   #wait(): void {
+    if (this.#wanted !== null && this.#isFirst && this.#ring.length === 0) return; // its timer runs
     clearTimeout(this.#timer);
-    if (this.#isFirst) {
-      this.#goOn();
-    } else if (this.isPlaying) {
+    if (this.#isFirst) this.#goOn();
+    else if (this.#isPlaying) {
       this.#timer = window.setTimeout(() => this.#goOn(), this.#dueAt - performance.now());
     }
   }
 
   #goOn(): void {
-    if (this.#screen.isBusy) return; // `shown` is going to tell
-    if (this.#ring.length > 0) this.#showNext();
-    else if (this.#isAtEnd) this.#turnBack();
+    if (this.#screen.isBusy) return; // `shown` comes back here
+    const [next] = this.#ring;
+    const isSeam = next !== undefined && !this.#isFirst && next.run !== this.#runShown;
+    if (this.#isAtEnd || (isSeam && !this.#isLooping)) this.#stopAtEnd();
+    else if (next !== undefined) this.#showNext();
+    else this.#events.onState(); // it may be waiting
   }
 
   #showNext(): void {
@@ -199,24 +266,46 @@ export class Playing {
     const { timescale = 30, frameTicks = 1 } = this.#info ?? {};
     const lasts = (1000 * frameTicks) / timescale / this.speed;
     const now = performance.now();
-    this.#dueAt = now - this.#dueAt > lasts ? now + lasts : this.#dueAt + lasts;
+    const isLate = now - this.#dueAt > lasts;
+    if (isLate && this.#isPlaying && !this.#isFirst) this.lateFrames += 1;
+    this.#dueAt = isLate || this.#isFirst ? now + lasts : this.#dueAt + lasts;
     this.#isFirst = false;
     this.#screen.show(packet);
     this.#grant(1);
   }
 
-  #turnBack(): void {
-    if (!this.isPlaying || this.#info === null) return;
-    if (this.isLooping) this.seek(this.#info.firstFrame);
-    else this.pause();
+  #stopAtEnd(): void {
+    if (!this.#isPlaying) return;
+    if (this.#isLooping) {
+      this.#decodeAgain();
+      if (this.#run !== this.#runShown) return;
+    }
+    this.#ring = []; // of a loop that has been switched off
+    if (this.#run !== this.#runShown) this.#runShown = ++this.#run;
+    this.pause();
+    this.#events.onEnded();
   }
 
-  /** What was asked for before does not matter any longer. */
+  #seekWanted(): void {
+    const wanted = this.#wanted;
+    if (wanted !== null) this.#seek(wanted);
+  }
+
+  #seek(frame: number): void {
+    this.#restart();
+    this.#soughtAt = performance.now();
+    this.#sought = frame;
+    this.#request({ kind: "seek", frame, run: this.#run });
+    this.#grant(RING);
+  }
+
+  /** Nothing that was asked for before is wanted any longer. */
   #restart(): void {
     clearTimeout(this.#timer);
     this.#run += 1;
     this.#ring = [];
     this.#isFirst = true;
+    this.#wanted = null;
   }
 
   #grant(frames: number): void {
@@ -229,6 +318,5 @@ export class Playing {
 }
 
 function runOf(reply: DecodeReply): number {
-  if (reply.kind === "frame") return reply.packet.run;
-  return reply.kind === "partial" ? reply.scene.run : reply.run;
+  return reply.kind === "frame" ? reply.packet.run : reply.run;
 }

@@ -1,15 +1,14 @@
 /**
- * What the decode worker, the sort worker and the page say to each other.
+ * The messages between the page, the decode worker and the sort worker.
  *
- * Gaussians live in **slots**. A Gaussian keeps its slot from birth to death, so that a frame
- * carries only the slots that changed, whatever happens to the rows of the state (SPEC 7.1).
- * Numbers are the integers of the state; the shader dequantizes them (SPEC 10.1).
+ * Gaussians live in **slots**. A Gaussian keeps its slot from birth to death, so that a packet
+ * lists only the slots that a frame changed, however the rows of the state move (SPEC 7.1).
+ * Values are the integers of the state; the vertex shader dequantizes them (SPEC 10.1).
  *
- * A packet that is not full changes the frame before it. The page applies packets in the order in
- * which they come.
+ * A packet that is not full changes the frame before it, so packets are applied in order.
  */
 
-/** A capture camera (SPEC 5.6): a point p of the world is at R p + t, x right, y down, z ahead. */
+/** A capture camera (SPEC 5.6): a world point p is at R p + t, x right, y down, z ahead. */
 export interface CaptureCamera {
   readonly name: string;
   /** Whether the encoder left it out of training. */
@@ -17,11 +16,13 @@ export interface CaptureCamera {
   /** Pixels. */
   readonly width: number;
   readonly height: number;
+  /** Focal lengths, pixels. */
   readonly fx: number;
   readonly fy: number;
+  /** Principal point, pixels. */
   readonly cx: number;
   readonly cy: number;
-  /** R, row by row. */
+  /** R, nine numbers row by row. */
   readonly rotation: readonly number[];
   /** t, world units. */
   readonly translation: readonly number[];
@@ -29,12 +30,12 @@ export interface CaptureCamera {
   readonly near: number;
 }
 
-/** What a stream says of itself before its first frame. */
+/** The header, the cameras and the extent of a stream. */
 export interface StreamInfo {
   /** Ticks per second, and ticks per frame: a frame lasts `frameTicks / timescale` seconds. */
   readonly timescale: number;
   readonly frameTicks: number;
-  /** Position = lattice units * 2^-latticeExponent, world units. */
+  /** A position in world units is its lattice units times 2^-latticeExponent. */
   readonly latticeExponent: number;
   readonly logScaleStep: number;
   readonly opacityStep: number;
@@ -45,123 +46,122 @@ export interface StreamInfo {
   /** 0 unknown; 1 +x, 2 -x, 3 +y, 4 -y, 5 +z, 6 -z (SPEC 5.3). */
   readonly upAxis: number;
   readonly isRightHanded: boolean;
-  /** 0 where unknown. */
+  /** Size of a world unit; 0 where unknown. */
   readonly metersPerUnit: number;
   readonly cameras: readonly CaptureCamera[];
   readonly metadata: Readonly<Record<string, string>>;
   /** Ordinal of the first frame. */
   readonly firstFrame: number;
-  /** Number of frames; null while a live stream grows, or before an index has been read. */
+  /** Number of frames; null while a live stream grows, and until the index has been read. */
   readonly frameCount: number | null;
-  /** Ordinals of canonical frames, where an index lists them: frames that a seek starts at. */
+  /** Ordinals of the canonical frames, which a seek starts at, if the stream has an index. */
   readonly canonicalFrames: readonly number[];
-  /** Bytes of the stream, where the server says. */
+  /** Size of the stream in bytes, if the server tells. */
   readonly byteLength: number | null;
   readonly isLive: boolean;
 }
 
-/** Everything that a frame changed. Arrays are transferred, never shared. */
+/** The changes of one frame. Arrays are transferred to the page, not shared. */
 export interface FramePacket {
   /** Ordinal of the frame in the stream. */
   readonly frame: number;
-  /** Counts seeks and openings: packets of an older run are dropped. */
+  /** The opening or seek that the packet answers. Packets of older runs are dropped. */
   readonly run: number;
-  /** Nothing of the frame before is kept: all slots that are not listed are free. */
+  /** Whether nothing of the frame before is kept: slots that are not listed are free. */
   readonly isFull: boolean;
+  /**
+   * Whether this is a part of a canonical frame that is still arriving, not yet proved by its CRC:
+   * a picture while loading. Attributes that have not arrived are guessed.
+   */
+  readonly isPreview: boolean;
   /** Gaussians of the frame. */
   readonly count: number;
   /** All slots in use are below this. */
   readonly slotLimit: number;
-  /** [M] ascending slots whose position or rotation changed, births among them. */
+  /** [M] slots whose position or rotation changed, births included, ascending. */
   readonly movedSlots: Uint32Array;
   /** [M, 3] xyz, lattice units. */
   readonly positions: Int32Array;
-  /** [M, 4] wxyz of a unit quaternion, 22 fraction bits. */
+  /** [M, 4] wxyz of unit quaternions with 22 fraction bits. */
   readonly rotations: Int32Array;
-  /** [C] ascending slots whose codes changed, births among them. */
+  /** [C] slots whose codes changed, births included, ascending. */
   readonly codedSlots: Uint32Array;
   /** [C, 7 or 16] log-scale 3, opacity 1, SH DC 3, SH rest 9 (SPEC 7.1). */
   readonly codes: Int16Array;
-  /** [F] ascending slots whose Gaussian died and that no birth took. */
+  /** [F] slots whose Gaussian died and that no birth reused, ascending. */
   readonly freedSlots: Uint32Array;
-  /** Bytes of the frame's chunks in the stream. */
+  /** Size of the frame's chunks in the stream. */
   readonly bytes: number;
-  /** Milliseconds of the worker that decoding took. */
+  /** Time that decoding took in the worker, milliseconds. */
   readonly decodeMs: number;
-  /** A canonical frame or a snapshot: a frame that a seek can start at. */
+  /** Whether the frame is canonical (CANO or SNAP), so that a seek can start at it. */
   readonly isCanonical: boolean;
 }
 
-/** Gaussians of a canonical frame that is still on its way: a picture while loading. */
-export interface PartialScene {
-  readonly run: number;
-  /** [K, 3] lattice units. */
-  readonly positions: Int32Array;
-  /** [K, 7] codes; those that have not come are guessed. */
-  readonly codes: Int16Array;
-}
-
-/** Page to decode worker. */
+/** From the page to the decode worker. */
 export type DecodeRequest =
-  | { readonly kind: "open"; readonly source: StreamSource; readonly run: number }
-  /** Go to a frame: the next packet is full. */
+  | {
+      readonly kind: "open";
+      readonly source: StreamSource;
+      readonly run: number;
+      /** Whether to read the index before the first frame; default false. */
+      readonly isIndexFirst?: boolean;
+    }
+  /** Continue at another frame; its packet is full. */
   | { readonly kind: "seek"; readonly frame: number; readonly run: number }
-  /** The page has taken frames off its ring: so many more may be sent. */
+  /** Allow so many more frames to be sent. */
   | { readonly kind: "more"; readonly frames: number; readonly run: number }
   | { readonly kind: "close" };
 
-/** Where a stream comes from. */
+/** Where a stream is read from. `bytes` is transferred to the worker. */
 export type StreamSource =
-  | { readonly url: string; readonly isLive?: boolean; readonly headers?: Readonly<Record<string, string>> }
+  | {
+      readonly url: string;
+      /** Whether the stream is still being written: it is then followed until it ends. */
+      readonly isLive?: boolean;
+      /** Request headers, such as Authorization. */
+      readonly headers?: Readonly<Record<string, string>>;
+    }
   | { readonly bytes: ArrayBuffer };
 
-/** Decode worker to page. */
+/** From the decode worker to the page. */
 export type DecodeReply =
+  /** Sent before the first packet, and again when the index has been read. */
   | { readonly kind: "info"; readonly info: StreamInfo; readonly run: number }
-  | { readonly kind: "partial"; readonly scene: PartialScene }
   | { readonly kind: "frame"; readonly packet: FramePacket }
-  /** Bytes that have come so far, and how far (in frames) a seek needs no waiting. */
+  /** Bytes that have been received so far. */
   | { readonly kind: "progress"; readonly bytes: number; readonly byteLength: number | null; readonly run: number }
   | { readonly kind: "end"; readonly frameCount: number; readonly run: number }
   | { readonly kind: "error"; readonly error: PlayerFault; readonly run: number };
 
-/** What went wrong, in words for people, and by SPEC 3.3 where the stream is at fault. */
+/** An error, in words for people, and by its reject id where the stream is at fault. */
 export interface PlayerFault {
-  /** "rejected": the stream; "network": its way here; "limit": this machine; "player": a bug. */
+  /** "rejected": the stream is invalid; "network"; "limit": of this machine; "player": a bug. */
   readonly kind: "rejected" | "network" | "limit" | "player";
   readonly message: string;
-  /** The reject id of SPEC 3.3. */
+  /** The reject id of SPEC 3.3; null unless `kind` is "rejected". */
   readonly rejectId: string | null;
-  /** The frame that could not be had. */
+  /** Ordinal of the frame that could not be decoded, if known. */
   readonly frame: number | null;
 }
 
-/** A direction of sight, for sorting: depth = forward . (position of the world) in lattice units. */
+/** A viewing direction, by which Gaussians are sorted: depth = forward . position. */
 export type Direction = readonly [number, number, number];
 
-/** Page to sort worker. `places` is a packet's positions, copied, where the frame is a new one. */
+/** From the page to the sort worker. `token` comes back with the reply. */
 export type SortRequest =
-  | { readonly kind: "frame"; readonly packet: SortPacket; readonly forward: Direction }
-  | { readonly kind: "view"; readonly forward: Direction }
-  | { readonly kind: "close" };
+  | { readonly kind: "frame"; readonly packet: SortPacket; readonly forward: Direction; readonly token: number }
+  | { readonly kind: "view"; readonly forward: Direction; readonly token: number };
 
 /** The part of a packet that the order depends on. */
-export interface SortPacket {
-  readonly frame: number;
-  readonly run: number;
-  readonly isFull: boolean;
-  readonly slotLimit: number;
-  readonly movedSlots: Uint32Array;
-  readonly positions: Int32Array;
-  readonly freedSlots: Uint32Array;
-}
+export type SortPacket = Pick<
+  FramePacket,
+  "isFull" | "slotLimit" | "movedSlots" | "positions" | "freedSlots"
+>;
 
-/** Sort worker to page: slots in use of a frame, farthest first. */
+/** From the sort worker to the page: the slots in use, farthest first. */
 export interface SortReply {
-  readonly kind: "order";
-  readonly frame: number;
-  readonly run: number;
+  readonly token: number;
   readonly order: Uint32Array;
-  readonly forward: Direction;
   readonly sortMs: number;
 }

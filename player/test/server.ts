@@ -1,47 +1,78 @@
-/** A server of one stream, with the manners and the faults that servers have. */
+/** A server of one stream, with the properties and the faults that servers have. */
 
 import { readFileSync } from "node:fs";
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from "node:http";
 import type { AddressInfo } from "node:net";
+import { fileURLToPath } from "node:url";
 
+const PLAYER = fileURLToPath(new URL("../", import.meta.url));
 const SUITE = new URL("../../conformance/", import.meta.url);
+const PIECES_PER_SECOND = 50; // of an answer of limited speed
 
+/** A stream of the conformance suite. */
 export const readVector = (path: string): Uint8Array => readFileSync(new URL(`${path}.quarc`, SUITE));
 
-export interface Manners {
-  /** Whether it answers ranges. */
+/** A file of player/. */
+export const readPlayerFile = (path: string): Uint8Array => readFileSync(`${PLAYER}${path}`);
+
+/** The stream that the browser tests play (test/streams/make_room.py). */
+export const readRoom = (): Uint8Array => readPlayerFile("test/streams/room.quarc");
+
+export interface ServerOptions {
+  /** Whether it answers range requests with 206; otherwise every answer is 200. */
   readonly ranges?: boolean;
-  /** It hangs up after so many bytes, each time it answers. */
+  /** The connection breaks after so many bytes of every answer. */
   readonly diesAfter?: number;
+  /** Answer every request for the stream with this status. */
   readonly status?: number;
+  /** Send the stream no faster than this. */
+  readonly bitsPerSecond?: number;
+  /** Other files, by path: "/" is the page. */
+  readonly files?: Readonly<Record<string, Uint8Array | string>>;
 }
 
+const TYPES: Readonly<Record<string, string>> = {
+  js: "text/javascript",
+  mjs: "text/javascript",
+  png: "image/png",
+  wasm: "application/wasm",
+};
+
 export class StreamServer {
+  /** The Range headers of the requests for the stream, in order. */
   readonly requests: string[] = [];
   readonly #server: Server;
   #stream: Uint8Array;
-  #manners: Manners;
+  #options: ServerOptions;
 
-  private constructor(stream: Uint8Array, manners: Manners) {
+  private constructor(stream: Uint8Array, options: ServerOptions) {
     this.#stream = stream;
-    this.#manners = manners;
-    this.#server = createServer((request, response) => this.#answer(request, response));
+    this.#options = options;
+    this.#server = createServer((request, response) => void this.#answer(request, response));
   }
 
-  static async start(stream: Uint8Array, manners: Manners = {}): Promise<StreamServer> {
-    const made = new StreamServer(stream, { ranges: true, ...manners });
-    await new Promise<void>((resolve) => made.#server.listen(0, "127.0.0.1", resolve));
-    return made;
+  static async start(stream: Uint8Array, options: ServerOptions = {}): Promise<StreamServer> {
+    const server = new StreamServer(stream, options);
+    await new Promise<void>((resolve) => server.#server.listen(0, "127.0.0.1", resolve));
+    return server;
+  }
+
+  get origin(): string {
+    return `http://127.0.0.1:${(this.#server.address() as AddressInfo).port}`;
   }
 
   get url(): string {
-    const { port } = this.#server.address() as AddressInfo;
-    return `http://127.0.0.1:${port}/stream.quarc`;
+    return `${this.origin}/stream.quarc`;
   }
 
-  /** Let the stream be another, as one that is being written. */
+  /** Serve another stream from now on, as while one is being written. */
   grow(stream: Uint8Array): void {
     this.#stream = stream;
+  }
+
+  /** Change some of the options. */
+  set(options: ServerOptions): void {
+    this.#options = { ...this.#options, ...options };
   }
 
   async [Symbol.asyncDispose](): Promise<void> {
@@ -49,25 +80,52 @@ export class StreamServer {
     await new Promise((resolve) => this.#server.close(resolve));
   }
 
-  #answer(request: IncomingMessage, response: ServerResponse): void {
-    const { status, ranges, diesAfter } = this.#manners;
+  async #answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
+    const path = (request.url ?? "").replace(/\?.*/, "");
+    if (path === "/stream.quarc") await this.#answerStream(request, response);
+    else this.#answerFile(path, response);
+  }
+
+  #answerFile(path: string, response: ServerResponse): void {
+    const file = this.#options.files?.[path];
+    const type = TYPES[path.split(".").at(-1) ?? ""] ?? "text/html; charset=utf-8";
+    if (file === undefined) response.writeHead(path === "/favicon.ico" ? 204 : 404).end();
+    else response.writeHead(200, { "Content-Type": type }).end(file);
+  }
+
+  async #answerStream(request: IncomingMessage, response: ServerResponse): Promise<void> {
+    const { status, ranges = true, diesAfter = Infinity } = this.#options;
     const size = this.#stream.length;
-    const asked = /^bytes=(\d+)-$/.exec(request.headers.range ?? "");
+    const asked = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
     this.requests.push(request.headers.range ?? "");
     if (status !== undefined) {
       response.writeHead(status).end();
       return;
     }
-    const begin = ranges === true && asked !== null ? Number(asked[1]) : 0;
+    const isPart = ranges && asked !== null;
+    const begin = isPart ? Number(asked[1]) : 0;
     if (begin >= size) {
       response.writeHead(416, { "Content-Range": `bytes */${size}` }).end();
       return;
     }
-    const body = this.#stream.subarray(begin);
-    const range = { "Content-Range": `bytes ${begin}-${size - 1}/${size}` };
-    const isPart = ranges === true && asked !== null;
+    const end = isPart && asked[2] !== "" ? Math.min(size, Number(asked[2]) + 1) : size;
+    const body = this.#stream.subarray(begin, end);
+    const range = { "Content-Range": `bytes ${begin}-${end - 1}/${size}` };
     response.writeHead(isPart ? 206 : 200, { "Content-Length": body.length, ...(isPart ? range : {}) });
-    if (diesAfter === undefined || diesAfter >= body.length) response.end(body);
-    else response.write(body.subarray(0, diesAfter), () => setTimeout(() => response.destroy(), 5));
+    await this.#send(body.subarray(0, diesAfter), response);
+    if (diesAfter < body.length) setTimeout(() => response.destroy(), 5);
+    else response.end();
+  }
+
+  async #send(body: Uint8Array, response: ServerResponse): Promise<void> {
+    const { bitsPerSecond = Infinity } = this.#options;
+    const piece = Math.min(body.length, Math.ceil(bitsPerSecond / 8 / PIECES_PER_SECOND));
+    const begun = performance.now();
+    for (let sent = 0; sent < body.length && !response.destroyed; ) {
+      response.write(body.subarray(sent, sent + piece));
+      sent += piece;
+      const due = begun + (8000 * sent) / bitsPerSecond;
+      if (due > performance.now()) await new Promise((wake) => setTimeout(wake, due - performance.now()));
+    }
   }
 }

@@ -304,6 +304,16 @@ int32_t quarc_missing(quarc_decoder *decoder, uint64_t *range);
 // `decoder` is NULL or open; `offset` is NULL or has room.
 int32_t quarc_offset(quarc_decoder *decoder, uint64_t *offset);
 
+// What a canonical frame shows while the rest of its chunk is still missing: a picture while
+// loading. After `quarc_pull` has said QUARC_OK. QUARC_FRAME: more of it has become known since the
+// last call. `state` is filled; the sections of SPEC 8.5 that are known, from positions on, are
+// `sections`, rotations are the identity before theirs, and other numbers 0. QUARC_OK: there is
+// nothing new. No CRC proves it yet, and what is wrong with it is told by `quarc_pull`. Its
+// pointers last until the next `quarc_preview`, `quarc_pull` or `quarc_close`.
+//
+// `decoder` is NULL or open; `state` and `sections` are NULL or have room.
+int32_t quarc_preview(quarc_decoder *decoder, quarc_state *state, uint32_t *sections);
+
 // What the end of a whole stream says of it: `numbers[0]` frames, `numbers[1]` of which are
 // canonical. The ordinals of the first `room` of these go to `frames`. QUARC_OK: bytes are
 // missing for that, or the stream has no INDX. QUARC_FRAME: it is done. Nothing is held against

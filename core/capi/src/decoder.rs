@@ -49,6 +49,7 @@ pub struct AnyDecoder {
     is_finished: bool,
     dequantizer: Dequantizer,
     gap: Option<(Gap, CString)>, // and its reject id
+    preview: Option<State>,
     failure: Option<Failure>,
 }
 
@@ -94,7 +95,7 @@ impl AnyDecoder {
 
     fn of(way: Way) -> Self {
         let dequantizer = Dequantizer::default();
-        AnyDecoder { way, is_finished: false, dequantizer, gap: None, failure: None }
+        AnyDecoder { way, is_finished: false, dequantizer, gap: None, preview: None, failure: None }
     }
 
     /// Take the next bytes; false if it has been said that there are no more.
@@ -138,7 +139,20 @@ impl AnyDecoder {
 
     /// What TAIL and INDX say of such a stream; an error while bytes are missing for that.
     pub fn find_index(&self) -> Result<Option<(Tail, Vec<SeekPoint>)>> {
-        self.way.parts().map_or(Ok(None), |parts| find_index(parts.clone()))
+        let Some(parts) = self.way.parts() else { return Ok(None) };
+        parts.0.borrow_mut().missing = None;
+        find_index(parts.clone())
+    }
+
+    /// What a canonical frame shows while such a stream is waiting for the rest of it, if more of
+    /// it can be shown than by the last call: how many of its sections are known, and the state.
+    pub fn preview(&mut self) -> Option<(usize, &State)> {
+        let Way::Reading(parts, _, Some(decoder)) = &mut self.way else { return None };
+        let missing = parts.0.borrow().missing;
+        let found = decoder.preview();
+        parts.0.borrow_mut().missing = missing; // what `pull` lacks is still that
+        let (sections, state) = found?;
+        Some((sections, self.preview.insert(state)))
     }
 
     /// Take it that no more bytes will come.
@@ -168,7 +182,7 @@ impl AnyDecoder {
     }
 
     fn try_pull(&mut self) -> Result<Pulled> {
-        self.gap = None;
+        (self.gap, self.preview) = (None, None);
         if self.is_finished {
             self.begin()?;
         }

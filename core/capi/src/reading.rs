@@ -1,7 +1,7 @@
 //! Streams that are read in parts, as by range requests; and what a stream says beside its frames.
 
 use crate::decoder::AnyDecoder;
-use crate::views::{CameraView, EntryView};
+use crate::views::{CameraView, EntryView, StateView};
 use crate::{call, hand_out, write, DecoderHandle, QUARC_MISUSE, QUARC_OK};
 
 /// A decoder of the frames from ordinal `start` on that reads a stream in parts, where it needs
@@ -67,6 +67,32 @@ pub unsafe extern "C" fn quarc_missing(decoder: *mut DecoderHandle, range: *mut 
 pub unsafe extern "C" fn quarc_offset(decoder: *mut DecoderHandle, offset: *mut u64) -> i32 {
     // SAFETY: as the caller says.
     unsafe { call(decoder, |decoder| write(offset, decoder.offset()?)) }
+}
+
+/// What a canonical frame shows while the rest of its chunk is still missing: a picture while
+/// loading. After `quarc_pull` has said QUARC_OK. QUARC_FRAME: more of it has become known since the
+/// last call. `state` is filled; the sections of SPEC 8.5 that are known, from positions on, are
+/// `sections`, rotations are the identity before theirs, and other numbers 0. QUARC_OK: there is
+/// nothing new. No CRC proves it yet, and what is wrong with it is told by `quarc_pull`. Its
+/// pointers last until the next `quarc_preview`, `quarc_pull` or `quarc_close`.
+///
+/// `decoder` is NULL or open; `state` and `sections` are NULL or have room.
+#[no_mangle]
+pub unsafe extern "C" fn quarc_preview(
+    decoder: *mut DecoderHandle,
+    state: *mut StateView,
+    sections: *mut u32,
+) -> i32 {
+    let show = |decoder: &mut AnyDecoder| {
+        let Some((known, preview)) = decoder.preview() else { return Some(QUARC_OK) };
+        // SAFETY: as the caller says.
+        unsafe { write(state, StateView::of(preview))? };
+        // SAFETY: as the caller says.
+        unsafe { write(sections, known as u32)? };
+        Some(crate::QUARC_FRAME)
+    };
+    // SAFETY: as the caller says.
+    unsafe { call(decoder, show) }
 }
 
 /// What the end of a whole stream says of it: `numbers[0]` frames, `numbers[1]` of which are

@@ -116,3 +116,79 @@ fn cameras_and_metadata_are_those_that_came_last() {
         quarc_close(&mut decoder);
     }
 }
+
+#[test]
+fn a_canonical_frame_is_seen_while_it_arrives() {
+    let stream = read("journey");
+    let mut sections_seen = Vec::new();
+    unsafe {
+        let mut decoder = quarc_open_parts(0);
+        let mut previews = Vec::new();
+        let mut state = MaybeUninit::<StateView>::uninit();
+        for (place, byte) in stream.iter().enumerate() {
+            quarc_put(decoder, place as u64, byte, 1);
+            if quarc_pull(decoder, state.as_mut_ptr()) == QUARC_FRAME {
+                break;
+            }
+            let mut missing = [0; 2];
+            assert_eq!(quarc_missing(decoder, missing.as_mut_ptr()), QUARC_OK);
+            let mut sections = 0;
+            if quarc_preview(decoder, state.as_mut_ptr(), &mut sections) == QUARC_FRAME {
+                let preview = state.assume_init_ref();
+                assert_eq!((preview.frame, preview.phase, preview.count), (0, 0, 12));
+                sections_seen.push(sections);
+                previews.push((*preview.positions, *preview.rotations, *preview.codes.add(4)));
+            }
+            let mut still_missing = [0; 2];
+            assert_eq!(quarc_missing(decoder, still_missing.as_mut_ptr()), QUARC_OK);
+            assert_eq!(missing, still_missing);
+        }
+        let frame = state.assume_init_ref();
+        let last = (*frame.positions, *frame.rotations, *frame.codes.add(4));
+        assert_eq!(previews[0], (last.0, 1 << 22, 0));
+        assert_eq!(previews.last(), Some(&last));
+        assert_eq!(quarc_preview(decoder, null_mut(), null_mut()), QUARC_OK);
+        quarc_close(&mut decoder);
+    }
+    assert_eq!(sections_seen, [1, 2, 3, 4, 5, 6]);
+}
+
+#[test]
+fn damage_is_not_told_by_a_preview() {
+    let mut stream = read("journey");
+    let canonical = stream.windows(4).position(|bytes| bytes == b"CANO").expect("a frame");
+    stream[canonical + 4 + 12 + 21] ^= 0x40; // the number of words of the first section
+    unsafe {
+        let mut decoder = quarc_open_parts(0);
+        let mut sections = 0;
+        let mut state = MaybeUninit::<StateView>::uninit();
+        let mut status = QUARC_OK;
+        for (place, byte) in stream.iter().enumerate() {
+            quarc_put(decoder, place as u64, byte, 1);
+            status = quarc_pull(decoder, null_mut());
+            if status != QUARC_OK {
+                break;
+            }
+            assert_eq!(quarc_preview(decoder, state.as_mut_ptr(), &mut sections), QUARC_OK);
+        }
+        assert_eq!(status, QUARC_REJECTED);
+        quarc_close(&mut decoder);
+    }
+}
+
+#[test]
+fn a_stream_without_an_index_lacks_no_bytes_for_it() {
+    let stream = read("journey-without-index");
+    let (mut numbers, mut range) = ([0; 2], [0; 2]);
+    unsafe {
+        let mut decoder = quarc_open_parts(0);
+        quarc_limit(decoder, stream.len() as u64);
+        let mut ask = || quarc_index(decoder, numbers.as_mut_ptr(), numbers.as_mut_ptr(), 0);
+        assert_eq!(ask(), QUARC_OK);
+        assert_eq!(quarc_missing(decoder, range.as_mut_ptr()), QUARC_OK);
+        quarc_put(decoder, 0, stream.as_ptr(), stream.len());
+        assert_eq!(ask(), QUARC_OK);
+        assert_eq!(quarc_missing(decoder, range.as_mut_ptr()), QUARC_MISUSE);
+        quarc_close(&mut decoder);
+    }
+}

@@ -30,6 +30,7 @@ pub mod floats; // SPEC 10
 pub mod rotation; // SPEC 7.2, 7.3, 7.5
 pub mod state; // SPEC 7
 
-pub mod recover;
+pub mod preview; // SPEC 8.5
+pub mod recover; // SPEC 11.4
 pub mod seek; // SPEC 11.2
-pub mod stream; // push bytes, pull states: SPEC 5.8, 5.9, 7.2, 7.9 // SPEC 11.4
+pub mod stream; // push bytes, pull states: SPEC 5.8, 5.9, 7.2, 7.9

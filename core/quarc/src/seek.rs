@@ -9,6 +9,7 @@ use crate::chunks::{
     CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, INDX, SNAP, TAIL, TAIL_BYTES,
 };
 use crate::error::{Error, Reject, Result};
+use crate::preview::Preview;
 use crate::reader::{Chunk, ChunkReader};
 use crate::records::{SeekPoint, Tail};
 use crate::source::{read, Source};
@@ -28,6 +29,7 @@ pub struct SeekDecoder<S> {
     reader: ChunkReader<S>,
     states: StateDecoder,
     start: u32,
+    preview: Option<Preview>,
     failure: Option<Error>,
 }
 
@@ -55,7 +57,7 @@ impl<S: Source> SeekDecoder<S> {
             }
             states.skip_to(way.points);
         }
-        Ok(SeekDecoder { reader, states, start, failure: None })
+        Ok(SeekDecoder { reader, states, start, preview: None, failure: None })
     }
 
     /// The state of the next frame that is wanted; `None` behind TAIL.
@@ -76,6 +78,29 @@ impl<S: Source> SeekDecoder<S> {
                 Err(error)
             }
         }
+    }
+
+    /// What a canonical frame shows before its chunk has come whole, if another of its sections
+    /// has come since the last call: how many these are, and what is known of the state.
+    ///
+    /// To be called after [`SeekDecoder::pull`] has found that bytes are missing. What is wrong
+    /// with the chunk is not told here but when it has come.
+    pub fn preview(&mut self) -> Option<(usize, State)> {
+        self.advance_preview().ok().flatten()
+    }
+
+    fn advance_preview(&mut self) -> Result<Option<(usize, State)>> {
+        let place = self.reader.order.offset;
+        if self.preview.as_ref().map_or(true, |preview| preview.offset() != place) {
+            let Some(header) = self.states.header() else { return Ok(None) };
+            let Some(chunk) = self.reader.read_header()? else { return Ok(None) };
+            self.preview = Preview::new(&mut self.reader.source, header, &chunk)?;
+        }
+        let Some(preview) = &mut self.preview else { return Ok(None) };
+        if !preview.advance(&mut self.reader.source)? {
+            return Ok(None);
+        }
+        Ok(Some((preview.sections(), preview.state()?)))
     }
 
     /// Where the next chunk begins in the stream.

@@ -1,50 +1,44 @@
-/** What buttons, lists, slider and keys do. */
+/** The actions of buttons, lists, slider and keys. */
 
 import { ICONS } from "./icons.js";
 import { SPEEDS, type ButtonName } from "./layout.js";
 import type { Session } from "./session.js";
 
-/** Let people steer a session. */
+/** Connect the controls of a session. */
 export function connectControls(session: Session, root: ShadowRoot, signal: AbortSignal): void {
-  const { layout, playing, viewer } = session;
+  const { layout, player } = session;
   const actions = listActions(session);
   for (const [name, act] of Object.entries(actions)) {
     layout.buttons[name as ButtonName].addEventListener("click", act, { signal });
   }
-  layout.slider.addEventListener("input", () => playing.seek(Number(layout.slider.value)), { signal });
-  layout.speed.addEventListener("change", () => (playing.speed = Number(layout.speed.value)), { signal });
-  const choose = (): void => {
-    viewer.lookThrough(Number(layout.camera.value));
-    session.refresh();
-  };
+  layout.slider.addEventListener("input", () => player.setFrame(Number(layout.slider.value)), { signal });
+  layout.speed.addEventListener("change", () => (player.speed = Number(layout.speed.value)), { signal });
+  const choose = (): void => void (player.camera = layout.camera.value);
   layout.camera.addEventListener("change", choose, { signal });
   const press = (event: Event): void => pressKey(event as KeyboardEvent, session, actions);
   root.addEventListener("keydown", press, { signal });
 }
 
-/** Have the button for playing say what it does next. */
+/** Show on the play button what it does next. */
 export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void {
   const label = isPlaying ? "Pause" : "Play";
-  if (button.ariaLabel === label) return; // a press must not lose the icon that it began on
+  if (button.ariaLabel === label) return; // a press must not lose the icon that it started on
   button.innerHTML = isPlaying ? ICONS.pause : ICONS.play;
   button.ariaLabel = label;
   button.title = `${label} (Space)`;
 }
 
 function listActions(session: Session): Readonly<Record<ButtonName, () => void>> {
-  const { playing, viewer } = session;
+  const { player } = session;
   return {
-    play: () => (playing.isPlaying ? playing.pause() : playing.play()),
-    back: () => playing.step(-1),
-    forward: () => playing.step(1),
+    play: () => (player.isPlaying ? player.pause() : player.play()),
+    back: () => player.step(-1),
+    forward: () => player.step(1),
     loop: () => {
-      playing.isLooping = !playing.isLooping;
+      player.loop = !player.loop;
       session.refresh();
     },
-    flip: () => {
-      viewer.flip();
-      session.refresh();
-    },
+    flip: () => player.flip(),
     statistics: () => session.toggleStatistics(),
     fullscreen: () => session.toggleFullscreen(),
   };
@@ -72,15 +66,22 @@ function pressKey(
   const name = KEYS[event.key.toLowerCase()];
   if (name !== undefined) actions[name]();
   else if (event.key === "<" || event.key === ">") changeSpeed(session, event.key === ">" ? 1 : -1);
-  else if (/^[1-9]$/.test(event.key)) session.viewer.lookThrough(Number(event.key) - 1);
-  else if (event.key === "0") session.viewer.lookThrough(session.viewer.cameraIndex);
+  else if (/^[1-9]$/.test(event.key)) chooseCamera(session, Number(event.key) - 1);
+  else if (event.key === "0") session.player.camera = null;
+  else if (event.key === "Home") session.player.setFrame(session.player.info?.firstFrame ?? 0);
+  else if (event.key === "End") session.player.setFrame(Infinity);
   else return;
   event.preventDefault();
   session.refresh();
 }
 
+function chooseCamera(session: Session, index: number): void {
+  const camera = session.player.cameras[index];
+  if (camera !== undefined) session.player.camera = camera.name;
+}
+
 function changeSpeed(session: Session, by: 1 | -1): void {
-  const index = SPEEDS.findIndex((speed) => speed >= session.playing.speed);
-  const next = SPEEDS[Math.max(0, index) + by];
-  if (next !== undefined) session.playing.speed = next;
+  const index = SPEEDS.findIndex((speed) => speed >= session.player.speed);
+  const next = SPEEDS[(index < 0 ? SPEEDS.length : index) + by];
+  if (next !== undefined) session.player.speed = next;
 }

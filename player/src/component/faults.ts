@@ -1,24 +1,31 @@
-/** What went wrong, in words for people. */
+/** Errors in words for people. */
 
 import type { PlayerFault } from "../protocol.js";
 
 const TITLES: Readonly<Record<PlayerFault["kind"], string>> = {
-  rejected: "The stream is refused",
-  network: "The stream does not come",
-  limit: "This is more than the browser can do",
+  rejected: "This stream is damaged",
+  network: "The stream cannot be loaded",
+  limit: "This browser cannot play the stream",
   player: "The player has failed",
 };
 
-/** What to put on the panel. */
-export function describeFault({ kind, message, rejectId, frame }: PlayerFault): Node[] {
+/** The panel of an error; `retry` is called by its button. */
+export function describeFault(fault: PlayerFault, retry: (() => void) | null): HTMLElement {
   const panel = document.createElement("div");
   const title = document.createElement("h2");
   const text = document.createElement("p");
-  title.textContent = TITLES[kind];
-  text.textContent = message;
+  title.textContent = TITLES[fault.kind];
+  text.textContent = fault.message;
   panel.append(title, text);
-  if (rejectId !== null) panel.append(describeRejection(rejectId, frame));
-  return [panel];
+  if (fault.rejectId !== null) panel.append(describeRejection(fault.rejectId, fault.frame));
+  if (retry !== null) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = "Try again";
+    button.addEventListener("click", retry);
+    panel.append(button);
+  }
+  return panel;
 }
 
 function describeRejection(rejectId: string, frame: number | null): Node {

@@ -1,16 +1,16 @@
-/** The parts of the component that people see, made once for each of its lives. */
+/** The elements of the component. */
 
 import { ICONS } from "./icons.js";
 import { STYLE } from "./style.js";
 
 export const SPEEDS = [0.25, 0.5, 1, 2, 4] as const;
 
-/** Buttons by their names, each with its icon, what it does, and the key that does the same. */
+/** Buttons by name: icon, label, and the key with the same action. */
 const BUTTONS = {
   play: ["play", "Play", "Space"],
   back: ["back", "One frame back", ","],
-  forward: ["forward", "One frame on", "."],
-  loop: ["loop", "Play over and over", "L"],
+  forward: ["forward", "One frame forward", "."],
+  loop: ["loop", "Loop", "L"],
   flip: ["flip", "Turn upside down", "U"],
   statistics: ["statistics", "Statistics", "I"],
   fullscreen: ["fullscreen", "Full screen", "F"],
@@ -26,6 +26,7 @@ export interface Layout {
   readonly camera: HTMLSelectElement;
   readonly speed: HTMLSelectElement;
   readonly statistics: HTMLElement;
+  readonly waiting: HTMLElement;
   readonly loading: HTMLElement;
   readonly loaded: HTMLElement;
   readonly progress: HTMLProgressElement;
@@ -45,9 +46,10 @@ const speeds = SPEEDS.map((speed) => `<option value="${speed}">${speed}×</optio
 const PAGE = `<style>${STYLE}</style>
 <div class="frame">
   <div class="picture">
-    <canvas class="view" tabindex="0" role="img" aria-label="Picture; drag to turn, scroll to come closer, W A S D Q E to fly"></canvas>
+    <canvas class="view" tabindex="0" role="img" aria-label="The scene: drag to orbit, scroll to zoom, W A S D Q E to fly"></canvas>
     <dl class="statistics" hidden></dl>
     <div class="notice" hidden></div>
+    <div class="waiting" role="status" aria-label="Waiting for frames" hidden></div>
     <div class="loading" role="status" hidden><span>Loading</span><progress></progress></div>
     <div class="fault" role="alert" hidden></div>
   </div>
@@ -77,6 +79,7 @@ export function layOut(root: ShadowRoot): Layout {
     camera: find("#camera"),
     speed: find("#speed"),
     statistics: find(".statistics"),
+    waiting: find(".waiting"),
     loading: find(".loading"),
     loaded: find(".loading span"),
     progress: find(".loading progress"),

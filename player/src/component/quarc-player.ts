@@ -1,13 +1,14 @@
 /**
  * `<quarc-player src="stream.quarc" autoplay loop camera="cam00" speed="1">`
  *
- * Events: `info` (detail: StreamInfo), `frame` (detail: { frame }), `play`, `pause`, `error`
- * (detail: PlayerFault).
+ * The events of `Player` are dispatched on the element, too.
  */
 
 import type { Depth } from "../draw/picture.js";
 import { DrawingError } from "../draw/programs.js";
+import type { Player } from "../player.js";
 import type { StreamInfo, StreamSource } from "../protocol.js";
+import type { Statistics } from "../statistics.js";
 import { describeFault } from "./faults.js";
 import { Session } from "./session.js";
 
@@ -37,84 +38,113 @@ export class QuarcPlayer extends HTMLElement {
   }
 
   attributeChangedCallback(name: string): void {
-    if (this.#session === null) return;
-    const { playing } = this.#session;
+    const { player } = this;
+    if (player === null) return;
     if (name === "src") {
       this.#source = null;
       this.#open();
-    } else if (name === "loop") playing.isLooping = this.hasAttribute("loop");
-    else if (name === "speed") playing.speed = positive(this.getAttribute("speed")) ?? 1;
-    else if (name === "camera") this.lookThrough(this.getAttribute("camera") ?? "");
-    this.#session.refresh();
+    } else if (name === "loop") player.loop = this.hasAttribute("loop");
+    else if (name === "speed") player.speed = parseSpeed(this.getAttribute("speed"));
+    else if (name === "camera") player.camera = this.getAttribute("camera");
+    this.#session?.refresh();
   }
 
-  /** Play a stream that is no file at an address, or is still growing. */
+  /** The player behind the element; null while the element is on no page. */
+  get player(): Player | null {
+    return this.#session?.player ?? null;
+  }
+
+  /** Play a stream in memory, one that needs request headers, or a live one. */
   open(source: StreamSource): void {
     this.#source = source;
     this.#open();
   }
 
   play(): void {
-    this.#session?.playing.play();
+    this.player?.play();
   }
 
   pause(): void {
-    this.#session?.playing.pause();
+    this.player?.pause();
   }
 
-  /** Show a frame, by its ordinal. */
-  seek(frame: number): void {
-    this.#session?.playing.seek(frame);
+  /** Go to a time, seconds from the first frame. */
+  seek(seconds: number): void {
+    this.player?.seek(seconds);
   }
 
-  step(by: 1 | -1): void {
-    this.#session?.playing.step(by);
+  /** Go to a frame, by its ordinal. */
+  setFrame(frame: number): void {
+    this.player?.setFrame(frame);
   }
 
-  /** Look through a camera of the stream; of one that it does not have, nothing changes. */
+  /** Pause, and go so many frames on; negative numbers go back. */
+  step(by = 1): void {
+    this.player?.step(by);
+  }
+
+  /** Look through a camera of the stream; an unknown name changes nothing. */
   lookThrough(name: string): void {
-    const viewer = this.#session?.viewer;
-    viewer?.lookThrough(viewer.cameras.findIndex((camera) => camera.name === name));
+    if (this.player !== null) this.player.camera = name;
+  }
+
+  /** Turn the scene upside down. */
+  flip(): void {
+    this.player?.flip();
   }
 
   /** Ordinal of the frame that is shown; null before the first. */
   get frame(): number | null {
-    return this.#session?.playing.frame ?? null;
+    return this.player?.frame ?? null;
   }
 
+  /** What the stream says of itself; null before its first frame. */
   get info(): StreamInfo | null {
-    return this.#session?.playing.info ?? null;
+    return this.player?.info ?? null;
   }
 
   get isPlaying(): boolean {
-    return this.#session?.playing.isPlaying ?? false;
+    return this.player?.isPlaying ?? false;
   }
 
-  /** What a camera sees of the frame that is shown: red, green, blue from 0 to 1, row by row. */
-  takePicture(cameraIndex: number, depth: Depth = "bytes"): Float32Array | null {
-    return this.#session?.takePicture(cameraIndex, depth) ?? null;
+  /** Figures of the frame that is shown; null before the first. */
+  get statistics(): Statistics | null {
+    return this.player?.statistics ?? null;
+  }
+
+  /** As `Player.takePicture`, of the camera with this index. */
+  async takePicture(cameraIndex: number, depth: Depth = "bytes"): Promise<Float32Array> {
+    const camera = this.player?.cameras[cameraIndex];
+    if (this.player === null || camera === undefined) throw new RangeError(`no camera ${cameraIndex}`);
+    return this.player.takePicture(camera, depth);
   }
 
   #open(): void {
     const session = this.#session;
     const url = this.getAttribute("src");
     const isLive = this.hasAttribute("live");
-    // The worker knows no page that an address could be relative to.
+    // The worker has no page that an address could be relative to.
     const addressed = url === null ? null : { url: new URL(url, document.baseURI).href, isLive };
     const source = this.#source ?? addressed;
     if (session === null || source === null) return;
-    session.open(source, this.getAttribute("camera"));
-    if (this.hasAttribute("autoplay")) session.playing.play();
+    session.player.camera = this.getAttribute("camera");
+    session.open(source);
+    const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
+    if (Number.isFinite(frame)) {
+      session.player.addEventListener("info", () => session.player.setFrame(frame), { once: true });
+    }
+    if (this.hasAttribute("autoplay")) session.player.play();
   }
 
   #refuse(message: string): void {
     const fault = { kind: "limit", message, rejectId: null, frame: null } as const;
-    this.#root.replaceChildren(...describeFault(fault));
+    this.#root.replaceChildren(describeFault(fault, null));
     this.dispatchEvent(new CustomEvent("error", { detail: fault }));
   }
 }
 
-function positive(text: string | null): number | null {
-  const value = Number(text);
-  return text !== null && Number.isFinite(value) && value > 0 ? value : null;
+/** The speed that an attribute asks for; 1 unless it is a positive number. */
+function parseSpeed(text: string | null): number {
+  const speed = Number(text);
+  return text !== null && Number.isFinite(speed) && speed > 0 ? speed : 1;
 }

@@ -1,75 +1,50 @@
-/** One life of the component: from when it is put on a page to when it is taken away. */
+/** The user interface of the component, from when it is put on a page to when it is removed. */
 
-import type { Depth } from "../draw/picture.js";
-import { NO_FRAME, Stage } from "../draw/stage.js";
-import { Playing } from "../playing.js";
+import { Player } from "../player.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
-import { Controls } from "../view/controls.js";
-import { Viewer } from "../view/viewer.js";
-import { makeDecoder, makeSorter } from "../workers.js";
+import { rateOf } from "../statistics.js";
 import { connectControls, showPlaying } from "./buttons.js";
 import { describeFault } from "./faults.js";
+import { describeLoading, listStatistics } from "./format.js";
 import { layOut, type Layout } from "./layout.js";
-import { describeLoading, rateOf, Statistics } from "./statistics.js";
 import { Timeline } from "./timeline.js";
+
+const WAITING_MS = 400; // before it is shown that frames are waited for
+const FORWARDED = ["info", "frame", "play", "pause", "ended", "waiting", "progress", "view", "error"];
 
 export class Session {
   readonly layout: Layout;
-  readonly playing: Playing;
-  readonly viewer: Viewer;
+  readonly player: Player;
   readonly #host: HTMLElement;
-  readonly #stage: Stage;
-  readonly #controls: Controls;
   readonly #timeline: Timeline;
-  readonly #statistics = new Statistics();
   readonly #ended = new AbortController();
+  #source: StreamSource | null = null;
   #refreshing = 0;
-  #isMeasured = false;
-  #cameraName: string | null = null;
+  #waiting = 0;
 
+  /** Throws DrawingError where the browser has no WebGL2. */
   constructor(host: HTMLElement, root: ShadowRoot) {
     this.#host = host;
     this.layout = layOut(root);
     this.#timeline = new Timeline(this.layout.chart);
-    this.#stage = new Stage(this.layout.view, makeSorter(), {
-      onShown: (packet, sortMs) => this.#takeShown(packet, sortMs),
-      onForgotten: () => this.playing.seek(this.playing.frame ?? 0),
-      onFault: (message) => this.fail({ kind: "limit", message, rejectId: null, frame: null }),
-    });
-    this.viewer = new Viewer(this.#stage);
-    this.playing = new Playing(makeDecoder(), this.#stage, {
-      onInfo: (info) => this.#takeInfo(info),
-      onState: () => this.#takeState(),
-      onProgress: (bytes, byteLength) => this.#showLoading(bytes, byteLength),
-      onDecoded: (packet) => this.#takeDecoded(packet),
-      onError: (fault) => this.fail(fault),
-    });
-    this.#controls = new Controls(this.layout.view, this.viewer, () => this.refresh());
-    connectControls(this, root, this.#ended.signal);
+    this.player = new Player(this.layout.view);
+    this.#listen();
+    const { signal } = this.#ended;
+    connectControls(this, root, signal);
+    const { slider } = this.layout;
+    slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
+    const resized = new ResizeObserver(() => this.refresh());
+    resized.observe(this.layout.chart);
+    signal.addEventListener("abort", () => resized.disconnect());
   }
 
-  open(source: StreamSource, cameraName: string | null): void {
-    this.#cameraName = cameraName;
-    this.#isMeasured = false;
+  open(source: StreamSource): void {
+    // Bytes are transferred: only an address can be opened again.
+    this.#source = "url" in source ? source : null;
     this.#timeline.clear();
     this.layout.fault.hidden = true;
     this.#showLoading(0, null);
-    this.playing.open(source);
-  }
-
-  /** Show what is wrong, instead of a page that stands still without a word. */
-  fail(fault: PlayerFault): void {
-    this.playing.pause();
-    this.layout.loading.hidden = true;
-    this.layout.fault.replaceChildren(...describeFault(fault));
-    this.layout.fault.hidden = false;
-    this.#host.dispatchEvent(new CustomEvent("error", { detail: fault }));
-  }
-
-  /** Draw a camera's picture apart from the page, of the camera's size. */
-  takePicture(cameraIndex: number, depth: Depth): Float32Array | null {
-    const camera = this.viewer.cameras[cameraIndex];
-    return camera === undefined ? null : this.#stage.takePicture(camera, depth);
+    void this.player.open(source).catch(() => undefined); // the event shows it
   }
 
   toggleStatistics(): void {
@@ -81,11 +56,11 @@ export class Session {
 
   toggleFullscreen(): void {
     const isFull = document.fullscreenElement === this.#host;
-    // A page in a frame may not be allowed to; then there is nothing to do about it.
+    // A page in an iframe may not be allowed to; then nothing happens.
     void (isFull ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
   }
 
-  /** Bring figures, timeline and buttons up to date with the next picture. */
+  /** Update figures, timeline and buttons with the next picture. */
   refresh(): void {
     if (this.#refreshing !== 0) return;
     this.#refreshing = requestAnimationFrame(() => {
@@ -97,51 +72,65 @@ export class Session {
   dispose(): void {
     this.#ended.abort();
     cancelAnimationFrame(this.#refreshing);
-    this.#controls.dispose();
-    this.playing.close();
-    this.#stage.dispose();
+    clearTimeout(this.#waiting);
+    this.player.dispose();
+  }
+
+  #listen(): void {
+    const { player } = this;
+    player.onDecoded((packet) => this.#takeDecoded(packet));
+    player.addEventListener("info", ({ detail }) => this.#takeInfo(detail));
+    player.addEventListener("frame", () => this.#hideLoading());
+    player.addEventListener("progress", ({ detail }) => this.#showLoading(detail.bytes, detail.byteLength));
+    player.addEventListener("waiting", ({ detail }) => this.#takeWaiting(detail.isWaiting));
+    player.addEventListener("error", ({ detail }) => this.#fail(detail));
+    for (const type of ["play", "pause"] as const) {
+      player.addEventListener(type, () => this.#host.toggleAttribute("playing", player.isPlaying));
+    }
+    for (const type of FORWARDED) {
+      (player as EventTarget).addEventListener(type, (event) => {
+        this.refresh();
+        this.#host.dispatchEvent(new CustomEvent(type, { detail: (event as CustomEvent).detail }));
+      });
+    }
   }
 
   #takeInfo(info: StreamInfo): void {
-    if (!this.#isMeasured) this.viewer.begin(info, this.#cameraName);
     this.#listCameras();
     this.layout.notice.hidden = !info.isLive;
     this.layout.notice.textContent = "Live";
-    this.#host.dispatchEvent(new CustomEvent("info", { detail: info }));
-    this.refresh();
   }
 
   #takeDecoded(packet: FramePacket): void {
-    this.#timeline.add(packet.frame, packet.bytes, packet.isCanonical);
-    const { info } = this.playing;
-    if (info !== null && !this.#isMeasured) {
-      this.#isMeasured = true;
-      this.viewer.measure(packet, info);
-      this.#listCameras();
-    }
+    if (packet.isPreview) return;
+    this.#timeline.add(packet.frame, packet);
+    if (this.layout.camera.options.length < 2) this.#listCameras(); // one has been made
     this.refresh();
   }
 
-  #takeShown(packet: FramePacket, sortMs: number): void {
-    if (packet.frame === NO_FRAME) return;
-    this.layout.loading.hidden = true;
-    this.#statistics.add(packet, sortMs);
-    this.playing.shown(packet);
-    this.#host.dispatchEvent(new CustomEvent("frame", { detail: { frame: packet.frame } }));
-    this.refresh();
+  #takeWaiting(isWaiting: boolean): void {
+    clearTimeout(this.#waiting);
+    if (!isWaiting) this.layout.waiting.hidden = true;
+    else this.#waiting = window.setTimeout(() => (this.layout.waiting.hidden = !this.layout.fault.hidden), WAITING_MS);
   }
 
-  #takeState(): void {
-    const { isPlaying } = this.playing;
-    if (isPlaying !== this.#host.hasAttribute("playing")) {
-      this.#host.toggleAttribute("playing", isPlaying);
-      this.#host.dispatchEvent(new Event(isPlaying ? "play" : "pause"));
-    }
-    this.refresh();
+  #fail(fault: PlayerFault): void {
+    const { layout } = this;
+    const source = this.#source;
+    const canRetry = source !== null && fault.kind === "network";
+    const retry = (): void => {
+      const { frame } = this.player;
+      if (source === null) return;
+      this.open(source);
+      if (frame !== null) this.player.addEventListener("info", () => this.player.setFrame(frame), { once: true });
+    };
+    layout.loading.hidden = layout.waiting.hidden = true;
+    layout.fault.replaceChildren(describeFault(fault, canRetry ? retry : null));
+    layout.fault.hidden = false;
   }
 
   #showLoading(bytes: number, byteLength: number | null): void {
-    if (this.playing.frame !== null || !this.layout.fault.hidden) return;
+    if (this.player.frame !== null || !this.layout.fault.hidden) return;
     const { loading, loaded, progress } = this.layout;
     loading.hidden = false;
     loaded.textContent = describeLoading(bytes, byteLength);
@@ -149,10 +138,15 @@ export class Session {
     else progress.value = bytes / byteLength;
   }
 
+  #hideLoading(): void {
+    this.layout.loading.hidden = true;
+    this.layout.fault.hidden = true;
+  }
+
   #listCameras(): void {
-    const options = this.viewer.cameras.map(({ name, isHeldOut }, index) => {
-      const option = new Option(isHeldOut ? `${name} (held out)` : name, String(index));
-      option.title = isHeldOut ? "The encoder has not seen this camera's pictures" : "";
+    const options = this.player.cameras.map(({ name, isHeldOut }) => {
+      const option = new Option(isHeldOut ? `${name} (held out)` : name, name);
+      option.title = isHeldOut ? "The encoder was not trained on this camera" : "";
       return option;
     });
     const free = new Option("free view", "");
@@ -160,37 +154,46 @@ export class Session {
     this.layout.camera.replaceChildren(free, ...options);
   }
 
+  #describeFrame(event: PointerEvent): void {
+    const { slider } = this.layout;
+    const [first, last] = [Number(slider.min), Number(slider.max)];
+    const share = event.offsetX / Math.max(1, slider.clientWidth);
+    slider.title = this.#timeline.describe(first + Math.floor(share * (last - first + 1)));
+  }
+
   #update(): void {
-    const { playing, layout } = this;
-    const { info } = playing;
-    const shown = playing.frame ?? info?.firstFrame ?? 0;
+    const { player, layout } = this;
+    const { info } = player;
     const first = info?.firstFrame ?? 0;
-    const end = playing.end ?? playing.bufferedTo;
+    const shown = player.targetFrame ?? first;
+    const end = player.endFrame ?? Math.max(player.bufferedTo, shown + 1);
     layout.slider.min = String(first);
     layout.slider.max = String(Math.max(first, end - 1));
     layout.slider.value = String(shown);
-    this.#timeline.draw({ first, end, shown, bufferedTo: playing.bufferedTo });
-    layout.time.replaceChildren(...describeTime(shown, end, info));
-    layout.camera.value = this.viewer.isAtCamera ? String(this.viewer.cameraIndex) : "";
-    layout.speed.value = String(playing.speed);
-    layout.buttons.loop.ariaPressed = String(playing.isLooping);
-    showPlaying(layout.buttons.play, playing.isPlaying);
-    if (!layout.statistics.hidden) this.#listFigures();
+    const frameMs = info === null ? 1 : 1000 / rateOf(info);
+    this.#timeline.draw({ first, end: info === null ? first : end, shown, bufferedTo: player.bufferedTo, frameMs });
+    layout.time.replaceChildren(...describeTime(shown, first, end, info));
+    layout.camera.value = player.camera ?? "";
+    layout.speed.value = String(player.speed);
+    layout.buttons.loop.ariaPressed = String(player.loop);
+    showPlaying(layout.buttons.play, player.isPlaying);
+    if (!layout.statistics.hidden) this.#listStatistics();
   }
 
-  #listFigures(): void {
-    const { info, frame, bufferedTo } = this.playing;
-    if (info === null || frame === null) return;
-    const rows = this.#statistics.list(info, bufferedTo - frame - 1);
-    this.layout.statistics.replaceChildren(
-      ...rows.flatMap(([name, value]) => [makeText("dt", name), makeText("dd", value)]),
-    );
+  #listStatistics(): void {
+    const { info, statistics } = this.player;
+    if (info === null || statistics === null) return;
+    const rows = listStatistics(statistics, info).flatMap(([name, value]) => [
+      makeText("dt", name),
+      makeText("dd", value),
+    ]);
+    this.layout.statistics.replaceChildren(...rows);
   }
 }
 
-function describeTime(frame: number, end: number, info: StreamInfo | null): Node[] {
+function describeTime(frame: number, first: number, end: number, info: StreamInfo | null): Node[] {
   if (info === null || end <= 0) return [];
-  const seconds = (frame / rateOf(info)).toFixed(2);
+  const seconds = ((frame - first) / rateOf(info)).toFixed(2);
   return [makeText("b", `${seconds} s`), new Text(` · frame ${frame} of ${end - 1}`)];
 }
 

@@ -1,4 +1,4 @@
-/** How the component looks: dark and calm, one accent. */
+/** The style of the component: dark and calm, with one accent. */
 
 export const STYLE = `
 :host { display: block; position: relative; overflow: hidden; aspect-ratio: 16 / 10; min-height: 240px;
@@ -6,6 +6,7 @@ export const STYLE = `
   font: 13px/1.4 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; border-radius: 8px; }
 :host(:fullscreen) { border-radius: 0; }
 :host([hidden]) { display: none; }
+:host([controls="none"]) .bar { display: none; }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
 .frame { position: absolute; inset: 0; display: flex; flex-direction: column; }
@@ -54,6 +55,11 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
 .fault p { margin: 0; overflow-wrap: anywhere; }
 .fault p + p { margin-top: 8px; color: #8b94a1; }
 .fault code { font: 12px ui-monospace, "SF Mono", Menlo, monospace; color: var(--accent); }
+.fault button { width: auto; height: auto; margin-top: 12px; padding: 6px 14px; background: #222831; color: #fff; }
+.fault button:hover { background: var(--accent); color: #0d0f12; }
+.waiting { position: absolute; left: 50%; top: 50%; width: 36px; height: 36px; margin: -18px; border-radius: 50%;
+  border: 3px solid #ffffff38; border-top-color: #fff; animation: turn 1s linear infinite; pointer-events: none; }
+@keyframes turn { to { transform: rotate(1turn); } }
 .notice { position: absolute; top: 10px; right: 12px; padding: 4px 10px; border-radius: 6px; background: #0d0f12cc; color: #aeb6c2;
   pointer-events: none; }
 @container (max-width: 520px) {
@@ -64,5 +70,5 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
   select { height: 36px; min-width: 0; }
   #camera { flex: 1; max-width: none; }
 }
-@media (prefers-reduced-motion: reduce) { * { transition: none !important; } }
+@media (prefers-reduced-motion: reduce) { * { transition: none !important; } .waiting { animation-duration: 4s; } }
 `;

@@ -1,27 +1,35 @@
 /**
- * The bytes of every frame, drawn under the slider: what is decoded, what is shown.
+ * The chart under the slider: bytes and decode time of every frame, what is buffered, what is shown.
  *
- * Bars are as high as the root of the bytes: frames of births would leave nothing to see of the
- * others.
+ * The height of a bar is the root of the bytes: frames with many births would otherwise leave
+ * nothing to see of the others.
  */
 
+import { formatBytes } from "./format.js";
+
 const EMPTY = "#2b313a";
-const DECODED = "#4a5462";
+const BUFFERED = "#5b6675";
+const KNOWN = "#3d4550";
 const PASSED = "#6aa8ff";
 const CANONICAL = "#e6ebf2";
+const DECODE_TIME = "#ffb454";
+const PLAYHEAD = "#fff";
 
 interface Bar {
   readonly bytes: number;
+  readonly decodeMs: number;
   readonly isCanonical: boolean;
 }
 
-/** What of a stream is where. */
-export interface Place {
+/** The extent of a stream, and where playback is. */
+export interface Extent {
   readonly first: number;
   /** Ordinal after the last frame that is known of. */
   readonly end: number;
   readonly shown: number;
   readonly bufferedTo: number;
+  /** Duration of a frame, milliseconds: the full height for decode times. */
+  readonly frameMs: number;
 }
 
 export class Timeline {
@@ -38,42 +46,79 @@ export class Timeline {
     this.#tallest = 1;
   }
 
-  /** Take note of a frame's bytes. Canonical ones are larger than all others: the scale is of those. */
-  add(frame: number, bytes: number, isCanonical: boolean): void {
-    this.#bars.set(frame, { bytes, isCanonical });
-    if (!isCanonical) this.#tallest = Math.max(this.#tallest, bytes);
+  /** Add a frame. Canonical frames have full height; the scale is that of the others. */
+  add(frame: number, bar: Bar): void {
+    this.#bars.set(frame, bar);
+    if (!bar.isCanonical) this.#tallest = Math.max(this.#tallest, bar.bytes);
   }
 
-  draw(place: Place): void {
+  /** A frame in words, for the pointer over it. */
+  describe(frame: number): string {
+    const bar = this.#bars.get(frame);
+    if (bar === undefined) return `frame ${frame}`;
+    const kind = bar.isCanonical ? ", canonical" : "";
+    return `frame ${frame} · ${formatBytes(bar.bytes)}${kind} · decoded in ${bar.decodeMs.toFixed(1)} ms`;
+  }
+
+  draw(extent: Extent): void {
     const { clientWidth, clientHeight } = this.#canvas;
     const width = Math.round(clientWidth * devicePixelRatio);
     const height = Math.round(clientHeight * devicePixelRatio);
-    this.#canvas.width = width; // which also clears
-    this.#canvas.height = height;
+    if (this.#canvas.width !== width) this.#canvas.width = width;
+    if (this.#canvas.height !== height) this.#canvas.height = height;
     const context = this.#canvas.getContext("2d");
-    const count = place.end - place.first;
-    if (context === null || count <= 0) return;
+    if (context === null) return;
+    context.clearRect(0, 0, width, height);
+    const count = extent.end - extent.first;
+    if (count <= 0) return;
     const pitch = width / count;
-    const gap = pitch > 4 ? devicePixelRatio : 0;
-    for (let frame = place.first; frame < place.end; frame++) {
-      const bar = this.#bars.get(frame);
-      const tall = Math.max(2, this.#heightOf(bar) * (height - 4));
-      context.fillStyle = colorOf(frame, bar, place);
-      context.fillRect((frame - place.first) * pitch, height - tall, Math.max(1, pitch - gap), tall);
+    const step = Math.max(1, Math.floor(1 / pitch)); // frames to a pixel
+    for (let frame = extent.first; frame < extent.end; frame += step) {
+      this.#drawBar(context, frame, this.#find(frame, step), extent, pitch * step, height);
     }
-    const at = (place.shown - place.first + 0.5) * pitch;
-    context.fillStyle = "#fff";
+    const at = (extent.shown - extent.first + 0.5) * pitch;
+    context.fillStyle = PLAYHEAD;
     context.fillRect(at - devicePixelRatio, 0, 2 * devicePixelRatio, height);
+  }
+
+  #drawBar(
+    context: CanvasRenderingContext2D,
+    frame: number,
+    bar: Bar | undefined,
+    extent: Extent,
+    pitch: number,
+    height: number,
+  ): void {
+    const left = ((frame - extent.first) * this.#canvas.width) / (extent.end - extent.first);
+    const width = Math.max(1, pitch - (pitch > 4 ? devicePixelRatio : 0));
+    const tall = Math.max(2 * devicePixelRatio, this.#heightOf(bar) * height);
+    context.fillStyle = colorOf(frame, bar, extent);
+    context.fillRect(left, height - tall, width, tall);
+    if (bar === undefined) return;
+    const time = Math.min(1, bar.decodeMs / extent.frameMs) * (height - devicePixelRatio);
+    context.fillStyle = DECODE_TIME;
+    context.fillRect(left, height - time - devicePixelRatio, width, devicePixelRatio);
+  }
+
+  /** The bar of a pixel: a canonical frame if there is one, else the largest. */
+  #find(frame: number, step: number): Bar | undefined {
+    let found = this.#bars.get(frame);
+    for (let other = frame + 1; other < frame + step; other++) {
+      const bar = this.#bars.get(other);
+      if (bar !== undefined && (found === undefined || bar.bytes > found.bytes)) found = bar;
+    }
+    return found;
   }
 
   #heightOf(bar: Bar | undefined): number {
     if (bar === undefined) return 0;
-    return bar.isCanonical ? 1 : 0.9 * Math.sqrt(Math.min(1, bar.bytes / this.#tallest));
+    return bar.isCanonical ? 1 : 0.85 * Math.sqrt(Math.min(1, bar.bytes / this.#tallest));
   }
 }
 
-function colorOf(frame: number, bar: Bar | undefined, { shown, bufferedTo }: Place): string {
+function colorOf(frame: number, bar: Bar | undefined, { shown, bufferedTo }: Extent): string {
   if (bar?.isCanonical === true) return CANONICAL;
   if (frame <= shown) return PASSED;
-  return frame < bufferedTo || bar !== undefined ? DECODED : EMPTY;
+  if (frame < bufferedTo) return BUFFERED;
+  return bar === undefined ? EMPTY : KNOWN;
 }

@@ -1,9 +1,10 @@
-/** What went wrong, as a page is told it. */
+/** Errors as the page receives them. */
 
 import type { PlayerFault } from "../protocol.js";
 import { QuarcError } from "./quarc.js";
 import { NetworkError } from "./source.js";
 
+/** Describe an error; `frame` is the ordinal of the frame that could not be decoded. */
 export function describe(error: unknown, frame: number | null): PlayerFault {
   const message = error instanceof Error ? error.message : String(error);
   const rejectId = error instanceof QuarcError ? error.rejectId : null;

@@ -1,30 +1,25 @@
-/** Frames of a stream for programs, in Node or in a page, without a worker or a picture. */
+/** The frames of a stream for programs, in Node or on a page, without a worker or a picture. */
 
-import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
+import type { FramePacket, StreamInfo, StreamSource } from "../protocol.js";
+import { StreamError } from "../stream-error.js";
 import { Decoding } from "./decoding.js";
 
 export type * from "../protocol.js";
 
-/** A stream that cannot be had, or not be decoded; `fault` says why. */
-export class StreamError extends Error {
-  override readonly name = "StreamError";
-  constructor(readonly fault: PlayerFault) {
-    super(fault.message);
-  }
-}
+export { StreamError };
 
 export interface FramesOptions {
-  /** Ordinal of the first frame that is wanted. */
+  /** Ordinal of the first frame to return; default 0. */
   readonly from?: number;
-  /** Told once, before the first frame. */
+  /** Called once, before the first frame. */
   readonly onInfo?: (info: StreamInfo) => void;
 }
 
 /**
- * The frames of a stream, one after the other, each as what it changed of the one before. The next
- * is decoded when it is asked for.
+ * The frames of a stream in order, each as the changes to the one before; the first is full. The
+ * next frame is decoded when it is asked for.
  *
- * Throws StreamError; the frames before the fault have been given out.
+ * Throws StreamError, after all frames before the fault.
  */
 export async function* readFrames(
   source: StreamSource,
@@ -33,7 +28,7 @@ export async function* readFrames(
   let resolve: (packet: FramePacket | null) => void = () => undefined;
   let reject: (error: StreamError) => void = () => undefined;
   const decoding = new Decoding((reply) => {
-    if (reply.kind === "frame") resolve(reply.packet);
+    if (reply.kind === "frame" && !reply.packet.isPreview) resolve(reply.packet);
     else if (reply.kind === "info") onInfo?.(reply.info);
     else if (reply.kind === "end") resolve(null);
     else if (reply.kind === "error") reject(new StreamError(reply.error));
@@ -46,7 +41,7 @@ export async function* readFrames(
       decoding.take({ kind: "more", frames: 1, run });
     });
   try {
-    let packet = await next(() => decoding.take({ kind: "open", source, run }));
+    let packet = await next(() => decoding.take({ kind: "open", source, run, isIndexFirst: true }));
     if (from > (packet?.frame ?? Infinity)) {
       run = 1;
       packet = await next(() => decoding.take({ kind: "seek", frame: from, run }));

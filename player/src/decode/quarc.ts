@@ -1,11 +1,11 @@
 /**
  * The decoder (core/wasm): the functions of core/capi/include/quarc.h that a player needs.
  *
- * Arrays that are given out lie in the module's memory: they last until the next call.
+ * Arrays that it returns are views of the module's memory, valid until the next call.
  */
 
 import compressed from "wasm:quarc";
-import type { CaptureCamera } from "../protocol.js";
+import type { CaptureCamera, StreamInfo } from "../protocol.js";
 import { readCamera, readHead, type Head } from "./layout.js";
 
 const STATUS = { OK: 0, FRAME: 1, END: 3, MISUSE: -3 };
@@ -22,6 +22,7 @@ interface Functions {
   quarc_limit(decoder: number, size: bigint): number;
   quarc_pull(decoder: number, state: number): number;
   quarc_missing(decoder: number, range: number): number;
+  quarc_preview(decoder: number, state: number, sections: number): number;
   quarc_offset(decoder: number, offset: number): number;
   quarc_index(decoder: number, numbers: number, frames: number, room: number): number;
   quarc_head(decoder: number, head: number): number;
@@ -32,7 +33,7 @@ interface Functions {
   quarc_reject_id(decoder: number): number;
 }
 
-/** What is wrong with a stream; `rejectId` is that of SPEC 3.3, null where the decoder declines. */
+/** A stream is invalid by the rule `rejectId` of SPEC 3.3, or, where that is null, too large. */
 export class QuarcError extends Error {
   override readonly name = "QuarcError";
   constructor(
@@ -55,6 +56,15 @@ export interface State {
   readonly rotations: readonly Int32Array[];
   readonly codes: readonly Int16Array[];
 }
+
+/** What the index at the end of a stream says. */
+export interface Index {
+  readonly frameCount: number;
+  readonly canonicalFrames: readonly number[];
+}
+
+/** What a stream says of itself before its first frame. */
+export type StreamHead = Head & Pick<StreamInfo, "cameras" | "metadata">;
 
 /** Bytes of a stream, from a place up to another. */
 export interface Range {
@@ -150,6 +160,18 @@ export class Decoder {
     return status === STATUS.END ? "end" : null;
   }
 
+  /**
+   * After `pull` returned null: what is known of a canonical frame that is still arriving, and how
+   * many of its sections that is (SPEC 8.5); null if nothing was added since the last call.
+   */
+  preview(): { state: State; sections: number } | null {
+    const { scratch } = this.#quarc;
+    const count = scratch + SCRATCH_BYTES - 4;
+    if (this.#check(this.#call.quarc_preview(this.#handle, scratch, count)) !== STATUS.FRAME) return null;
+    const [sections = 0] = this.#quarc.view(Uint32Array, count, 1);
+    return { state: this.#readState(), sections };
+  }
+
   /** The bytes that `pull` or `findIndex` lacked; null where none are missing. */
   missing(): Range | null {
     const { scratch } = this.#quarc;
@@ -166,7 +188,7 @@ export class Decoder {
   }
 
   /** Frames of the stream, and which of them are canonical; null while INDX is not at hand. */
-  findIndex(): { frameCount: number; canonicalFrames: number[] } | null {
+  findIndex(): Index | null {
     const { scratch } = this.#quarc;
     const ask = (place: number, room: number) =>
       this.#call.quarc_index(this.#handle, scratch, place, room) === STATUS.FRAME;
@@ -178,7 +200,14 @@ export class Decoder {
     });
   }
 
-  /** What the stream chose for itself; null before that is known. */
+  /** Header, cameras and metadata, once a frame or a preview is there. */
+  get streamHead(): StreamHead {
+    const { head, cameras, metadata } = this;
+    if (head === null) throw new Error("a frame before the header");
+    return { ...head, cameras, metadata };
+  }
+
+  /** The header; null before it has been read. */
   get head(): Head | null {
     const { scratch } = this.#quarc;
     if (this.#call.quarc_head(this.#handle, scratch) !== STATUS.OK) return null;

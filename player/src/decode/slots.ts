@@ -36,7 +36,7 @@ export class Slots {
     this.#updateCodes(state, hasUpdates);
     const [movedSlots, codedSlots] = [list(this.#isMoved), list(this.#isCoded)];
     const packet = {
-      ...{ frame: state.frame, ...extras, isFull: this.#isFull },
+      ...{ frame: state.frame, ...extras, isFull: this.#isFull, isPreview: false },
       ...{ count: state.count, slotLimit: this.#limit, isCanonical: state.phase === 0 },
       ...{ movedSlots, ...gatherMotion(this.#motion, movedSlots) },
       ...{ codedSlots, codes: gatherCodes(this.#codes, codedSlots), freedSlots },

@@ -1,59 +1,26 @@
-/** Where the bytes of a stream come from: a server, by ranges where it gives them, or memory. */
+/** A stream on a server: range requests where the server answers them, retries where it fails. */
 
 import type { StreamSource } from "../protocol.js";
 
-const PIECE_BYTES = 1 << 16;
-const RETRIES = 4; // without a byte in between
+const RETRIES = 4; // in a row, without a byte in between
 const FIRST_PAUSE_MS = 100;
 const LIVE_PAUSE_MS = 500;
 
-/** The way to a stream is broken; nothing is said of the stream. */
+/** The stream cannot be received; says nothing about its contents. */
 export class NetworkError extends Error {
   override readonly name = "NetworkError";
 }
 
-/** Bytes that stand at a place of a stream. */
+/** Bytes at a place of a stream. */
 export interface Piece {
   readonly offset: number;
   readonly bytes: Uint8Array;
 }
 
-export interface ByteSource {
-  /** Bytes of the stream, where that is known. */
-  readonly size: number | null;
-  /** Whether any place can be read without what lies before it. */
-  readonly hasRanges: boolean;
-  readonly isLive: boolean;
-  /** The bytes from a place on, up to the end of the stream. */
-  read(offset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void>;
-}
-
-export function makeSource(source: StreamSource): ByteSource {
-  return "bytes" in source ? new BytesSource(new Uint8Array(source.bytes)) : new HttpSource(source);
-}
-
-class BytesSource implements ByteSource {
-  readonly hasRanges = true;
-  readonly isLive = false;
-  readonly #bytes: Uint8Array;
-
-  constructor(bytes: Uint8Array) {
-    this.#bytes = bytes;
-  }
-
-  get size(): number {
-    return this.#bytes.length;
-  }
-
-  async *read(offset: number): AsyncGenerator<Piece, void, void> {
-    for (let place = offset; place < this.size; place += PIECE_BYTES) {
-      yield { offset: place, bytes: this.#bytes.subarray(place, place + PIECE_BYTES) };
-    }
-  }
-}
-
-class HttpSource implements ByteSource {
+export class HttpSource {
+  /** Size of the stream in bytes, once the server has told. */
   size: number | null = null;
+  /** Whether the server answers range requests. */
   hasRanges = false;
   readonly isLive: boolean;
   readonly #url: string;
@@ -65,6 +32,10 @@ class HttpSource implements ByteSource {
     this.isLive = source.isLive === true;
   }
 
+  /**
+   * The bytes from a place to the end of the stream; of a live stream, also those that are written
+   * later.
+   */
   async *read(offset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     let place = offset;
     for (let failures = 0; ; ) {
@@ -87,7 +58,7 @@ class HttpSource implements ByteSource {
   /** The bytes of one answer from a place on. */
   async *#request(place: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     const headers = { ...this.#headers, Range: `bytes=${place}-` };
-    const response = await fetch(this.#url, { headers, signal, cache: "no-store" });
+    const response = await fetch(this.#url, { headers, signal, cache: this.isLive ? "no-store" : "no-cache" });
     let offset = this.#begin(response, place);
     if (response.body === null || offset === null) return;
     const reader = response.body.getReader();
@@ -99,15 +70,15 @@ class HttpSource implements ByteSource {
         if (passed < value.length) yield { offset: offset + passed, bytes: value.subarray(passed) };
         offset += value.length;
       }
-      // An answer that is whole ends where the stream does.
-      if (this.size !== null && offset < this.size) throw new TypeError("the answer is cut");
+      // A complete answer ends where the stream ends.
+      if (this.size !== null && offset < this.size) throw new TypeError("the answer was cut short");
       if (!this.isLive) this.size = offset;
     } finally {
       void reader.cancel().catch(() => undefined);
     }
   }
 
-  /** Where the body of an answer begins; null where the stream has nothing there (yet). */
+  /** Where the body of an answer begins; null if the stream has nothing there (yet). */
   #begin(response: Response, place: number): number | null {
     const { status, headers } = response;
     const range = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
@@ -123,14 +94,14 @@ class HttpSource implements ByteSource {
     }
     if (status === 200) {
       const length = headers.get("Content-Length");
-      const isCoded = headers.has("Content-Encoding");
-      this.#learnSize(length === null || isCoded ? null : Number(length));
+      const isCompressed = headers.has("Content-Encoding");
+      this.#learnSize(length === null || isCompressed ? null : Number(length));
       return 0;
     }
     void response.body?.cancel();
     if (status >= 500) throw new TypeError(`the server answered ${status}`); // it may recover
-    const said = status === 206 ? "another range than that which was asked for" : String(status);
-    throw new NetworkError(`${this.#url}: the server answered ${said}`);
+    const answer = status === 206 ? "with another range than was requested" : String(status);
+    throw new NetworkError(`${this.#url}: the server answered ${answer}`);
   }
 
   #learnSize(size: number | null): void {

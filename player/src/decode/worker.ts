@@ -3,7 +3,7 @@
 import type { DecodeReply, DecodeRequest } from "../protocol.js";
 import { Decoding } from "./decoding.js";
 
-/** What a worker has of its page. */
+/** The part of a worker's global scope that is used here. */
 interface Scope {
   onmessage: (event: MessageEvent<DecodeRequest>) => void;
   postMessage(reply: DecodeReply, transferred: readonly Transferable[]): void;

@@ -1,17 +1,17 @@
-/** Pictures as numbers, apart from any page. */
+/** Pictures as numbers, drawn apart from the page. */
 
 import type { Eye } from "./eye.js";
 import type { Painter } from "./painter.js";
 import { DrawingError } from "./programs.js";
 
-/** How pixels are blended: in floats, or in eight bits as a page has them. */
+/** The format of the target: 32-bit floats, or the 8 bits of the screen. */
 export type Depth = "float" | "bytes";
 
-/** Draw what an eye sees, of its size; return red, green, blue from 0 to 1, row by row. */
+/** Draw what an eye sees at its own size; return red, green, blue from 0 to 1, row by row. */
 export function takePicture(painter: Painter, eye: Eye, depth: Depth): Float32Array {
   const { gl } = painter;
   if (depth === "float" && !canBlendFloats(gl)) {
-    throw new DrawingError("this graphics card does not blend floats");
+    throw new DrawingError("this graphics card cannot blend floats");
   }
   const { width, height } = eye;
   const buffer = gl.createRenderbuffer();
@@ -35,7 +35,7 @@ function canBlendFloats(gl: WebGL2RenderingContext): boolean {
   return names.every((name) => gl.getExtension(name) !== null);
 }
 
-/** Read a framebuffer, which begins at the bottom, from the top. */
+/** Read a framebuffer, whose first row is the lowest, from the top. */
 function readPixels(
   gl: WebGL2RenderingContext,
   width: number,

@@ -1,32 +1,36 @@
 /**
- * A canvas on which frames are shown, each in its own order.
+ * A canvas that shows frames, each in its own order.
  *
- * A frame goes to the sort worker first; what it changes is taken over, and drawn, when its order
- * has come. Until then the frame before stays as it is, from wherever it is looked at.
+ * A frame goes to the sort worker first. Its changes are uploaded when its order is back, and both
+ * are drawn together; until then the frame before stays, from whichever side it is looked at.
  */
 
-import type { FramePacket, PartialScene, SortReply, SortRequest, StreamInfo } from "../protocol.js";
-import { axisOf, fitArea, resizeEye, widenEye, type Area, type Eye, type Vector } from "./eye.js";
+import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
+import { axisOf, fitArea, resizeEye, widenEye, type Area, type Eye } from "./eye.js";
 import { openContext, Painter } from "./painter.js";
-import { DrawingError } from "./programs.js";
 import { takePicture, type Depth } from "./picture.js";
-
-/** The ordinal of what is no frame of the stream yet. */
-export const NO_FRAME = -1;
+import { DrawingError } from "./programs.js";
 
 const MOST_PIXELS = 2560 * 1440;
 
-/** How an eye's picture lies on the canvas: alone, or with all that is around it. */
+/** Whether an eye's picture is shown by itself, or with everything around it. */
 export type Framing = "picture" | "wide";
 
-/** What a stage tells. */
+/** What it took to bring a frame onto the screen, milliseconds. */
+export interface FrameCost {
+  readonly sortMs: number;
+  readonly uploadMs: number;
+}
+
 export interface StageEvents {
-  onShown(packet: FramePacket, sortMs: number): void;
-  /** The graphics card has forgotten everything: a full packet is needed. */
-  onForgotten(): void;
-  /** It has not got room for a frame, say. */
+  onShown(packet: FramePacket, cost: FrameCost): void;
+  /** The graphics context was lost and is back, empty: a full packet is needed. */
+  onRestored(): void;
   onFault(message: string): void;
 }
+
+/** What to do with an order when it comes back from the sort worker. */
+type Receive = (reply: SortReply) => void;
 
 export class Stage {
   readonly #canvas: HTMLCanvasElement;
@@ -35,14 +39,15 @@ export class Stage {
   readonly #events: StageEvents;
   readonly #ended = new AbortController();
   readonly #resized: ResizeObserver;
+  readonly #asked = new Map<number, Receive>();
+  #lastToken = 0;
   #info: StreamInfo | null = null;
   #painter: Painter | null = null;
   #eye: Eye | null = null;
   #framing: Framing = "wide";
-  #sortedFor: Vector | null = null;
+  #sortedFor: Direction | null = null;
   #coming: FramePacket | null = null;
-  #shown: FramePacket | null = null;
-  #asked = 0;
+  #order = new Uint32Array(0);
   #drawing = 0;
 
   constructor(canvas: HTMLCanvasElement, sorter: Worker, events: StageEvents) {
@@ -51,37 +56,38 @@ export class Stage {
     this.#sorter = sorter;
     this.#events = events;
     const { signal } = this.#ended;
-    sorter.addEventListener("message", ({ data }) => this.#takeOrder(data as SortReply), { signal });
-    canvas.addEventListener("webglcontextlost", (event) => this.#forget(event), { signal });
-    canvas.addEventListener("webglcontextrestored", () => this.#remember(), { signal });
+    sorter.addEventListener("message", ({ data }) => this.#receive(data as SortReply), { signal });
+    canvas.addEventListener("webglcontextlost", (event) => this.#lose(event), { signal });
+    canvas.addEventListener("webglcontextrestored", () => this.#restore(), { signal });
     this.#resized = new ResizeObserver(() => this.#requestDrawing());
     this.#resized.observe(canvas);
   }
 
-  /** Whether a frame waits for its order; the next one may come when it is shown. */
+  /** Whether a frame is being sorted; the next one may be shown when it is on the screen. */
   get isBusy(): boolean {
     return this.#coming !== null;
   }
 
-  /** Prepare for a stream. */
+  /** Prepare for a stream; the picture of the one before stays until the first frame is shown. */
   begin(info: StreamInfo): void {
     this.#painter?.dispose();
     this.#info = info;
-    this.#coming = this.#shown = null;
+    this.#coming = null;
+    this.#asked.clear();
+    this.#sortedFor = null;
     this.#painter = new Painter(this.#gl, info);
   }
 
   /** Show a frame as soon as it is sorted. */
   show(packet: FramePacket): void {
     this.#coming = packet;
-    const { frame, run, isFull, slotLimit, movedSlots, positions, freedSlots } = packet;
-    const part = { frame, run, isFull, slotLimit, movedSlots, positions, freedSlots };
-    this.#ask({ kind: "frame", packet: part, forward: this.#forward() });
-  }
-
-  /** Show what there is of a frame that is still on its way. */
-  showPartial(scene: PartialScene): void {
-    if (this.#info !== null) this.show(completePartial(scene, this.#info));
+    const { isFull, slotLimit, movedSlots, positions, freedSlots } = packet;
+    const part = { isFull, slotLimit, movedSlots, positions, freedSlots };
+    const forward = this.#sortedFor = this.#forward();
+    this.#ask({ kind: "frame", packet: part, forward, token: this.#nextToken() }, (reply) => {
+      this.#coming = null;
+      this.#apply(packet, reply);
+    });
   }
 
   /** Look from somewhere else. */
@@ -92,14 +98,27 @@ export class Stage {
     this.#sortIfTurned();
   }
 
-  /** The eye as it is on the canvas, its numbers in pixels there. */
+  /** The eye as it is on the canvas, in pixels of the canvas. */
   get shownEye(): Eye | null {
     return this.#eye === null ? null : this.#lay(this.#eye)[0];
   }
 
-  /** Draw what an eye sees, now and apart from the canvas; in the order of the last direction. */
-  takePicture(eye: Eye, depth: Depth): Float32Array | null {
-    return this.#painter === null ? null : takePicture(this.#painter, eye, depth);
+  /** Draw what an eye sees of the frame that is shown, apart from the canvas. */
+  takePicture(eye: Eye, depth: Depth): Promise<Float32Array> {
+    return new Promise((resolve, reject) => {
+      const draw = ({ order }: SortReply): void => {
+        const painter = this.#painter;
+        if (painter === null) return reject(new DrawingError("no frame is shown"));
+        painter.setOrder(order);
+        try {
+          resolve(takePicture(painter, eye, depth));
+        } catch (error) {
+          reject(error as Error);
+        }
+        painter.setOrder(this.#order);
+      };
+      this.#ask({ kind: "view", forward: axisOf(eye, 2), token: this.#nextToken() }, draw);
+    });
   }
 
   dispose(): void {
@@ -111,46 +130,49 @@ export class Stage {
     this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
-  #takeOrder(reply: SortReply): void {
-    this.#asked -= 1;
-    const isOf = (packet: FramePacket | null): packet is FramePacket =>
-      packet?.frame === reply.frame && packet.run === reply.run;
-    const packet = this.#coming;
-    if (isOf(packet)) {
-      this.#coming = null;
-      this.#shown = packet;
-      this.#apply(packet);
-    }
-    if (isOf(this.#shown)) { // else a seek has passed over the frame
-      this.#painter?.setOrder(reply.order);
-      this.#requestDrawing();
-    }
-    if (isOf(packet)) this.#events.onShown(packet, reply.sortMs);
+  #ask(request: SortRequest, receive: Receive): void {
+    this.#asked.set(request.token, receive);
+    this.#sorter.postMessage(request);
+  }
+
+  #nextToken(): number {
+    return ++this.#lastToken;
+  }
+
+  #receive(reply: SortReply): void {
+    const receive = this.#asked.get(reply.token); // none if the stream has changed meanwhile
+    this.#asked.delete(reply.token);
+    receive?.(reply);
     this.#sortIfTurned();
   }
 
-  #apply(packet: FramePacket): void {
+  #apply(packet: FramePacket, { order, sortMs }: SortReply): void {
+    const begun = performance.now();
     try {
       this.#painter?.apply(packet);
     } catch (error) {
       if (!(error instanceof DrawingError)) throw error;
       this.#events.onFault(error.message);
     }
+    this.#setOrder(order);
+    this.#events.onShown(packet, { sortMs, uploadMs: performance.now() - begun });
+  }
+
+  #setOrder(order: Uint32Array): void {
+    this.#order = order as Uint32Array<ArrayBuffer>;
+    this.#painter?.setOrder(order);
+    this.#requestDrawing();
   }
 
   #sortIfTurned(): void {
-    if (this.#asked > 0 || this.#painter === null || this.#sortedFor === null) return;
+    if (this.#asked.size > 0 || this.#painter === null || this.#sortedFor === null) return;
     const forward = this.#forward();
-    if (forward.some((value, k) => value !== this.#sortedFor?.[k])) this.#ask({ kind: "view", forward });
+    if (forward.every((value, k) => value === this.#sortedFor?.[k])) return;
+    this.#sortedFor = forward;
+    this.#ask({ kind: "view", forward, token: this.#nextToken() }, ({ order }) => this.#setOrder(order));
   }
 
-  #ask(request: Exclude<SortRequest, { kind: "close" }>): void {
-    this.#asked += 1;
-    this.#sortedFor = request.forward;
-    this.#sorter.postMessage(request);
-  }
-
-  #forward(): Vector {
+  #forward(): Direction {
     return this.#eye === null ? [0, 0, 1] : axisOf(this.#eye, 2);
   }
 
@@ -173,7 +195,7 @@ export class Stage {
     return [resizeEye(eye, area.width, area.height), area];
   }
 
-  /** Have a pixel of the canvas for each of the screen, but no more than a card is quick with. */
+  /** Give the canvas a pixel for each of the screen's, up to what graphics cards draw quickly. */
   #fitCanvas(): void {
     const { clientWidth, clientHeight } = this.#canvas;
     const most = Math.sqrt(MOST_PIXELS / Math.max(1, clientWidth * clientHeight));
@@ -184,43 +206,14 @@ export class Stage {
     if (this.#canvas.height !== height) this.#canvas.height = height;
   }
 
-  #forget(event: Event): void {
-    event.preventDefault(); // else it is not given back
+  #lose(event: Event): void {
+    event.preventDefault(); // otherwise it is not restored
     this.#painter = null;
   }
 
-  #remember(): void {
+  #restore(): void {
     if (this.#info === null) return;
     this.begin(this.#info);
-    this.#events.onForgotten();
+    this.#events.onRestored();
   }
-}
-
-/** A partial scene as a packet: nothing turned, the same from all sides. */
-function completePartial(scene: PartialScene, info: StreamInfo): FramePacket {
-  const count = scene.positions.length / 3;
-  const width = info.shDegree > 0 ? 16 : 7;
-  const slots = Uint32Array.from({ length: count }, (_, slot) => slot);
-  const rotations = new Int32Array(4 * count);
-  const codes = new Int16Array(width * count);
-  for (let slot = 0; slot < count; slot++) {
-    rotations[4 * slot] = 1 << 22;
-    codes.set(scene.codes.subarray(7 * slot, 7 * slot + 7), width * slot);
-  }
-  return {
-    frame: NO_FRAME,
-    run: scene.run,
-    isFull: true,
-    count,
-    slotLimit: count,
-    movedSlots: slots,
-    positions: scene.positions,
-    rotations,
-    codedSlots: slots,
-    codes,
-    freedSlots: new Uint32Array(0),
-    bytes: 0,
-    decodeMs: 0,
-    isCanonical: true,
-  };
 }

@@ -1,13 +1,13 @@
-/** Fingers, mouse and keys on the picture: orbit, pan, look around, come closer, fly. */
+/** Pointers and keys on the canvas: orbit, pan, look around, zoom, fly. */
 
 import type { Viewer } from "./viewer.js";
 
 const RADIANS_PER_WIDTH = 4;
 const WHEEL = 0.001;
-const FLIGHT = 0.8; // of the distance, per second
+const FLIGHT = 0.8; // of the distance to the pivot, per second
 const KEY_ANGLE = 0.06;
 
-/** Where a key takes one: right, down, ahead. */
+/** The direction that a key flies in: right, down, ahead. */
 const FLIGHTS: Readonly<Record<string, readonly [number, number, number]>> = {
   KeyW: [0, 0, 1],
   KeyS: [0, 0, -1],
@@ -31,17 +31,15 @@ interface Finger {
 export class Controls {
   readonly #canvas: HTMLCanvasElement;
   readonly #viewer: Viewer;
-  readonly #onMoved: () => void;
   readonly #fingers = new Map<number, Finger>();
   readonly #keys = new Set<string>();
   readonly #ended = new AbortController();
   #flight = 0;
   #flownAt = 0;
 
-  constructor(canvas: HTMLCanvasElement, viewer: Viewer, onMoved: () => void) {
+  constructor(canvas: HTMLCanvasElement, viewer: Viewer) {
     this.#canvas = canvas;
     this.#viewer = viewer;
-    this.#onMoved = onMoved;
     const { signal } = this.#ended;
     canvas.addEventListener("pointerdown", (event) => this.#press(event), { signal });
     canvas.addEventListener("pointermove", (event) => this.#drag(event), { signal });
@@ -80,10 +78,9 @@ export class Controls {
     } else if (event.shiftKey || event.buttons === 4) this.#viewer.pan(right, down, width);
     else if (event.buttons === 2) this.#viewer.turn(-right * angle, -down * angle);
     else if (this.#fingers.size === 1) this.#viewer.orbit(right * angle, down * angle);
-    this.#onMoved();
   }
 
-  /** How far two fingers are apart. */
+  /** Distance between two fingers, pixels. */
   #spread(): number {
     const [a, b] = [...this.#fingers.values()];
     return a === undefined || b === undefined ? 1 : Math.max(1, Math.hypot(a.x - b.x, a.y - b.y));
@@ -93,7 +90,6 @@ export class Controls {
     event.preventDefault();
     const pixels = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 20 * event.deltaY : event.deltaY;
     this.#viewer.approach(Math.exp(pixels * WHEEL));
-    this.#onMoved();
   }
 
   #pressKey(event: KeyboardEvent): void {
@@ -108,7 +104,6 @@ export class Controls {
     else return;
     event.preventDefault();
     event.stopPropagation();
-    this.#onMoved();
   }
 
   #takeOff(key: string): void {

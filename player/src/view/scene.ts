@@ -1,4 +1,4 @@
-/** What there is to know of a scene before one stands in it: up, how far, and from where. */
+/** Measures of a scene: its up vector, its distance, and a camera that sees it. */
 
 import { axisOf, centerOf, type Eye, type Vector } from "../draw/eye.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
@@ -7,7 +7,7 @@ import { add, cross, dot, scale, unit } from "./stand.js";
 const SAMPLES = 20_000;
 const SHARE_INSIDE = 0.8;
 
-/** The direction up: the stream's, or the one that its cameras share. */
+/** The up vector: the stream's, else the mean of its cameras'. */
 export function findUp(info: StreamInfo): Vector {
   if (info.upAxis > 0) {
     const axis = (info.upAxis - 1) >> 1;
@@ -19,12 +19,12 @@ export function findUp(info: StreamInfo): Vector {
   return unit(total, [0, 1, 0]);
 }
 
-/** Median depth of the Gaussians that an eye sees; of none, twice the least depth. */
-export function findDistance(eye: Eye, packet: FramePacket, info: StreamInfo): number {
+/** Median depth of the places that an eye sees; twice its near bound if it sees none. */
+export function findDistance(eye: Eye, places: Float32Array | null): number {
   const depths: number[] = [];
   const [right, down, ahead] = [axisOf(eye, 0), axisOf(eye, 1), axisOf(eye, 2)];
   const center = centerOf(eye);
-  for (const place of samplePlaces(packet, info)) {
+  for (const place of placesOf(places)) {
     const offset = add(place, center, -1);
     const z = dot(ahead, offset);
     const isAcross = Math.abs(dot(right, offset)) * eye.fx < (z * eye.width) / 2;
@@ -34,9 +34,9 @@ export function findDistance(eye: Eye, packet: FramePacket, info: StreamInfo): n
   return depths.length > 0 ? quantile(depths, 0.5) : 2 * eye.near;
 }
 
-/** A camera for a stream that has none: before the scene, and far enough to see most of it. */
-export function inventCamera(packet: FramePacket, info: StreamInfo): CaptureCamera {
-  const places = samplePlaces(packet, info);
+/** A camera for a stream that has none: in front of the scene, far enough to see most of it. */
+export function makeCamera(sampled: Float32Array, info: StreamInfo): CaptureCamera {
+  const places = [...placesOf(sampled)];
   const middle = [0, 1, 2].map((k) => quantile(places.map((place) => place[k] ?? 0), 0.5));
   const [x = 0, y = 0, z = 0] = middle;
   const lengths = places.map((place) => Math.hypot(...add(place, [x, y, z], -1)));
@@ -61,15 +61,21 @@ export function inventCamera(packet: FramePacket, info: StreamInfo): CaptureCame
   };
 }
 
-/** Places of some of a packet's Gaussians, world units. */
-function samplePlaces({ positions }: FramePacket, info: StreamInfo): Vector[] {
-  const step = Math.max(1, Math.floor(positions.length / 3 / SAMPLES));
+/** [n, 3] positions of some of a packet's Gaussians, world units. */
+export function samplePlaces({ positions }: FramePacket, info: StreamInfo): Float32Array {
+  const count = positions.length / 3;
+  const step = Math.max(1, Math.floor(count / SAMPLES));
   const size = 2 ** -info.latticeExponent;
-  const places: Vector[] = [];
-  for (let at = 0; at + 2 < positions.length; at += 3 * step) {
-    places.push(scale([positions[at]!, positions[at + 1]!, positions[at + 2]!], size));
+  const length = 3 * Math.floor(count / step);
+  return Float32Array.from({ length }, (_, at) => {
+    return size * positions[3 * step * Math.floor(at / 3) + (at % 3)]!;
+  });
+}
+
+function* placesOf(places: Float32Array | null): Generator<Vector> {
+  for (let at = 0; places !== null && at < places.length; at += 3) {
+    yield [places[at]!, places[at + 1]!, places[at + 2]!];
   }
-  return places;
 }
 
 function quantile(values: readonly number[], share: number): number {

@@ -1,17 +1,17 @@
-/** Where a viewer stands, and how a viewer moves. Nothing here changes what it is given. */
+/** Where a viewer stands and how a viewer moves, as pure functions. */
 
 import { axisOf, centerOf, type Eye, type Vector } from "../draw/eye.js";
 
 const LEAST_ANGLE = 0.05; // radians between the line of sight and up, or down
 const LEAST_DISTANCE = 1e-3;
 
-/** A place, a line of sight, and a point on it that the viewer turns about. */
+/** A place, a direction, and a pivot ahead that the viewer orbits. */
 export interface Stand {
   readonly center: Vector;
   readonly right: Vector;
   readonly down: Vector;
   readonly ahead: Vector;
-  /** From the center to the point that is turned about, world units. */
+  /** From the center to the pivot, world units. */
   readonly distance: number;
 }
 
@@ -26,7 +26,7 @@ export function standAt(eye: Eye, distance: number): Stand {
   };
 }
 
-/** What an eye sees that is taken along to where the viewer stands. */
+/** An eye moved to where the viewer stands. */
 export function eyeAt(stand: Stand, eye: Eye): Eye {
   const { center, right, down, ahead } = stand;
   return {
@@ -36,17 +36,17 @@ export function eyeAt(stand: Stand, eye: Eye): Eye {
   };
 }
 
-/** Go around the point that is looked at: the scene follows a finger that goes right and down. */
+/** Orbit the pivot: the scene follows a finger that moves right and down, radians. */
 export function orbit(stand: Stand, up: Vector, across: number, along: number): Stand {
   const pivot = add(stand.center, stand.ahead, stand.distance);
   const turned = turn(stand, up, across, along);
   return { ...turned, center: add(pivot, turned.ahead, -stand.distance) };
 }
 
-/** Look around from where the viewer stands. */
+/** Look around from the same place, radians. */
 export function turn(stand: Stand, up: Vector, across: number, along: number): Stand {
-  const sense = dot(cross(stand.right, stand.down), stand.ahead) < 0 ? -1 : 1; // of a mirrored world
-  const upright = dot(stand.down, up) > 0 ? -1 : 1; // who hangs head down turns the other way
+  const sense = dot(cross(stand.right, stand.down), stand.ahead) < 0 ? -1 : 1; // in a mirrored world
+  const upright = dot(stand.down, up) > 0 ? -1 : 1; // head down, left is right
   const yawed = rotate(stand, up, -across * sense * upright);
   const angle = Math.acos(Math.min(1, Math.max(-1, dot(yawed.ahead, up))));
   const most = upright * along;
@@ -54,19 +54,19 @@ export function turn(stand: Stand, up: Vector, across: number, along: number): S
   return rotate(yawed, yawed.right, -(tilted - angle) * sense * upright);
 }
 
-/** Move sideways, up and down, ahead and back, world units. */
+/** Move right, down and ahead, world units. */
 export function move(stand: Stand, right: number, down: number, ahead: number): Stand {
   const sideways = add(stand.center, stand.right, right);
   return { ...stand, center: add(add(sideways, stand.down, down), stand.ahead, ahead) };
 }
 
-/** Come closer to the point that is turned about: a factor of 0.5 halves the distance. */
+/** Move towards the pivot: a factor of 0.5 halves the distance. */
 export function approach(stand: Stand, factor: number): Stand {
   const distance = Math.max(LEAST_DISTANCE, stand.distance * factor);
   return { ...move(stand, 0, 0, stand.distance - distance), distance };
 }
 
-/** Stand on one's head. */
+/** Turn by half a turn about the line of sight. */
 export function flip(stand: Stand): Stand {
   return { ...stand, right: scale(stand.right, -1), down: scale(stand.down, -1) };
 }
@@ -83,18 +83,18 @@ export function scale(a: Vector, by: number): Vector {
   return [a[0] * by, a[1] * by, a[2] * by];
 }
 
-/** a + b times. */
+/** a + b * times. */
 export function add(a: Vector, b: Vector, times = 1): Vector {
   return [a[0] + b[0] * times, a[1] + b[1] * times, a[2] + b[2] * times];
 }
 
-/** A vector of length 1; of none, the one given for that. */
+/** The vector scaled to length 1; `instead` if it has no length. */
 export function unit(a: Vector, instead: Vector): Vector {
   const length = Math.hypot(...a);
   return length > 1e-9 ? scale(a, 1 / length) : instead;
 }
 
-/** Turn the axes about a unit vector; lengths and right angles are made good again. */
+/** Turn the axes about a unit vector; they stay orthonormal. */
 function rotate(stand: Stand, about: Vector, angle: number): Stand {
   const turned = (axis: Vector): Vector => {
     const along = scale(about, dot(about, axis) * (1 - Math.cos(angle)));

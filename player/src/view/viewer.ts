@@ -1,66 +1,73 @@
-/** Who looks at the scene: at a capture camera's picture, or wherever the controls have led. */
+/** The view of the scene: a capture camera's picture, or wherever the controls have moved it. */
 
 import type { Eye, Vector } from "../draw/eye.js";
-import type { Framing, Stage } from "../draw/stage.js";
+import type { Stage } from "../draw/stage.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
-import { findDistance, findUp, inventCamera } from "./scene.js";
+import { findDistance, findUp, makeCamera, samplePlaces } from "./scene.js";
 import { approach, eyeAt, flip, move, orbit, scale, standAt, turn, type Stand } from "./stand.js";
 
 export class Viewer {
   readonly #stage: Stage;
+  readonly #onMoved: () => void;
   #cameras: readonly CaptureCamera[] = [];
   #up: Vector = [0, 1, 0];
   #eye: Eye | null = null;
   #stand: Stand | null = null;
   #cameraIndex = 0;
-  #framing: Framing = "picture";
+  #places: Float32Array | null = null;
+  #isMoved = false;
+  #isWhole = false; // the camera is one that was made here
 
-  constructor(stage: Stage) {
+  constructor(stage: Stage, onMoved: () => void) {
     this.#stage = stage;
+    this.#onMoved = onMoved;
   }
 
   get cameras(): readonly CaptureCamera[] {
     return this.#cameras;
   }
 
-  /** The camera that is looked through, or was before the controls led away from it. */
+  /** Index of the camera that is looked through, or that the view was moved away from. */
   get cameraIndex(): number {
     return this.#cameraIndex;
   }
 
-  /** Whether the picture is a camera's own. */
+  /** Whether the view is that of a camera, and has not been moved. */
   get isAtCamera(): boolean {
-    return this.#framing === "picture";
+    return !this.#isMoved;
   }
 
-  /** Look through a camera of a stream from its start. */
+  /** Look through a camera of a new stream: the named one, else the first. */
   begin(info: StreamInfo, cameraName: string | null): void {
     this.#cameras = info.cameras;
+    this.#isWhole = false;
     this.#up = findUp(info);
-    this.#stand = this.#eye = null;
+    this.#stand = this.#eye = this.#places = null;
     const named = info.cameras.findIndex(({ name }) => name === cameraName);
     if (info.cameras.length > 0) this.lookThrough(Math.max(0, named));
   }
 
-  /** Find out how far the scene is, from the first of its frames. */
+  /** Measure the scene by its first packet; without capture cameras, make one that sees it. */
   measure(packet: FramePacket, info: StreamInfo): void {
+    this.#places = samplePlaces(packet, info);
     if (this.#cameras.length === 0) {
-      this.#cameras = [inventCamera(packet, info)];
-      this.lookThrough(0, "wide");
+      this.#cameras = [makeCamera(this.#places, info)];
+      this.#isWhole = true;
+      this.lookThrough(0);
+    } else if (this.#stand !== null && this.#eye !== null) {
+      this.#stand = { ...this.#stand, distance: findDistance(eyeAt(this.#stand, this.#eye), this.#places) };
     }
-    if (this.#stand === null || this.#eye === null) return;
-    const distance = findDistance(eyeAt(this.#stand, this.#eye), packet, info);
-    this.#stand = { ...this.#stand, distance };
   }
 
-  /** Look through a camera; of one that there is not, nothing changes. */
-  lookThrough(index: number, framing: Framing = "picture"): void {
+  /** Look through a camera, by its index; without such a camera nothing changes. */
+  lookThrough(index: number): void {
     const camera = this.#cameras[index];
     if (camera === undefined) return;
     this.#cameraIndex = index;
     this.#eye = camera;
-    this.#stand = standAt(camera, this.#stand?.distance ?? 2 * camera.near);
-    this.#look(framing);
+    this.#isMoved = false;
+    this.#stand = standAt(camera, findDistance(camera, this.#places));
+    this.#look();
   }
 
   orbit(across: number, along: number): void {
@@ -71,7 +78,7 @@ export class Viewer {
     this.#go((stand) => turn(stand, this.#up, across, along));
   }
 
-  /** Move so that what is at the point turned about goes so many pixels of the page. */
+  /** Move so that the pivot follows a pointer that moves by so many CSS pixels. */
   pan(right: number, down: number, pixelsAcross: number): void {
     this.#go((stand) => {
       const size = (stand.distance * (this.#eye?.width ?? 1)) / (this.#eye?.fx ?? 1) / pixelsAcross;
@@ -79,7 +86,7 @@ export class Viewer {
     });
   }
 
-  /** Move by shares of the distance to the point turned about. */
+  /** Move by shares of the distance to the pivot. */
   fly(right: number, down: number, ahead: number): void {
     this.#go((stand) => {
       const [x, y, z] = scale([right, down, ahead], stand.distance);
@@ -91,7 +98,7 @@ export class Viewer {
     this.#go((stand) => approach(stand, factor));
   }
 
-  /** Take what is down for up. */
+  /** Negate the up vector, and turn the view with it. */
   flip(): void {
     this.#up = scale(this.#up, -1);
     this.#go(flip);
@@ -100,13 +107,15 @@ export class Viewer {
   #go(change: (stand: Stand) => Stand): void {
     if (this.#stand === null) return;
     this.#stand = change(this.#stand);
-    this.#look("wide");
+    this.#isMoved = true;
+    this.#look();
   }
 
-  #look(framing: Framing): void {
+  /** A camera's own picture has its proportions; any other view fills the canvas. */
+  #look(): void {
     if (this.#stand === null || this.#eye === null) return;
-    this.#framing = framing;
-    const isOwn = framing === "picture";
-    this.#stage.look(isOwn ? this.#eye : eyeAt(this.#stand, this.#eye), framing);
+    if (this.#isMoved || this.#isWhole) this.#stage.look(eyeAt(this.#stand, this.#eye), "wide");
+    else this.#stage.look(this.#eye, "picture");
+    this.#onMoved();
   }
 }

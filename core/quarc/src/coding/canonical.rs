@@ -183,25 +183,58 @@ pub fn read_canonical(
     grid: Grid,
     code_planes: usize,
 ) -> Result<Gaussians> {
-    let mut keys = vec![0; count];
-    let mut gaussians = blank(code_planes, count);
-    for (number, section) in sections.iter().enumerate() {
-        let mut counts = Counts::new(CONTEXTS[number]);
+    let mut reader = CanonicalReader::new(count, grid, code_planes);
+    for section in sections {
+        reader.read(section)?;
+    }
+    Ok(reader.gaussians)
+}
+
+/// Reads the sections of a canonical frame one by one.
+#[derive(Clone, Debug)]
+pub struct CanonicalReader {
+    /// What is known so far; the numbers of sections that have not been read are 0.
+    pub gaussians: Gaussians,
+    /// Sections that have been read.
+    pub sections: usize,
+    grid: Grid,
+}
+
+impl CanonicalReader {
+    /// A reader of so many Gaussians; the count is within the level.
+    #[must_use]
+    pub fn new(count: usize, grid: Grid, code_planes: usize) -> Self {
+        CanonicalReader { gaussians: blank(code_planes, count), sections: 0, grid }
+    }
+
+    /// Read the next section.
+    ///
+    /// # Errors
+    /// Those of [`read_canonical`].
+    pub fn read(&mut self, section: &Section) -> Result<()> {
+        let mut counts = Counts::new(CONTEXTS[self.sections]);
         let mut reader = PlaneReader::new(section, &mut counts)?;
-        walk_section(&mut reader, number, grid, &mut keys, &mut gaussians)?;
+        let mut keys = vec![0; if self.sections == 0 { self.gaussians.count() } else { 0 }];
+        walk_section(&mut reader, self.sections, self.grid, &mut keys, &mut self.gaussians)?;
         reader.finish()?;
+        self.sections += 1;
+        self.place(&keys)
     }
-    for (place, &key) in keys.iter().enumerate() {
-        let offsets = deinterleave(key as u64);
-        for (row, (origin, &offset)) in
-            gaussians.positions.iter_mut().zip(grid.origin.iter().zip(&offsets))
-        {
-            // [7.2-3] What 32 bits do not hold is beyond the lattice at every step.
-            let beyond = || Error::new(Reject::PositionRange, "a Gaussian is off the lattice");
-            row[place] = origin.checked_add(offset as i32).ok_or_else(beyond)?;
+
+    /// Take over the positions that Morton keys stand for.
+    fn place(&mut self, keys: &[i64]) -> Result<()> {
+        for (place, &key) in keys.iter().enumerate() {
+            let offsets = deinterleave(key as u64);
+            for (row, (origin, &offset)) in
+                self.gaussians.positions.iter_mut().zip(self.grid.origin.iter().zip(&offsets))
+            {
+                // [7.2-3] What 32 bits do not hold is beyond the lattice at every step.
+                let beyond = || Error::new(Reject::PositionRange, "a Gaussian is off the lattice");
+                row[place] = origin.checked_add(offset as i32).ok_or_else(beyond)?;
+            }
         }
+        Ok(())
     }
-    Ok(gaussians)
 }
 
 /// The planes of one of the six sections.

@@ -155,7 +155,7 @@ const OWN_LIMITS: Level = match Level::of(30) {
 };
 
 /// Hold a number of Gaussians against the level of a stream: [3.2-1] [3.2-2] [3.2-6].
-fn require_gaussians(header: &Header, count: u64) -> Result<()> {
+pub(crate) fn require_gaussians(header: &Header, count: u64) -> Result<()> {
     require_within(header, count, "Gaussians", |level| level.gaussians)
 }
 

@@ -7,22 +7,44 @@ use crate::records::{CanonicalChunk, FrameChunk, Section, SnapshotChunk};
 const AXIS_BITS_LIMIT: u8 = 20;
 const SECTIONS: usize = 6;
 
+/// Bytes of a CANO payload before its sections.
+pub const CANONICAL_START_BYTES: usize = 21;
+
 /// Parse CANO.
 ///
 /// # Errors
 /// `field`, `trailing-data`.
 pub fn parse_canonical(payload: &[u8]) -> Result<CanonicalChunk> {
     let mut fields = Fields::new(payload);
-    let chunk = CanonicalChunk {
+    let start = parse_canonical_start(fields.bytes(CANONICAL_START_BYTES)?)?;
+    let chunk =
+        CanonicalChunk { sections: read_sections(&mut fields)?, state_crc: fields.u32()?, ..start };
+    fields.end()?;
+    Ok(chunk)
+}
+
+/// Parse the beginning of a CANO payload, [`CANONICAL_START_BYTES`]: the fields before its sections.
+///
+/// # Errors
+/// `field`.
+pub fn parse_canonical_start(payload: &[u8]) -> Result<CanonicalChunk> {
+    let mut fields = Fields::new(payload);
+    Ok(CanonicalChunk {
         frame: fields.u32()?,
         gaussian_count: fields.u32()?,
         origin: read_origin(&mut fields)?,
         axis_bits: read_axis_bits(&mut fields)?,
-        sections: read_sections(&mut fields)?,
-        state_crc: fields.u32()?,
-    };
-    fields.end()?;
-    Ok(chunk)
+        sections: Default::default(),
+        state_crc: 0,
+    })
+}
+
+/// Parse a section by itself, with its number of words.
+///
+/// # Errors
+/// `field`.
+pub fn parse_section(bytes: &[u8]) -> Result<Section> {
+    Fields::new(bytes).section()
 }
 
 /// The payload of CANO.

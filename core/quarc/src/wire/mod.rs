@@ -9,7 +9,8 @@ mod head;
 mod side;
 
 pub use frames::{
-    build_canonical, build_frame, build_snapshot, parse_canonical, parse_frame, parse_snapshot,
+    build_canonical, build_frame, build_snapshot, parse_canonical, parse_canonical_start,
+    parse_frame, parse_section, parse_snapshot, CANONICAL_START_BYTES,
 };
 pub use head::{build_header, parse_header};
 pub use side::{

@@ -1,0 +1,37 @@
+/** Figures in words for people. */
+
+import type { StreamInfo } from "../protocol.js";
+import { rateOf, type Statistics } from "../statistics.js";
+
+/** A number of bytes; a KB is 1024 of them, as in all figures of quarc-ref. */
+export function formatBytes(bytes: number): string {
+  if (bytes < 1024) return `${bytes} bytes`;
+  const kilobytes = bytes / 1024;
+  return kilobytes < 1024 ? `${kilobytes.toFixed(1)} KB` : `${(kilobytes / 1024).toFixed(1)} MB`;
+}
+
+/** How much of a stream has been received. */
+export function describeLoading(bytes: number, byteLength: number | null): string {
+  const all = byteLength === null ? "" : ` of ${formatBytes(byteLength)}`;
+  return bytes === 0 ? "Loading" : `Loading ${formatBytes(bytes)}${all}`;
+}
+
+/** The rows of the statistics panel. */
+export function listStatistics(
+  statistics: Statistics,
+  info: StreamInfo,
+): readonly (readonly [string, string])[] {
+  const { gaussians, changed, frameBytes, isCanonical, decodeMs, sortMs, uploadMs } = statistics;
+  const { bufferedFrames, framesPerSecond, lateFrames } = statistics;
+  return [
+    ["Gaussians", gaussians.toLocaleString("en")],
+    ["changed", changed.toLocaleString("en")],
+    ["frame", `${formatBytes(frameBytes)}${isCanonical ? ", canonical" : ""}`],
+    ["decode", `${decodeMs.toFixed(1)} ms`],
+    ["sort", `${sortMs.toFixed(1)} ms`],
+    ["upload", `${uploadMs.toFixed(1)} ms`],
+    ["buffer", `${bufferedFrames} frame${bufferedFrames === 1 ? "" : "s"}`],
+    ["shown", `${framesPerSecond} of ${rateOf(info).toFixed(0)} per second`],
+    ["late", `${lateFrames} frame${lateFrames === 1 ? "" : "s"}`],
+  ];
+}

@@ -1,0 +1,293 @@
+/**
+ * The player for programs: draws a stream on a canvas, without any other element.
+ *
+ *     const player = new Player(document.querySelector("canvas"));
+ *     await player.open({ url: "steak.quarc" });
+ *     player.play();
+ */
+
+import type { Depth } from "./draw/picture.js";
+import { Stage, type FrameCost } from "./draw/stage.js";
+import { Playing } from "./playing.js";
+import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
+import { rateOf, Recorder, type Statistics } from "./statistics.js";
+import { StreamError } from "./stream-error.js";
+import { Controls } from "./view/controls.js";
+import { Viewer } from "./view/viewer.js";
+import { makeDecoder, makeSorter } from "./workers.js";
+
+/** The events of a player; `detail` is what a listener receives. */
+export interface PlayerEvents {
+  /** The stream is known; again when its index has been read, or a live stream has ended. */
+  info: StreamInfo;
+  /** A frame is on the screen. */
+  frame: { readonly frame: number };
+  play: null;
+  pause: null;
+  /** The last frame has been shown, and playback does not loop. */
+  ended: null;
+  /** Frames are being waited for, or no longer. */
+  waiting: { readonly isWaiting: boolean };
+  progress: { readonly bytes: number; readonly byteLength: number | null };
+  /** The view has changed, by the user or by a program. */
+  view: null;
+  error: PlayerFault;
+}
+
+export interface PlayerOptions {
+  /** Whether mouse, touch and keys on the canvas move the view; default true. */
+  readonly controls?: boolean;
+}
+
+export class Player extends EventTarget {
+  readonly #stage: Stage;
+  readonly #playing: Playing;
+  readonly #viewer: Viewer;
+  readonly #controls: Controls | null;
+  readonly #recorder = new Recorder();
+  #cameraWanted: string | null = null;
+  #isMeasured = false;
+  #isWaiting = false;
+  #wasPlaying = false;
+  #opened: { resolve: (info: StreamInfo) => void; reject: (error: StreamError) => void } | null = null;
+  #decoded: ((packet: FramePacket) => void) | null = null;
+
+  /** Throws DrawingError where the browser has no WebGL2. */
+  constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
+    super();
+    this.#stage = new Stage(canvas, makeSorter(), {
+      onShown: (packet, cost) => this.#takeShown(packet, cost),
+      onRestored: () => this.setFrame(this.#playing.frame ?? 0),
+      onFault: (message) => this.#fail({ kind: "limit", message, rejectId: null, frame: null }),
+    });
+    this.#viewer = new Viewer(this.#stage, () => this.#tell("view", null));
+    this.#playing = new Playing(makeDecoder(), this.#stage, {
+      onInfo: (info) => this.#takeInfo(info),
+      onState: () => this.#takeState(),
+      onEnded: () => this.#tell("ended", null),
+      onProgress: (bytes, byteLength) => this.#takeProgress(bytes, byteLength),
+      onDecoded: (packet) => this.#takeDecoded(packet),
+      onError: (fault) => this.#fail(fault),
+    });
+    this.#controls = controls ? new Controls(canvas, this.#viewer) : null;
+  }
+
+  /**
+   * Open a stream and show its first frame. Another call replaces the stream.
+   *
+   * Rejects with a StreamError if the stream cannot be received or decoded that far.
+   */
+  open(source: StreamSource): Promise<StreamInfo> {
+    this.#isMeasured = false;
+    this.#recorder.receivedBytes = 0;
+    const opened = new Promise<StreamInfo>((resolve, reject) => (this.#opened = { resolve, reject }));
+    opened.catch(() => undefined); // the error event tells, too
+    this.#playing.open(source);
+    this.#takeState();
+    return opened;
+  }
+
+  play(): void {
+    this.#playing.play();
+  }
+
+  pause(): void {
+    this.#playing.pause();
+  }
+
+  /** Go to a time, seconds from the first frame. */
+  seek(seconds: number): void {
+    const { info } = this;
+    if (info !== null) this.setFrame(info.firstFrame + Math.floor(seconds * rateOf(info) + 1e-6));
+  }
+
+  /** Go to a frame, by its ordinal. */
+  setFrame(frame: number): void {
+    this.#playing.setFrame(frame);
+  }
+
+  /** Pause, and go so many frames on; negative numbers go back. */
+  step(by = 1): void {
+    this.#playing.step(by);
+  }
+
+  /** Release the workers and the graphics card. The player is of no use afterwards. */
+  dispose(): void {
+    this.#controls?.dispose();
+    this.#playing.close();
+    this.#stage.dispose();
+  }
+
+  /** What the stream says of itself; null before its first frame. */
+  get info(): StreamInfo | null {
+    return this.#playing.info;
+  }
+
+  /** Ordinal of the frame that is shown; null before the first. */
+  get frame(): number | null {
+    return this.#playing.frame;
+  }
+
+  /** The frame that is shown or, while a seek is under way, its target. */
+  get targetFrame(): number | null {
+    return this.#playing.target;
+  }
+
+  /** Ordinal after the last frame, if it is known. */
+  get endFrame(): number | null {
+    return this.#playing.end;
+  }
+
+  /** Ordinal after the last frame that is decoded. */
+  get bufferedTo(): number {
+    return this.#playing.bufferedTo;
+  }
+
+  /** Seconds from the first frame to the one that is shown. */
+  get currentTime(): number {
+    const { info, frame } = this;
+    return info === null || frame === null ? 0 : (frame - info.firstFrame) / rateOf(info);
+  }
+
+  /** Seconds from the first frame to the end; null while it is not known. */
+  get duration(): number | null {
+    const { info, endFrame } = this;
+    return info === null || endFrame === null ? null : (endFrame - info.firstFrame) / rateOf(info);
+  }
+
+  get isPlaying(): boolean {
+    return this.#playing.isPlaying;
+  }
+
+  /** Whether frames are being waited for. */
+  get isWaiting(): boolean {
+    return this.#playing.isWaiting;
+  }
+
+  get loop(): boolean {
+    return this.#playing.isLooping;
+  }
+
+  set loop(loop: boolean) {
+    this.#playing.isLooping = loop;
+  }
+
+  /** Speed of playback; 1 is that of the capture. */
+  get speed(): number {
+    return this.#playing.speed;
+  }
+
+  set speed(speed: number) {
+    if (!(speed > 0 && Number.isFinite(speed))) throw new RangeError(`the speed ${speed} is not positive`);
+    this.#playing.speed = speed;
+    this.#takeState();
+  }
+
+  /** Figures of the frame that is shown; null before the first. */
+  get statistics(): Statistics | null {
+    return this.#recorder.read(this.#playing.bufferedFrames, this.#playing.lateFrames);
+  }
+
+  /** The cameras of the capture or, if the stream has none, one that sees the whole scene. */
+  get cameras(): readonly CaptureCamera[] {
+    return this.#viewer.cameras;
+  }
+
+  /** Name of the camera that the view is that of; null if the view has been moved. */
+  get camera(): string | null {
+    const { cameras, cameraIndex, isAtCamera } = this.#viewer;
+    return isAtCamera ? (cameras[cameraIndex]?.name ?? null) : null;
+  }
+
+  /** Look through a camera. An unknown name changes nothing; null goes back to the last camera. */
+  set camera(name: string | null) {
+    this.#cameraWanted = name;
+    const { cameras, cameraIndex } = this.#viewer;
+    this.#viewer.lookThrough(name === null ? cameraIndex : cameras.findIndex((camera) => camera.name === name));
+  }
+
+  /** Turn the scene upside down: the up vector is negated. */
+  flip(): void {
+    this.#viewer.flip();
+  }
+
+  /**
+   * Draw what a camera sees of the frame that is shown, at the camera's size.
+   *
+   * Resolves to red, green and blue from 0 to 1, row by row. `float` blends in 32-bit floats,
+   * `bytes` in 8 bits, as on the screen. Rejects with a DrawingError.
+   */
+  takePicture(camera: CaptureCamera, depth: Depth = "bytes"): Promise<Float32Array> {
+    return this.#stage.takePicture(camera, depth);
+  }
+
+  /** Call a function with every packet that is decoded, before it is shown. */
+  onDecoded(receive: (packet: FramePacket) => void): void {
+    this.#decoded = receive;
+  }
+
+  #takeInfo(info: StreamInfo): void {
+    if (!this.#isMeasured) this.#viewer.begin(info, this.#cameraWanted);
+    this.#tell("info", info);
+  }
+
+  #takeDecoded(packet: FramePacket): void {
+    const { info } = this;
+    if (info !== null && !this.#isMeasured) {
+      this.#isMeasured = true;
+      this.#viewer.measure(packet, info);
+    }
+    this.#decoded?.(packet);
+  }
+
+  #takeShown(packet: FramePacket, cost: FrameCost): void {
+    this.#playing.shown(packet);
+    if (packet.isPreview) return;
+    this.#recorder.add(packet, cost);
+    if (this.info !== null) this.#opened?.resolve(this.info);
+    this.#opened = null;
+    this.#tell("frame", { frame: packet.frame });
+    this.#takeState();
+  }
+
+  #takeState(): void {
+    const { isPlaying, isWaiting } = this.#playing;
+    if (isPlaying !== this.#wasPlaying) {
+      this.#wasPlaying = isPlaying;
+      this.#tell(isPlaying ? "play" : "pause", null);
+    }
+    if (isWaiting !== this.#isWaiting) {
+      this.#isWaiting = isWaiting;
+      this.#tell("waiting", { isWaiting });
+    }
+  }
+
+  #takeProgress(bytes: number, byteLength: number | null): void {
+    this.#recorder.receivedBytes = bytes;
+    this.#tell("progress", { bytes, byteLength });
+  }
+
+  #fail(fault: PlayerFault): void {
+    this.#playing.pause();
+    this.#opened?.reject(new StreamError(fault));
+    this.#opened = null;
+    this.#tell("error", fault);
+  }
+
+  #tell<K extends keyof PlayerEvents>(type: K, detail: PlayerEvents[K]): void {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}
+
+export interface Player {
+  addEventListener<K extends keyof PlayerEvents>(
+    type: K,
+    listener: (event: CustomEvent<PlayerEvents[K]>) => void,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject | null,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+}

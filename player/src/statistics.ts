@@ -1,0 +1,65 @@
+/** Figures of playback, for programs and for the panel of the component. */
+
+import type { FrameCost } from "./draw/stage.js";
+import type { FramePacket, StreamInfo } from "./protocol.js";
+
+const WINDOW_MS = 1000; // in which frames are counted
+
+/** Figures of the frame that is shown and of playback so far. Times are in milliseconds. */
+export interface Statistics {
+  readonly gaussians: number;
+  /** Gaussians that the frame moved or recoded. */
+  readonly changed: number;
+  /** Size of the frame in the stream. */
+  readonly frameBytes: number;
+  readonly isCanonical: boolean;
+  readonly decodeMs: number;
+  readonly sortMs: number;
+  readonly uploadMs: number;
+  /** Frames that are decoded and not shown yet. */
+  readonly bufferedFrames: number;
+  /** Frames shown in the last second. */
+  readonly framesPerSecond: number;
+  /** Frames that were not there when they were due. */
+  readonly lateFrames: number;
+  readonly receivedBytes: number;
+}
+
+/** Counts what is shown. */
+export class Recorder {
+  receivedBytes = 0;
+  readonly #times: number[] = [];
+  #packet: FramePacket | null = null;
+  #cost: FrameCost = { sortMs: 0, uploadMs: 0 };
+
+  /** Take note of a frame that is on the screen. */
+  add(packet: FramePacket, cost: FrameCost): void {
+    this.#times.push(performance.now());
+    this.#packet = packet;
+    this.#cost = cost;
+  }
+
+  /** The figures; null before the first frame. */
+  read(bufferedFrames: number, lateFrames: number): Statistics | null {
+    const [packet, since] = [this.#packet, performance.now() - WINDOW_MS];
+    while ((this.#times[0] ?? since) < since) this.#times.shift();
+    if (packet === null) return null;
+    return {
+      gaussians: packet.count,
+      changed: Math.max(packet.movedSlots.length, packet.codedSlots.length),
+      frameBytes: packet.bytes,
+      isCanonical: packet.isCanonical,
+      decodeMs: packet.decodeMs,
+      ...this.#cost,
+      bufferedFrames,
+      framesPerSecond: this.#times.length,
+      lateFrames,
+      receivedBytes: this.receivedBytes,
+    };
+  }
+}
+
+/** Frames per second of a stream. */
+export function rateOf({ timescale, frameTicks }: StreamInfo): number {
+  return timescale / frameTicks;
+}
