@@ -44,8 +44,9 @@ demo: $(READY) $(CORE) ## Trace a scene, encode it, decode it, measure it: demo/
 	$(BIN)/quarc-ref demo -o demo --force
 
 test: $(READY) $(CORE) ## Run all tests.
-	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile $(TEST_OPTIONS)
 
+check: TEST_OPTIONS := --both-coders
 check: locked lint types imports docs core test player ## Everything that CI runs: versions, lint, types, import rules, docs, tests.
 
 lint: $(READY) ## Style and spelling.

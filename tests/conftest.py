@@ -29,12 +29,32 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 _BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
 
 
-@pytest.fixture(scope="session", autouse=True)
+# Folders whose tests are about bits: every section that they decode is decoded twice.
+_ABOUT_BITS = {"conformance", "format", "hostile", "inspection"}
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--both-coders",
+        action="store_true",
+        help="decode every section of every test with both entropy decoders (make check)",
+    )
+
+
+@pytest.fixture
 def both_entropy_decoders():
     """Every section of every stream is decoded by both decoders, which must agree."""
     coders = CrossCheckingDecoder()
     with decoding_with(coders.open):
         yield coders
+
+
+@pytest.fixture(autouse=True)
+def _cross_check(request):
+    """Decode with both where bits are the subject, and everywhere with --both-coders."""
+    about_bits = request.path.relative_to(Path(__file__).parent).parts[0] in _ABOUT_BITS
+    if about_bits or request.config.getoption("--both-coders"):
+        request.getfixturevalue("both_entropy_decoders")
 
 
 @pytest.fixture(scope="session")
