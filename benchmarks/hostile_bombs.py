@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.decoder.engine import FAST, REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS
@@ -91,7 +91,7 @@ def _plain(header: StreamHeader, positions: Int64) -> Gaussians:
 
 def measure(path: Path, engine: str) -> dict[str, float | None]:
     """Decode a stream in this process; return its slowest frame's seconds, and peak memory."""
-    with decoding_by(engine):
+    with use_engine(engine):
         list(decode(_WARM.read_bytes()))
         times = [time.process_time()]
         for _ in decode(path.read_bytes()):

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kept_files import keep_file
-from quarc_ref.jobs import Job, Where, run_jobs
+from quarc_ref.jobs import Job, WorkerPool, run_jobs
 
 Row = dict[str, Any]
 
@@ -42,7 +42,7 @@ def recall_row(path: Path, key: str) -> Row | None:
 def run_waiting(
     make_row: Callable[[Any], None],
     jobs: Sequence[Job[Any]],
-    where: Where,
+    pool: WorkerPool,
     write_tables: Callable[[], object],
 ) -> None:
     """Run the jobs whose rows are missing; tables are written anew now and then.
@@ -50,7 +50,7 @@ def run_waiting(
     Args:
         make_row: Makes a job's row and keeps it.
         jobs: Whose rows are missing.
-        where: In processes, or on a Ray cluster.
+        pool: In processes, or on a Ray cluster.
         write_tables: Writes them from the rows that are there.
 
     Raises:
@@ -65,7 +65,7 @@ def run_waiting(
             write_tables()
             written = time.monotonic()
 
-    run_jobs(make_row, jobs, where, tell)
+    run_jobs(make_row, jobs, pool, tell)
 
 
 def sum_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:

@@ -21,7 +21,7 @@ from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header
 from quarc_ref.encoder.resume.array_file import ArrayFileError, Layout, read_arrays
 from quarc_ref.export.gaussian_ply import parse_ply
-from quarc_ref.files import MARKER, OutputPathError, grown_folder
+from quarc_ref.files import MARKER, OutputPathError, growing_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
 from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
@@ -164,7 +164,10 @@ def marker(data: bytes) -> None:
     with _file(MARKER, data) as path:
         with suppress(OutputPathError):
             read_marker(path.parent)
-        with suppress(OutputPathError), grown_folder(path.parent, replace=True, keep=True) as made:
+        with (
+            suppress(OutputPathError),
+            growing_folder(path.parent, replace=True, keep=True) as made,
+        ):
             made.write("a.ply", data)
 
 

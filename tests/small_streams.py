@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from quarc_ref.decoder.engine import REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.cameras import Camera
@@ -76,7 +76,7 @@ def make_stream(
     """A stream with motion, births, deaths and what else its header allows, and its states."""
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
     sink = io.BytesIO()
-    with decoding_by(REFERENCE):  # whatever decodes it is compared with the reference
+    with use_engine(REFERENCE):  # whatever decodes it is compared with the reference
         loop = ClosedLoop(sink, header, (CAMERA,), {"capture": "made by hand"})
     states = [loop.commit_canonical(make_gaussians(header, gaussian_count), frame=0)]
     for frame in range(1, frame_count):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.decoder.engine import FAST, REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format.errors import BitstreamError, LimitError, VerificationError
 from quarc_ref.playback import Player
 
@@ -41,7 +41,7 @@ def _place(end: _End) -> int | str | None:
 def _tell(data: bytes, engine: str) -> tuple[list[str], _End]:
     """Return a digest of every frame, its floats included, and how the stream ends."""
     told = []
-    with decoding_by(engine), Player(data, threads=1) as player:
+    with use_engine(engine), Player(data, threads=1) as player:
         try:
             for frame in player:
                 splats = frame.splats

@@ -19,7 +19,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder.engine import REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.progress import NullProgress
@@ -99,7 +99,7 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
     if last >= capture.frame_count:
         message = f"frame {last} of a capture of {capture.frame_count}"
         raise TooFewFramesError(message)
-    with decoding_by(REFERENCE):
+    with use_engine(REFERENCE):
         state = next(decode_states(data, arguments.frame, arguments.frame + 1), None)
     if state is None:
         message = f"the stream has no frame {arguments.frame}"

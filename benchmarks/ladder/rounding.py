@@ -26,7 +26,7 @@ from quarc_ref.format.constants import (
     SYMBOL_LIMIT,
 )
 from quarc_ref.format.records import SH_REST, StreamHeader
-from quarc_ref.format.updates import CODES, TURN, UPDATE_FIELDS, Updates
+from quarc_ref.format.updates import CODES, ROTATION, UPDATE_FIELDS, Updates
 from quarc_ref.inspection.estimate import estimate_bits, estimate_updates
 
 Changes = dict[str, int]  # Gaussians of which a field changes, by its name
@@ -129,7 +129,7 @@ def find_updates(moved: State, fitted: Fitted) -> tuple[Updates, Int64]:
         rest[:, alive] = found[RESIDUAL_ROWS:]
     residuals = np.zeros((RESIDUAL_ROWS, scene.count), dtype=np.int64)
     residuals[:, alive] = found[:RESIDUAL_ROWS]
-    residuals[TURN] = np.clip(residuals[TURN], -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)
+    residuals[ROTATION] = np.clip(residuals[ROTATION], -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)
     codes = scene.codes[: CODES.stop - CODES.start].astype(np.int64)
     residuals[CODES] = np.clip(codes + residuals[CODES], -CODE_LIMIT, CODE_LIMIT) - codes
     dies = np.ones(scene.count, dtype=np.bool_)

@@ -17,7 +17,7 @@ from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.jobs import Job, JobsError, Where
+from quarc_ref.jobs import Job, JobsError, WorkerPool
 from studies import Row, note, run_waiting
 
 
@@ -59,7 +59,7 @@ class Study:
         return write_results(self.experiments, rows, self.folder, self.capture, self.preset)
 
 
-def run_study(study: Study, where: Where) -> None:
+def run_study(study: Study, pool: WorkerPool) -> None:
     """Run what is not done yet; tables and page are written anew now and then.
 
     Raises:
@@ -69,7 +69,7 @@ def run_study(study: Study, where: Where) -> None:
     waiting = [task for task in study.tasks if task.trial.name not in done]
     note(f"{len(done)} of {len(study.tasks)} rows are there already")
     jobs = [Job(task.trial.name, task) for task in waiting]
-    run_waiting(make_row, jobs, where, study.write)
+    run_waiting(make_row, jobs, pool, study.write)
 
 
 def plan_study(arguments: argparse.Namespace) -> Study:
@@ -111,13 +111,13 @@ def main(words: Sequence[str] | None = None) -> int:
         if arguments.lpips:
             Lpips(arguments.lpips)  # rejected now, not after the first hour
         study = plan_study(arguments)
-        where = Where(arguments.workers, arguments.threads, arguments.ray)
+        pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
     except (ValueError, CaptureError, EncodeError) as error:
         note(f"paper.py: {error}")
         return 2
     code = 0
     try:
-        run_study(study, where)
+        run_study(study, pool)
     except JobsError as error:
         note(str(error))
         code = 3

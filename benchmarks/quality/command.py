@@ -16,7 +16,7 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.jobs import Job, JobsError, Where
+from quarc_ref.jobs import Job, JobsError, WorkerPool
 from studies import Row, note, run_waiting
 
 
@@ -36,7 +36,7 @@ class Study:
     fingerprints: dict[str, str]
     folder: Path
 
-    def run(self, where: Where) -> None:
+    def run(self, pool: WorkerPool) -> None:
         """Run what is not done yet.
 
         Raises:
@@ -44,7 +44,7 @@ class Study:
         """
         waiting = [task for task in self.tasks if self._recall(task) is None]
         note(f"{len(self.tasks) - len(waiting)} of {len(self.tasks)} rows are there already")
-        run_waiting(make_row, [Job(task.name, task) for task in waiting], where, self.write)
+        run_waiting(make_row, [Job(task.name, task) for task in waiting], pool, self.write)
 
     def groups(self) -> list[Group]:
         """Return the rows that are done, by capture and held-out set."""
@@ -91,14 +91,14 @@ def main(words: Sequence[str] | None = None) -> int:
             return 0
         if arguments.lpips:
             Lpips(arguments.lpips)  # rejected now, not after the first hour
-        where = Where(arguments.workers, arguments.threads, arguments.ray)
+        pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:
         note(f"quality.py: {error}")
         return 2
     code = 0
     try:
-        study.run(where)
+        study.run(pool)
     except JobsError as error:
         note(str(error))
         code = 3

@@ -108,7 +108,7 @@ MUTANTS = (
     mutant(
         "newborn follow their parents' anchors",
         _RECONSTRUCT,
-        "anchors.with_newborn(scene.positions[:, anchors.binding.shape[1] :])\n",
+        "anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])\n",
         "replace(state.anchors, binding=np.delete(np.hstack([state.anchors.binding,"
         " state.anchors.binding[:, state.births.parents]"
         " if state.births else state.anchors.binding[:, :0]]), gone, axis=1))\n",

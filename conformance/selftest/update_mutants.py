@@ -55,7 +55,7 @@ MUTANTS: tuple[Mutant, ...] = (
     mutant(
         "rotations that are not turned normalized again",
         _UPDATES,
-        "turning = np.flatnonzero(np.any(residuals[TURN], axis=0))",
+        "turning = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
         "turning = np.arange(which.size)",
     ),
     mutant(

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.output import print_json, print_table, tell
+from quarc_ref.cli.output import print_json, print_message, print_table
 from quarc_ref.export.table import Export
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from quarc_ref.decoder import Scene
     from quarc_ref.export.clip import Clip
     from quarc_ref.export.table import FrameSequence
-    from quarc_ref.files import MadeFolder
+    from quarc_ref.files import OutputFolder
     from quarc_ref.format.cameras import Camera
     from quarc_ref.streams import Follow, Gap, Source
 
@@ -80,7 +80,7 @@ class Written:
         self._sidecar: str | None = None
         self._sequence: FrameSequence | None = None
 
-    def add(self, target: "MadeFolder | OneFrame", scene: "Scene", clip: "Clip") -> None:
+    def add(self, target: "OutputFolder | OneFrame", scene: "Scene", clip: "Clip") -> None:
         """Write a frame, or take it into the one file of all."""
         from quarc_ref.export.clip import Frame
 
@@ -95,7 +95,7 @@ class Written:
             name = f"frame_{scene.frame:04}.{self._export.suffix}"
             self.names.append(target.write(name, data).name)
 
-    def finish(self, target: "MadeFolder | OneFrame") -> None:
+    def finish(self, target: "OutputFolder | OneFrame") -> None:
         """Write the one file of all frames, if the format has one."""
         if self._sequence is not None:
             name = f"frames.{self._export.suffix}"
@@ -114,7 +114,7 @@ class Written:
         print_table(str(output or "no folder"), lines)
 
     def _write_sidecar(
-        self, target: "MadeFolder | OneFrame", first_frame: int, clip: "Clip"
+        self, target: "OutputFolder | OneFrame", first_frame: int, clip: "Clip"
     ) -> None:
         from quarc_ref.export.sidecar import NAME, build_sidecar
 
@@ -130,4 +130,4 @@ def _tell(gap: "Gap") -> None:
     size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
     lost = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
     line = f"gap at byte {gap.offset}, {size}, frames lost: {lost}: {gap.message}"
-    tell(line)
+    print_message(line)

@@ -10,7 +10,7 @@ from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.evaluation.evaluate import Evaluation, evaluate_stream
 from quarc_ref.evaluation.report import write_report
-from quarc_ref.files import MadeFolder
+from quarc_ref.files import OutputFolder
 from quarc_ref.synth import SynthOptions, fill_synthetic_capture
 
 
@@ -30,7 +30,7 @@ class Demo:
 
 
 def run_demo(
-    folder: MadeFolder, options: SynthOptions, config: EncoderConfig, progress: Progress
+    folder: OutputFolder, options: SynthOptions, config: EncoderConfig, progress: Progress
 ) -> Demo:
     """Make a capture, a stream and a report in a folder.
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from quarc_ref.cli.encode_warnings import Warnings
-from quarc_ref.cli.encoder_options import open_capture_for, require_device
+from quarc_ref.cli.encoder_options import open_requested_capture, require_device
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.stream_targets import growing_stream, kept_segments
 from quarc_ref.cli.targets import written_file, written_stream
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.progress import Progress
     from quarc_ref.encoder.segments import Segment
     from quarc_ref.encoder.settings.config import EncoderConfig
-    from quarc_ref.jobs import Where
+    from quarc_ref.jobs import WorkerPool
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class EncodeJob:
         from quarc_ref.encoder import EncodeOptions
 
         require_device(self.device)
-        capture = open_capture_for(self.folder, self.opening)
+        capture = open_requested_capture(self.folder, self.opening)
         try:
             capture.require_frames(self.frames)
         except TooFewFramesError as error:
@@ -113,7 +113,7 @@ def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
 
 
 def encode_to_joined_file(
-    work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, where: "Where"
+    work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, pool: "WorkerPool"
 ) -> None:
     """Encode segments apart, and join them in a file.
 
@@ -137,25 +137,25 @@ def encode_to_joined_file(
         for part in parts:
             folder.add(part.file.name)
             folder.add(checkpoint_path(part.file).name)
-        segments.encode_segments(parts, where, work.progress, work.warnings.add)
+        segments.encode_segments(parts, pool, work.progress, work.warnings.add)
         with written_file(target, force=wanted.force, durable=True) as sink:
             segments.join_segments(parts, sink)
 
 
-def choose_workers(
+def choose_pool(
     segment_count: int, workers: int | None, ray: str | None, device: str
-) -> "Where":
+) -> "WorkerPool":
     """Return where segments are encoded.
 
     A process of this machine has an even share of its processors, a task of a
     cluster one processor, and a GPU if the device is CUDA.
     """
-    from quarc_ref.jobs import Where
+    from quarc_ref.jobs import WorkerPool
 
     processors = os.cpu_count() or 1
     at_a_time = workers or min(segment_count, processors)
     threads = 1 if ray else max(1, processors // at_a_time)
-    return Where(at_a_time, threads, ray, 1.0 if device == "cuda" else 0.0)
+    return WorkerPool(at_a_time, threads, ray, 1.0 if device == "cuda" else 0.0)
 
 
 def _cut(

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.output import tell
+from quarc_ref.cli.output import print_message
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.findings import Finding
@@ -17,7 +17,7 @@ class Warnings:
 
     def add(self, finding: "Finding") -> None:
         """Say a finding on standard error, and keep it."""
-        tell(f"warning: {finding.message}")
+        print_message(f"warning: {finding.message}")
         self._findings.append(finding)
 
     def as_json(self) -> list[dict[str, object]]:

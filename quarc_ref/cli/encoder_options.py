@@ -70,7 +70,7 @@ def require_device(device: str) -> None:
         raise UsageError(message)
 
 
-def open_capture_for(folder: Path, options: "CaptureOptions") -> "Capture":
+def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture":
     """Open a capture as it is asked for.
 
     Raises:

@@ -18,7 +18,7 @@ from typing import Any, NoReturn, TextIO
 
 import typer
 
-from quarc_ref.cli.output import tell
+from quarc_ref.cli.output import print_message
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.files import OutputPathError
@@ -175,6 +175,6 @@ def _leave(message: str, code: int) -> NoReturn:
     _let_go_of(sys.stdout)
     if message:
         with suppress(OSError):  # the code is left to tell
-            tell(message)
+            print_message(message)
     _let_go_of(sys.stderr)
     raise typer.Exit(code)

@@ -8,7 +8,7 @@ import typer
 
 from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import STANDARD_STREAM, check_file, is_file
-from quarc_ref.cli.output import tell
+from quarc_ref.cli.output import print_message
 
 if TYPE_CHECKING:
     from quarc_ref.streams import Follow
@@ -68,7 +68,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
 def _await_file(path: Path, patience: float) -> None:
     if path.exists():
         return
-    tell(f"waiting for {path}")
+    print_message(f"waiting for {path}")
     give_up = time.monotonic() + patience
     while not path.exists() and time.monotonic() < give_up:
         time.sleep(_POLL_SECONDS)

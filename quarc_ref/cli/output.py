@@ -49,7 +49,7 @@ def print_json(schema: str, values: dict[str, object]) -> None:
     sys.stdout.write(json.dumps(said, indent=2, allow_nan=False) + "\n")
 
 
-def tell(message: str) -> None:
+def print_message(message: str) -> None:
     """Write a line to standard error."""
     sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
 
@@ -102,7 +102,7 @@ def warn_of_reference_engine() -> bool:
 
     missed = misses_fast_engine()
     if missed:
-        tell(_REFERENCE_ENGINE)
+        print_message(_REFERENCE_ENGINE)
     return missed
 
 

@@ -6,7 +6,7 @@ from tempfile import TemporaryFile, gettempdir
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, BinaryIO, Protocol
 
-from quarc_ref.cli.output import tell
+from quarc_ref.cli.output import print_message
 from quarc_ref.format.errors import BitstreamError, QuarcError, SourceError
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _copy_on(source: "Source", copy: "_GrowingCopy") -> None:
     try:
         _copy(source, copy)
     except (QuarcError, OSError) as error:
-        tell(str(error))
+        print_message(str(error))
 
 
 class _GrowingCopy:

@@ -8,7 +8,7 @@ from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import reject_target
-from quarc_ref.files import MadeFolder, grown_folder, holds_files, sync_file, sync_folder
+from quarc_ref.files import OutputFolder, contains_files, growing_folder, sync_file, sync_folder
 
 _PART = ".part"
 _SEGMENTS = ".segments"
@@ -61,7 +61,7 @@ def growing_stream(
 
 
 @contextmanager
-def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[MadeFolder]:
+def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[OutputFolder]:
     """Make the folder `<target>.segments`, which goes when all is done, and stays if it is not.
 
     Args:
@@ -75,8 +75,8 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[MadeFo
     """
     reject_target(target, force=force)
     path = target.with_name(target.name + _SEGMENTS)
-    with grown_folder(path, replace=True, keep=resume or not force) as folder:
-        if not (resume or force) and folder.holds_files():
+    with growing_folder(path, replace=True, keep=resume or not force) as folder:
+        if not (resume or force) and folder.contains_files():
             _reject_left(path)
         with _said_to_stay(path):
             yield folder
@@ -155,5 +155,5 @@ def _is_begun(place: Path) -> bool:
 
 def _holds_something(path: Path) -> bool:
     if path.is_dir():
-        return holds_files(path)
+        return contains_files(path)
     return path.is_file() and path.stat().st_size > 0

@@ -10,9 +10,9 @@ from typing import BinaryIO
 from quarc_ref import files
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.options import STANDARD_STREAM
-from quarc_ref.cli.output import tell
+from quarc_ref.cli.output import print_message
 from quarc_ref.export.table import EXPORTS
-from quarc_ref.files import MadeFolder
+from quarc_ref.files import OutputFolder
 
 # A folder whose name ends so would be taken for a file.
 _FILE_SUFFIXES = {
@@ -62,7 +62,7 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def written_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
+def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     """Fill a folder that takes a target's place when all is written.
 
     Args:
@@ -78,11 +78,11 @@ def written_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
         yield made
     if made.kept_aside:
         message = f"files were put into {target} in the meantime: they are in {made.kept_aside}"
-        tell(message)
+        print_message(message)
 
 
 @contextmanager
-def grown_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
+def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     """Fill a folder whose files are seen as soon as they are made, and stay.
 
     Args:
@@ -94,7 +94,7 @@ def grown_folder(target: Path, *, force: bool) -> Iterator[MadeFolder]:
         OutputPathError: As for `written_folder`.
     """
     _reject_folder(target)
-    with files.grown_folder(target, replace=force) as made, _said_to_stay(made):
+    with files.growing_folder(target, replace=force) as made, _said_to_stay(made):
         yield made
 
 
@@ -179,12 +179,12 @@ def _reject_missing_parent(target: Path) -> None:
 
 
 @contextmanager
-def _said_to_stay(made: MadeFolder) -> Iterator[None]:
+def _said_to_stay(made: OutputFolder) -> Iterator[None]:
     """Let an interruption say that what has been written is kept."""
     try:
         yield
     except KeyboardInterrupt as error:
-        if not made.holds_files():
+        if not made.contains_files():
             raise
         message = f"interrupted; {made.path} holds the frames that were written"
         raise KeyboardInterrupt(message) from error

@@ -12,7 +12,7 @@ from contextlib import ExitStack
 
 from quarc_ref.conformance.jobs import CAPABILITIES, answer_jobs, describe_stream
 from quarc_ref.decoder.engine import REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format.coding.ans import PythonBitDecoder
 from quarc_ref.format.coding.entropy import decoding_with
 from quarc_ref.streams.sources import PipeSource
@@ -26,7 +26,7 @@ def main() -> int:
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":
-            stack.enter_context(decoding_by(REFERENCE))
+            stack.enter_context(use_engine(REFERENCE))
             stack.enter_context(decoding_with(PythonBitDecoder))
         if options.capabilities:
             sys.stdout.write(json.dumps(CAPABILITIES) + "\n")

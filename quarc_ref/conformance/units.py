@@ -16,7 +16,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.digest import compute_digest, compute_state_crc
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.reconstruct import choose_deaths
-from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
+from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, rotate
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format import arithmetic
 from quarc_ref.format.arrays import Int32, Int64
@@ -105,7 +105,7 @@ def _expand(rotation_bits: int, j: int, abc: list[int]) -> list[int]:
 
 
 def _turn(rotation: list[int], sums: list[int]) -> list[int]:
-    return _list(turn(_column(rotation).astype(np.int32), normalize_sums(_column(sums))))
+    return _list(rotate(_column(rotation).astype(np.int32), normalize_sums(_column(sums))))
 
 
 def _weight_by_counts(zeros: int, ones: int) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from quarc_ref.datasets.capture import Image
 
 
-def turn_upright(frame: av.VideoFrame) -> Image:
+def rotate_upright(frame: av.VideoFrame) -> Image:
     """Return `[H, W, 3]` sRGB of a frame, turned by its display matrix.
 
     Raises:

@@ -21,7 +21,7 @@ from quarc_ref.datasets.calibration import Numbers
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
-from quarc_ref.datasets.orientation import turn_upright
+from quarc_ref.datasets.orientation import rotate_upright
 
 
 class VideoReader:
@@ -89,7 +89,7 @@ class VideoReader:
             raise UnreadableVideoError(message)
         self._next = frame + 1
         try:
-            return turn_upright(found)
+            return rotate_upright(found)
         except (av.FFmpegError, ValueError) as error:
             message = f"frame {frame} of {self.path} cannot be used: {error}; export it upright"
             raise UnreadableVideoError(message) from error

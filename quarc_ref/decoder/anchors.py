@@ -52,7 +52,7 @@ class Anchors:
         """Return the same after Gaussians of indices `[g]` have left; anchors stay (SPEC 6.5)."""
         return Anchors(self.levels, np.delete(self.binding, gone, axis=1))
 
-    def with_newborn(self, positions: Int32) -> "Anchors":
+    def with_births(self, positions: Int32) -> "Anchors":
         """Return the same with Gaussians bound that were born since, at `[3, n]` (SPEC 6.5)."""
         newborn = [bind_exhaustively(positions, level.positions) for level in self.levels]
         return Anchors(self.levels, np.hstack([self.binding, np.array(newborn, dtype=np.int32)]))

@@ -36,7 +36,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
 
 
 @contextmanager
-def decoding_by(engine: str) -> Iterator[None]:
+def use_engine(engine: str) -> Iterator[None]:
     """Use the engine of this name, as long as this context lasts."""
     token = _engine.set(engine)
     try:

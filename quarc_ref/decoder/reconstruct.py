@@ -12,7 +12,7 @@ import numpy as np
 
 from quarc_ref.decoder.anchors import sample_anchors
 from quarc_ref.decoder.ranges import narrow_codes, narrow_positions
-from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
+from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, rotate
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int16, Int32, Int64
@@ -44,7 +44,7 @@ def begin_frame(state: State, death_count: int) -> State:
     else:
         bound = anchors.binding.shape[1]
         anchors = anchors.without(gone[gone < bound])
-        anchors = anchors.with_newborn(scene.positions[:, anchors.binding.shape[1] :])
+        anchors = anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])
     return replace(
         state,
         scene=scene,
@@ -105,7 +105,7 @@ def move(state: State, symbols: list[Int64]) -> State:
         scene=replace(
             scene,
             positions=narrow_positions(moved),  # [7.5-1]
-            rotations=_turn_all(scene, sums[3:]),
+            rotations=_rotate_all(scene, sums[3:]),
         ),
         motion=sums.astype(np.int16),
         symbols=tuple(symbols),
@@ -158,7 +158,7 @@ def append_births(state: State, births: Births) -> State:
     )
 
 
-def _turn_all(scene: Scene, sums: Int64) -> Int32:
+def _rotate_all(scene: Scene, sums: Int64) -> Int32:
     """Return every rotation turned by its sum of residuals; a zero sum keeps it (SPEC 7.5)."""
     header = scene.header
     turning = np.flatnonzero(np.any(sums, axis=0))
@@ -167,7 +167,7 @@ def _turn_all(scene: Scene, sums: Int64) -> Int32:
     sums = sums[:, turning]
     sums[0] += header.rotation_unity * header.level_count
     rotations = scene.rotations.copy()
-    rotations[:, turning] = turn(scene.rotations[:, turning], normalize_sums(sums))
+    rotations[:, turning] = rotate(scene.rotations[:, turning], normalize_sums(sums))
     return rotations
 
 

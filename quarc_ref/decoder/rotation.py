@@ -32,7 +32,7 @@ def normalize_sums(sums: Int64) -> Int64:
     return _normalize(sums, SUM_GUARD_BITS)
 
 
-def turn(rotations: Int32, residuals: Int64) -> Int32:
+def rotate(rotations: Int32, residuals: Int64) -> Int32:
     """Return rotations times residuals, normalized: the residual is on the right (Eq. 2).
 
     Args:

@@ -87,7 +87,7 @@ class StreamDecoder:
             self._frame_count = points[-1].frame - points[0].frame
             self._sought = points[-1]
 
-    def lose(self) -> None:
+    def mark_lost(self) -> None:
         """Take it that chunks up to the next canonical frame are lost (SPEC 11.4)."""
         self._state = None
         self._is_whole = False

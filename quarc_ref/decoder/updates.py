@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from quarc_ref.decoder.ranges import narrow_codes, narrow_positions
-from quarc_ref.decoder.rotation import normalize_sums, turn
+from quarc_ref.decoder.rotation import normalize_sums, rotate
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.coding.update_planes import UpdateContext
 from quarc_ref.format.constants import RECENCY_LIMIT, ROTATION_UNITY_LIMIT
 from quarc_ref.format.errors import CountError, SymbolRangeError
-from quarc_ref.format.updates import CODES, TRANSLATION, TURN, Updates
+from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
 
 def update_context(state: State) -> UpdateContext:
@@ -69,9 +69,9 @@ def _change(scene: Scene, which: Int64, residuals: Int64) -> Scene:
     )
     moved = positions[:, which] + residuals[TRANSLATION] * scene.header.translation_step
     positions[:, which] = narrow_positions(moved)  # [7.8-2]
-    turning = np.flatnonzero(np.any(residuals[TURN], axis=0))
+    turning = np.flatnonzero(np.any(residuals[ROTATION], axis=0))
     turned = which[turning]
-    rotations[:, turned] = _turn(rotations[:, turned], residuals[TURN, turning], scene)
+    rotations[:, turned] = _turn(rotations[:, turned], residuals[ROTATION, turning], scene)
     changed = codes[: CODES.stop - CODES.start]  # all but SH rest
     changed[:, which] = narrow_codes(changed[:, which] + residuals[CODES])  # [7.8-3]
     return replace(scene, positions=positions, rotations=rotations, codes=codes)
@@ -82,4 +82,4 @@ def _turn(rotations: Int32, residuals: Int64, scene: Scene) -> Int32:
         message = f"a rotation residual of an update is beyond {ROTATION_UNITY_LIMIT}"
         raise SymbolRangeError(message)
     identity = np.full_like(residuals[:1], scene.header.rotation_unity)
-    return turn(rotations, normalize_sums(np.concatenate([identity, residuals])))
+    return rotate(rotations, normalize_sums(np.concatenate([identity, residuals])))

@@ -24,7 +24,7 @@ from quarc_ref.encoder.resume.partial_stream import (
 )
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
-from quarc_ref.jobs import Job, Where, run_jobs
+from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from quarc_ref.streams.join import join
 from quarc_ref.streams.sources import FileSource
 
@@ -69,13 +69,13 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
 
 
 def encode_segments(
-    segments: Sequence[Segment], where: Where, progress: Progress, report: Report = ignore
+    segments: Sequence[Segment], pool: WorkerPool, progress: Progress, report: Report = ignore
 ) -> None:
     """Encode segments, several at a time. The capture is not checked: all of them have the same.
 
     Args:
         segments: Each with a file of its own, which every machine reaches.
-        where: They are encoded.
+        pool: Processes or Ray cluster that encode them.
         progress: Is told of every segment that is done.
         report: Is called, when all are done, with what speaks against a good picture of any.
 
@@ -87,7 +87,7 @@ def encode_segments(
         for segment in segments
     ]
     found = run_jobs(
-        encode_segment, jobs, where, lambda _, *done: progress.advance("segments", *done)
+        encode_segment, jobs, pool, lambda _, *done: progress.advance("segments", *done)
     )
     for segment, findings in zip(segments, found, strict=True):
         for finding in findings:

@@ -17,13 +17,13 @@ from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_frames, plot_kinds
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
-from quarc_ref.files import MadeFolder
+from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
 
 DIFFERENCE_GAIN = 4
 
 
-def write_report(evaluation: Evaluation, folder: MadeFolder) -> Path:
+def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
     """Write the page and its pictures; return the page's path.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 from quarc_ref.decoder.dequantize import Float32, Splats
 from quarc_ref.export.activate import opacities_of, scales_of, xyzw_of
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.upright import turn_upright
+from quarc_ref.export.upright import rotate_upright
 
 _EXTENSION = "KHR_gaussian_splatting"
 _KERNEL = {
@@ -27,7 +27,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
     """Return the bytes of a `.glb`."""
     import pygltflib as gltf
 
-    attributes = _list_attributes(turn_upright(frame.splats, clip), clip.meters_per_unit)
+    attributes = _list_attributes(rotate_upright(frame.splats, clip), clip.meters_per_unit)
     model = gltf.GLTF2(
         asset=gltf.Asset(version="2.0", generator="quarc-ref"),
         extensionsUsed=[_EXTENSION],

@@ -12,7 +12,7 @@ import numpy as np
 
 from quarc_ref.export.activate import opacities_of, scales_of, xyzw_of
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.upright import find_turn, matrix_of, turn_upright
+from quarc_ref.export.upright import find_turn, matrix_of, rotate_upright
 from quarc_ref.format.cameras import Camera
 
 _APERTURE = 36.0  # tenths of a unit, as USD has it; only its ratio to the focal length counts
@@ -45,7 +45,7 @@ class Sequence:
         """Append a frame as time samples."""
         from pxr import Vt
 
-        splats, time = turn_upright(frame.splats, self._clip), frame.scene.frame
+        splats, time = rotate_upright(frame.splats, self._clip), frame.scene.frame
         is_first = not self._stage.HasAuthoredTimeCodeRange()
         if is_first:
             self._stage.SetStartTimeCode(time)

@@ -8,7 +8,7 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.conversion import convert_ply
 from quarc_ref.export.errors import ExportError
 from quarc_ref.export.gaussian_ply import build_ply
-from quarc_ref.export.upright import turn_upright
+from quarc_ref.export.upright import rotate_upright
 
 _FARTHEST = 2048 - 2**-12
 
@@ -19,7 +19,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
     Raises:
         ExportError: A Gaussian is farther off the origin than SPZ can say.
     """
-    upright = turn_upright(frame.splats, clip)
+    upright = rotate_upright(frame.splats, clip)
     if abs(upright.positions).max() > _FARTHEST:
         message = f"frame {frame.scene.frame} reaches beyond {_FARTHEST:.0f} units: SPZ does not"
         raise ExportError(message)

@@ -25,7 +25,7 @@ _TURNS = {
 _OPPOSITE = {"+z": "-z", "-z": "+z"}
 
 
-def turn_upright(splats: Splats, clip: Clip) -> Splats:
+def rotate_upright(splats: Splats, clip: Clip) -> Splats:
     """Return splats in a right-handed frame whose +y is up.
 
     Where the stream does not know its up axis, it is taken to be -y.

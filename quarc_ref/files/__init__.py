@@ -13,19 +13,19 @@ own files in a marker, and only files listed there are ever deleted.
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folders import grown_folder, written_folder
+from quarc_ref.files.folder_contents import contains_files
+from quarc_ref.files.folders import growing_folder, written_folder
 from quarc_ref.files.leftovers import remove_leftovers
-from quarc_ref.files.made_folder import MadeFolder
 from quarc_ref.files.marker import MARKER
-from quarc_ref.files.stock import holds_files
+from quarc_ref.files.output_folder import OutputFolder
 
 __all__ = [
     "MARKER",
-    "MadeFolder",
+    "OutputFolder",
     "OutputPathError",
     "atomic_file",
-    "grown_folder",
-    "holds_files",
+    "contains_files",
+    "growing_folder",
     "remove_leftovers",
     "sync_file",
     "sync_folder",

@@ -7,21 +7,21 @@ from pathlib import Path
 
 from quarc_ref.files.beside import PART, name_beside, name_old
 from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.folder_contents import remove_made, require_made
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.locks import CAN_LOCK
-from quarc_ref.files.made_folder import (
-    MadeFolder,
+from quarc_ref.files.marker import MARKER
+from quarc_ref.files.output_folder import (
+    OutputFolder,
     continue_folder,
     empty_folder,
     mark_folder,
     open_marker,
 )
-from quarc_ref.files.marker import MARKER
-from quarc_ref.files.stock import remove_made, require_made
 
 
 @contextmanager
-def written_folder(target: Path, *, replace: bool = False) -> Iterator[MadeFolder]:
+def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFolder]:
     """Fill a folder beside a target; it takes the target's place if the block ends without error.
 
     Args:
@@ -50,9 +50,9 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[MadeFolde
 
 
 @contextmanager
-def grown_folder(
+def growing_folder(
     target: Path, *, replace: bool = False, keep: bool = False
-) -> Iterator[MadeFolder]:
+) -> Iterator[OutputFolder]:
     """Fill a folder in its place: its files are seen one by one, and stay if the work fails.
 
     A folder that holds no file at the end is removed.
@@ -74,13 +74,13 @@ def grown_folder(
         try:
             yield made
         finally:
-            if not made.holds_files():
+            if not made.contains_files():
                 if not CAN_LOCK:
                     made.close()
                 remove_made(target)
 
 
-def _open_in_place(target: Path, *, keep: bool) -> MadeFolder:
+def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
     target.mkdir(exist_ok=True)
     try:
         if not (target / MARKER).exists():
@@ -108,7 +108,7 @@ def _require_free(target: Path, *, replace: bool) -> None:
         open_marker(target).close()
 
 
-def _make_beside(target: Path) -> MadeFolder:
+def _make_beside(target: Path) -> OutputFolder:
     while True:
         beside = name_beside(target, PART)
         try:
@@ -124,7 +124,7 @@ def _make_beside(target: Path) -> MadeFolder:
             raise
 
 
-def _put_in_place(made: MadeFolder, target: Path, *, replace: bool) -> None:
+def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
     with suppress(OSError):  # there is none, or it is not empty
         target.rmdir()
     if not os.path.lexists(target):
@@ -136,7 +136,7 @@ def _put_in_place(made: MadeFolder, target: Path, *, replace: bool) -> None:
         raise OutputPathError(message)
 
 
-def _swap(made: MadeFolder, target: Path) -> None:
+def _swap(made: OutputFolder, target: Path) -> None:
     """Put a folder in the place of one that was made before, which goes with all that it lists.
 
     At every moment the old folder is whole, in its place or aside. If this process

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from quarc_ref.files.beside import OLD, PART, is_beside
 from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.folder_contents import remove_made
 from quarc_ref.files.locks import lock, open_regular
 from quarc_ref.files.marker import MARKER
-from quarc_ref.files.stock import remove_made
 
 
 def remove_leftovers(target: Path) -> None:

@@ -13,7 +13,7 @@ class Updates:
     Attributes:
         gaussians: `[u]` index in the scene of each that changes, ascending.
         dies: `[u]` whether it leaves.
-        residuals: `[RESIDUAL_ROWS, u]` what is added to it, in steps: `TRANSLATION`, `TURN`
+        residuals: `[RESIDUAL_ROWS, u]` what is added to it, in steps: `TRANSLATION`, `ROTATION`
             and `CODES`; 0 where it leaves.
     """
 
@@ -28,12 +28,12 @@ class Updates:
 
 
 TRANSLATION = slice(0, 3)
-TURN = slice(3, 6)
+ROTATION = slice(3, 6)
 CODES = slice(6, RESIDUAL_ROWS)  # of the state's codes, the first: all but SH rest
 # The rows of each field of an update, in the order in which fields are coded (SPEC 8.8).
 UPDATE_FIELDS = {
     "translation": TRANSLATION,
-    "rotation": TURN,
+    "rotation": ROTATION,
     "log-scales": slice(6, 9),
     "opacity": slice(9, 10),
     "SH DC": slice(10, 13),

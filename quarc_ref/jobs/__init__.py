@@ -5,7 +5,7 @@
 Nothing here knows what the jobs are about.
 """
 
-from quarc_ref.jobs.job import Job, JobsError, Where
+from quarc_ref.jobs.job import Job, JobsError, WorkerPool
 from quarc_ref.jobs.run_jobs import run_jobs
 
-__all__ = ["Job", "JobsError", "Where", "run_jobs"]
+__all__ = ["Job", "JobsError", "WorkerPool", "run_jobs"]

@@ -25,7 +25,7 @@ class Job(Generic[Argument]):
 
 
 @dataclass(frozen=True, slots=True)
-class Where:
+class WorkerPool:
     """Where jobs run.
 
     Attributes:

@@ -4,12 +4,12 @@ import logging
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from quarc_ref.jobs.job import Outcome, Where, attempt
+from quarc_ref.jobs.job import Outcome, WorkerPool, attempt
 
 _LOCAL = "local"
 
 
-def run_on_ray(calls: Sequence[bytes], where: Where) -> Iterator[tuple[int, Outcome]]:
+def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
     """Make calls, as many at a time as the cluster bears.
 
     Yields:
@@ -22,12 +22,12 @@ def run_on_ray(calls: Sequence[bytes], where: Where) -> Iterator[tuple[int, Outc
     import ray
 
     # A cluster that is started here is as large as was asked for, and serves no pages.
-    here: dict[str, Any] = {"num_cpus": where.workers * where.threads, "include_dashboard": False}
+    here: dict[str, Any] = {"num_cpus": pool.workers * pool.threads, "include_dashboard": False}
     quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
-    ray.init(where.ray, **quiet, **(here if where.ray == _LOCAL else {}))
+    ray.init(pool.ray, **quiet, **(here if pool.ray == _LOCAL else {}))
     try:
-        task = ray.remote(num_cpus=where.threads, num_gpus=where.gpus)(attempt)
-        places = {task.remote(call, where.environment): place for place, call in enumerate(calls)}
+        task = ray.remote(num_cpus=pool.threads, num_gpus=pool.gpus)(attempt)
+        places = {task.remote(call, pool.environment): place for place, call in enumerate(calls)}
         while places:
             ended, _ = ray.wait(list(places))
             for reference in ended:

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING
 
-from quarc_ref.jobs.job import Outcome, Where, attempt
+from quarc_ref.jobs.job import Outcome, WorkerPool, attempt
 
 if TYPE_CHECKING:
     Pipe = Connection[Outcome, Outcome]
@@ -25,8 +25,8 @@ _TERMINATED = 128 + signal.SIGTERM
 _PATIENCE = 10.0  # seconds that a process has to end before it is killed
 
 
-def run_in_processes(calls: Sequence[bytes], where: Where) -> Iterator[tuple[int, Outcome]]:
-    """Make calls, `where.workers` at a time.
+def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
+    """Make calls, `pool.workers` at a time.
 
     Yields:
         The place of each call and its outcome, as they end.
@@ -34,9 +34,9 @@ def run_in_processes(calls: Sequence[bytes], where: Where) -> Iterator[tuple[int
     running: dict[Pipe, tuple[int, BaseProcess]] = {}
     try:
         for place, call in enumerate(calls):
-            if len(running) == where.workers:
+            if len(running) == pool.workers:
                 yield from _take_ended(running)
-            pipe, process = _start(call, where)
+            pipe, process = _start(call, pool)
             running[pipe] = (place, process)
         while running:
             yield from _take_ended(running)
@@ -47,10 +47,10 @@ def run_in_processes(calls: Sequence[bytes], where: Where) -> Iterator[tuple[int
             _see_ended(process)
 
 
-def _start(call: bytes, where: Where) -> "tuple[Pipe, BaseProcess]":
+def _start(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
     ours, theirs = _SPAWN.Pipe(duplex=False)
-    process = _SPAWN.Process(target=_work, args=(theirs, call, where.environment))
-    with _environment(where.environment):
+    process = _SPAWN.Process(target=_work, args=(theirs, call, pool.environment))
+    with _environment(pool.environment):
         process.start()
     theirs.close()  # theirs alone is left, so that the pipe ends with the process
     return ours, process

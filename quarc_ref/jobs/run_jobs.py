@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from quarc_ref.jobs.job import Argument, Job, Outcome, Result, Where, pack_call, take_results
+from quarc_ref.jobs.job import Argument, Job, Outcome, Result, WorkerPool, pack_call, take_results
 from quarc_ref.jobs.on_ray import run_on_ray
 from quarc_ref.jobs.processes import run_in_processes
 
@@ -11,7 +11,7 @@ from quarc_ref.jobs.processes import run_in_processes
 def run_jobs(
     function: Callable[[Argument], Result],
     jobs: Sequence[Job[Argument]],
-    where: Where,
+    pool: WorkerPool,
     told: Callable[[str, int, int], object] | None = None,
 ) -> list[Result]:
     """Call a function once for every job, each in a process of its own.
@@ -24,7 +24,7 @@ def run_jobs(
         function: Can be imported by its name where the jobs run, and its
             result can be pickled.
         jobs: In the order in which they are begun.
-        where: In processes of this machine, or on a Ray cluster. Files that
+        pool: In processes of this machine, or on a Ray cluster. Files that
             jobs name must be there too.
         told: Is called after each job with its name, how many are over, and
             how many there are.
@@ -38,7 +38,7 @@ def run_jobs(
         ConnectionError: No Ray cluster is at the address.
     """
     outcomes: dict[int, Outcome] = {}
-    for place, outcome in _run(function, jobs, where):
+    for place, outcome in _run(function, jobs, pool):
         outcomes[place] = outcome
         if told is not None:
             told(jobs[place].name, len(outcomes), len(jobs))
@@ -46,7 +46,7 @@ def run_jobs(
 
 
 def _run(
-    function: Callable[[Any], Any], jobs: Sequence[Job[Any]], where: Where
+    function: Callable[[Any], Any], jobs: Sequence[Job[Any]], pool: WorkerPool
 ) -> Iterator[tuple[int, Outcome]]:
     calls = [pack_call(function, job.argument) for job in jobs]
-    return run_in_processes(calls, where) if where.ray is None else run_on_ray(calls, where)
+    return run_in_processes(calls, pool) if pool.ray is None else run_on_ray(calls, pool)

@@ -14,7 +14,7 @@ def times(m, x, y, z):
 
 
 @plain
-def turned_times(m, x, y, z):
+def transposed_times(m, x, y, z):
     """Return the transposed matrix times a vector."""
     return (
         m[0] * x + m[3] * y + m[6] * z,
@@ -27,17 +27,17 @@ def turned_times(m, x, y, z):
 def product(a, b):
     """Return a times b."""
     return (
-        *turned_times(b, a[0], a[1], a[2]),
-        *turned_times(b, a[3], a[4], a[5]),
-        *turned_times(b, a[6], a[7], a[8]),
+        *transposed_times(b, a[0], a[1], a[2]),
+        *transposed_times(b, a[3], a[4], a[5]),
+        *transposed_times(b, a[6], a[7], a[8]),
     )
 
 
 @plain
-def turned_product(a, b):
+def transposed_product(a, b):
     """Return the transposed a times b."""
     return (
-        *turned_times(b, a[0], a[3], a[6]),
-        *turned_times(b, a[1], a[4], a[7]),
-        *turned_times(b, a[2], a[5], a[8]),
+        *transposed_times(b, a[0], a[3], a[6]),
+        *transposed_times(b, a[1], a[4], a[7]),
+        *transposed_times(b, a[2], a[5], a[8]),
     )

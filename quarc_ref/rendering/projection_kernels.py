@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 from quarc_ref.rendering.compiled import parallel_entrance, plain
-from quarc_ref.rendering.matrix_kernels import product, times, turned_product, turned_times
+from quarc_ref.rendering.matrix_kernels import product, times, transposed_product, transposed_times
 
 LOW_PASS = np.float32(0.3)
 ALPHA_LEAST = np.float32(1 / 255)
@@ -86,7 +86,7 @@ def project_backward(
         hx, hy, hz = _covariance_backward(
             camera, quaternions, scales, i, x, y, z, g_conics, g_quaternions, g_scales
         )
-        wx, wy, wz = turned_times(camera, gx + hx, gy + hy, gz + hz)
+        wx, wy, wz = transposed_times(camera, gx + hx, gy + hy, gz + hz)
         dx, dy, dz = _shade_backward(camera, means, sh, colors, g_colors, g_sh, i)
         g_means[i, 0], g_means[i, 1], g_means[i, 2] = wx + dx, wy + dy, wz + dz
 
@@ -206,7 +206,7 @@ def _covariance_backward(
 
 @plain
 def _spread_backward(camera, turn, quaternions, scales, i, g_m, g_quaternions, g_scales):
-    world = turned_product(camera, g_m)
+    world = transposed_product(camera, g_m)
     for k in range(3):
         g_scales[i, k] = (
             world[k] * turn[k] + world[3 + k] * turn[3 + k] + world[6 + k] * turn[6 + k]

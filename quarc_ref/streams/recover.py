@@ -20,7 +20,7 @@ from quarc_ref.format.errors import (
 )
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.follow import Follow, poll
-from quarc_ref.streams.resync import Effort, Search, canonical_frame, find_resumption
+from quarc_ref.streams.resync import Search, SearchBudget, canonical_frame, find_resumption
 from quarc_ref.streams.source import Source, as_source
 
 
@@ -83,14 +83,14 @@ class _Recovery:
         self._follow = follow
         self._reader = ChunkReader(source)
         self._decoder = decoder
-        self._effort = Effort(0)
+        self._effort = SearchBudget(0)
         self._first: int | None = None  # ordinal of the stream's first frame, if it was decoded
         self._due: int | None = None  # ordinal of the frame to come
 
     def begin(self) -> None:
         """Take HEAD."""
         self._push(self._read())
-        self._effort = Effort(self._decoder.header.limits.chunk_bytes)
+        self._effort = SearchBudget(self._decoder.header.limits.chunk_bytes)
 
     def step(self) -> Iterator[Scene | Gap]:
         """Take a chunk, or find the way past what cannot be taken."""
@@ -130,7 +130,7 @@ class _Recovery:
         else:
             if header is not None and isinstance(error, PayloadCrcError):
                 self._effort.spend(header.length)  # [13-2]
-            self._decoder.lose()  # [11.4-3]
+            self._decoder.mark_lost()  # [11.4-3]
             yield from self._resume(error, offset)
 
     def _resume(self, error: BitstreamError, offset: int) -> Iterator[Gap]:

@@ -1,7 +1,7 @@
 """After damage: the next chunk that decoding can resume at (SPEC 11.4).
 
 A search looks at every sync word once. Each payload whose CRC fails is charged
-to an `Effort` that all searches of a stream share, so that their time stays in
+to an `SearchBudget` that all searches of a stream share, so that their time stays in
 proportion to the stream, also where it was made to look like chunks.
 """
 
@@ -23,7 +23,7 @@ _MOST_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
 _FRAME_BYTES = 4
 
 
-class Effort:
+class SearchBudget:
     """How many payload bytes the recovery of a stream may check in vain (SPEC 11.4, 13-2).
 
     Args:
@@ -38,7 +38,7 @@ class Effort:
         """Charge a payload whose CRC failed."""
         self._spent += byte_count
 
-    def suffices(self, place: int) -> bool:
+    def allows(self, place: int) -> bool:
         """Tell whether a payload may be checked at a place, in bytes from the stream's start."""
         return self._spent <= _EFFORT * place + self._besides
 
@@ -61,7 +61,7 @@ class Search:
     sequence: int
     frame: int
     limit: int
-    effort: Effort
+    effort: SearchBudget
     canonical: int | None = None
 
     def admits(self, header: ChunkHeader) -> bool:
@@ -105,7 +105,7 @@ def find_resumption(source: Source, search: Search) -> ChunkHeader:
     while True:
         window = source.read(start, size)
         for header in _find_headers(window, start):
-            if not search.admits(header) or not search.effort.suffices(header.offset):
+            if not search.admits(header) or not search.effort.allows(header.offset):
                 continue
             with suppress(PayloadCrcError, TruncatedError):
                 check_payload(source, header)

@@ -18,9 +18,9 @@ from quarc_ref.synth.solids import (
     box,
     cylinder,
     ellipsoid,
-    turn_x,
-    turn_y,
-    turn_z,
+    rotate_x,
+    rotate_y,
+    rotate_z,
 )
 from quarc_ref.synth.stage import Room
 
@@ -61,7 +61,7 @@ def make_room(phase: float, palette: Palette) -> Room:
 
 def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
     """Return a cabinet with toys in it, behind a door that slides aside."""
-    place = at(-1.75, 0.0, -1.72) @ turn_y(0.62)
+    place = at(-1.75, 0.0, -1.72) @ rotate_y(0.62)
     wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
     door = Paint(patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08)
     back = Paint(patterns.CHECKS, palette.toys[2], palette.toys[0], palette.light, 0.14, glow=0.35)
@@ -105,12 +105,12 @@ def make_wall_pieces(phase: float, palette: Palette) -> list[list[Solid]]:
     blue, white = (0.25, 0.45, 0.8), (0.85, 0.9, 0.95)
     sky = Paint(patterns.WINDOW, blue, white, palette.light, phase=phase, glow=0.6)
     north = at(-0.05, 1.5, _BACK + 0.03)
-    west = at(_LEFT + 0.03, 1.45, -0.75) @ turn_y(math.pi / 2)
+    west = at(_LEFT + 0.03, 1.45, -0.75) @ rotate_y(math.pi / 2)
     return [
         [box(north, (0.46, 0.35, 0.03), frame), box(north, (0.39, 0.28, 0.04), hills)],
         [box(west, (0.52, 0.40, 0.03), frame), box(west, (0.45, 0.33, 0.04), lake)],
         [box(at(_RIGHT - 0.02, 1.75, -0.5), (0.02, 0.6, 0.9), sky)],
-        _books(at(_RIGHT - 0.14, 1.05, -2.1) @ turn_y(-math.pi / 2), palette),
+        _books(at(_RIGHT - 0.14, 1.05, -2.1) @ rotate_y(-math.pi / 2), palette),
     ]
 
 
@@ -134,9 +134,9 @@ def make_floor_pieces(phase: float, palette: Palette) -> list[list[Solid]]:
 def _blocks(phase: float, palette: Palette) -> list[Solid]:
     toys, light = palette.toys, palette.light
     places = [
-        at(1.75, 0.13, -1.45) @ turn_y(0.3 + phase),
-        at(2.05, 0.13, -1.30) @ turn_y(1.0 - phase),
-        at(1.90, 0.39, -1.38) @ turn_y(0.7 + 2 * phase),
+        at(1.75, 0.13, -1.45) @ rotate_y(0.3 + phase),
+        at(2.05, 0.13, -1.30) @ rotate_y(1.0 - phase),
+        at(1.90, 0.39, -1.38) @ rotate_y(0.7 + 2 * phase),
     ]
     return [
         box(place, (0.13, 0.13, 0.13), Paint(patterns.BLOCK, toys[2 * i], light, toys[2 * i + 1]))
@@ -147,7 +147,7 @@ def _blocks(phase: float, palette: Palette) -> list[Solid]:
 def _cushion(palette: Palette) -> list[Solid]:
     tint, dark = palette.toys[1], mix(palette.toys[1], palette.dark, 0.4)
     paint = Paint(patterns.STRIPES, tint, dark, tint, 0.13)
-    place = at(-2.75, 0.2, -0.55) @ turn_z(0.15)
+    place = at(-2.75, 0.2, -0.55) @ rotate_z(0.15)
     return [ellipsoid(place, (0.48, 0.24, 0.48), paint)]
 
 
@@ -158,7 +158,7 @@ def _plant(phase: float, palette: Palette) -> list[Solid]:
     leaf = Paint(patterns.WOOD, green, dark, dark, 0.5, phase, 0.15)
     leaves = []
     for i in range(9):
-        around = turn_y(2.4 * i + phase) @ turn_x(0.25 + 0.11 * i)
+        around = rotate_y(2.4 * i + phase) @ rotate_x(0.25 + 0.11 * i)
         radii = (0.085, 0.32 - 0.012 * i, 0.03)
         leaves.append(ellipsoid(place @ at(0, 0.4, 0) @ around @ at(0, 0.3, 0), radii, leaf))
     return [cylinder(place @ at(0.0, 0.2, 0.0), 0.19, 0.2, pot), *leaves]

@@ -15,9 +15,9 @@ from quarc_ref.synth.solids import (
     capsule,
     cylinder,
     ellipsoid,
-    turn_x,
-    turn_y,
-    turn_z,
+    rotate_x,
+    rotate_y,
+    rotate_z,
 )
 from quarc_ref.synth.toys import wave
 
@@ -39,11 +39,11 @@ def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]
     """Return the robot's legs, and the rest of it, at a time in seconds."""
     paints = _choose_paints(time, phase, palette)
     march = wave(time, _STEP_SECONDS, phase)
-    root = at(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ turn_y(0.6 * wave(time, 2.4, phase))
-    hips = root @ at(0.0, _HIP + 0.03 * abs(march), 0.0) @ turn_z(-0.05 * march)
+    root = at(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(0.6 * wave(time, 2.4, phase))
+    hips = root @ at(0.0, _HIP + 0.03 * abs(march), 0.0) @ rotate_z(-0.05 * march)
     legs = [solid for side in (-1, 1) for solid in _leg(root, hips, side, march, paints)]
     pelvis = ellipsoid(hips, (0.16, 0.1, 0.13), paints.joint)
-    torso = hips @ at(0.0, 0.25, 0.0) @ turn_z(0.1 * march)
+    torso = hips @ at(0.0, 0.25, 0.0) @ rotate_z(0.1 * march)
     upper = [
         ellipsoid(torso, (0.21, 0.25, 0.17), paints.body),
         *_head(torso, time, phase, paints),
@@ -88,10 +88,10 @@ def _bend_knee(root: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
 
 
 def _head(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
-    look = turn_y(0.35 * wave(time, 1.9, phase)) @ turn_z(0.12 * wave(time, 1.3, phase))
+    look = rotate_y(0.35 * wave(time, 1.9, phase)) @ rotate_z(0.12 * wave(time, 1.3, phase))
     head = torso @ at(0.0, 0.24, 0.0) @ look @ at(0.0, 0.2, 0.0)
     ears = [
-        cylinder(head @ at(0.2 * side, 0.0, 0.0) @ turn_z(math.pi / 2), 0.06, 0.03, paints.joint)
+        cylinder(head @ at(0.2 * side, 0.0, 0.0) @ rotate_z(math.pi / 2), 0.06, 0.03, paints.joint)
         for side in (-1, 1)
     ]
     return [
@@ -105,13 +105,13 @@ def _head(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Sol
 
 def _waving_arm(torso: Matrix, time: float, phase: float, paints: _Paints) -> list[Solid]:
     swing = wave(time, 0.85, phase)
-    shoulder = torso @ at(0.21, 0.12, 0.0) @ turn_z(2.0 + 0.12 * swing)
-    return _arm(shoulder, turn_z(0.75 + 0.6 * swing), paints)
+    shoulder = torso @ at(0.21, 0.12, 0.0) @ rotate_z(2.0 + 0.12 * swing)
+    return _arm(shoulder, rotate_z(0.75 + 0.6 * swing), paints)
 
 
 def _swinging_arm(torso: Matrix, march: float, paints: _Paints) -> list[Solid]:
-    shoulder = torso @ at(-0.21, 0.12, 0.0) @ turn_z(-0.45) @ turn_x(0.5 * march)
-    return _arm(shoulder, turn_x(-0.7 - 0.3 * march), paints)
+    shoulder = torso @ at(-0.21, 0.12, 0.0) @ rotate_z(-0.45) @ rotate_x(0.5 * march)
+    return _arm(shoulder, rotate_x(-0.7 - 0.3 * march), paints)
 
 
 def _arm(shoulder: Matrix, bend: Matrix, paints: _Paints) -> list[Solid]:

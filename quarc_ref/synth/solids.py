@@ -1,7 +1,7 @@
 """Solids of the synthetic scene: shapes of unit size, mapped to the world.
 
 A solid is a shape, the affine matrix that puts it into the world, and the
-paint on it. Matrices are `[4, 4]` and act on columns; `at(...) @ turn_y(...)`
+paint on it. Matrices are `[4, 4]` and act on columns; `at(...) @ rotate_y(...)`
 turns first and moves then, as figures with joints want it.
 """
 
@@ -65,17 +65,17 @@ def scale(x: float, y: float, z: float) -> Matrix:
     return np.diag([x, y, z, 1.0])
 
 
-def turn_x(angle: float) -> Matrix:
+def rotate_x(angle: float) -> Matrix:
     """Return the matrix that turns y towards z, radians."""
     return _turn(angle, 1, 2)
 
 
-def turn_y(angle: float) -> Matrix:
+def rotate_y(angle: float) -> Matrix:
     """Return the matrix that turns z towards x, radians."""
     return _turn(angle, 2, 0)
 
 
-def turn_z(angle: float) -> Matrix:
+def rotate_z(angle: float) -> Matrix:
     """Return the matrix that turns x towards y, radians."""
     return _turn(angle, 0, 1)
 

@@ -20,10 +20,10 @@ from quarc_ref.synth.solids import (
     capsule,
     cylinder,
     ellipsoid,
+    rotate_x,
+    rotate_y,
+    rotate_z,
     scale,
-    turn_x,
-    turn_y,
-    turn_z,
 )
 
 _BALL_RADIUS = 0.2
@@ -50,8 +50,8 @@ def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:
     height = _BOUNCE_HEIGHT * 4 * beat * (1 - beat) + _BALL_RADIUS * tall
     x = 0.62 * wave(time, 3.4, phase)
     z = 0.72 + 0.1 * wave(time, 2.3, 2 * phase)
-    frame = at(x, height, z) @ scale(wide, tall, wide) @ turn_z(-x / _BALL_RADIUS)
-    frame = frame @ turn_x(0.9 + 0.7 * time) @ turn_z(0.4)
+    frame = at(x, height, z) @ scale(wide, tall, wide) @ rotate_z(-x / _BALL_RADIUS)
+    frame = frame @ rotate_x(0.9 + 0.7 * time) @ rotate_z(0.4)
     first, second, third = palette.toys[0], palette.toys[2], palette.toys[4]
     paint = Paint(patterns.GORES, first, second, third, phase=phase, gloss=0.3)
     return [ball(frame, _BALL_RADIUS, paint)]
@@ -59,14 +59,14 @@ def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:
 
 def make_crate(time: float, phase: float, palette: Palette) -> list[Solid]:
     """Return a crate on a table that turns."""
-    place = at(-0.93, 0.0, -0.4) @ turn_y(2.0 * time + 2 * math.pi * phase)
+    place = at(-0.93, 0.0, -0.4) @ rotate_y(2.0 * time + 2 * math.pi * phase)
     top = Paint(patterns.CHECKS, palette.toys[3], palette.light, palette.light, 0.12, gloss=0.2)
     boards = Paint(patterns.CRATE, *palette.wood, palette.dark, phase=phase, gloss=0.1)
-    crate = place @ at(0.0, 0.35, 0.0) @ turn_y(0.4)
+    crate = place @ at(0.0, 0.35, 0.0) @ rotate_y(0.4)
     return [
         cylinder(place @ at(0.0, 0.06, 0.0), 0.33, 0.06, top),
         box(crate, (0.23, 0.23, 0.23), boards),
-        box(crate @ at(0.03, 0.29, 0.02) @ turn_y(0.5), (0.13, 0.06, 0.09), _book(palette)),
+        box(crate @ at(0.03, 0.29, 0.02) @ rotate_y(0.5), (0.13, 0.06, 0.09), _book(palette)),
     ]
 
 
@@ -79,7 +79,7 @@ def make_blob(time: float, phase: float, palette: Palette) -> list[Solid]:
     place = at(0.95, 0.0, -0.5)
     breath = 1 + 0.07 * wave(time, 1.1, phase)
     paint = Paint(patterns.DOTS, palette.toys[1], palette.light, palette.light, 0.17, phase, 0.35)
-    sway = turn_z(0.2 * wave(time, 1.3, phase)) @ turn_y(1.2 * time)
+    sway = rotate_z(0.2 * wave(time, 1.3, phase)) @ rotate_y(1.2 * time)
     radii = (0.25 / math.sqrt(breath), 0.25 * breath, 0.25 / math.sqrt(breath))
     waves = 0.65 * time + phase
     return [blob(place @ at(0.0, 0.67, 0.0) @ sway, radii, waves, paint), *_stool(place, palette)]
@@ -90,14 +90,14 @@ def _stool(place: Matrix, palette: Palette) -> list[Solid]:
     leg = Paint(patterns.PLAIN, palette.toys[4], palette.dark, palette.dark, 0.3, gloss=0.2)
     legs = []
     for i in range(3):
-        around = place @ turn_y(2 * math.pi * i / 3)
+        around = place @ rotate_y(2 * math.pi * i / 3)
         legs.append(capsule(around @ at(0, 0.40, 0.12), around @ at(0, 0.03, 0.24), 0.035, leg))
     return [cylinder(place @ at(0.0, 0.43, 0.0), 0.25, 0.035, wood), *legs]
 
 
 def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
     """Return a mobile that turns above the stage: a planet, a box, a pill and a ball."""
-    hub = at(0.15, 1.78, -0.75) @ turn_y(1.5 * time + 2 * math.pi * phase)
+    hub = at(0.15, 1.78, -0.75) @ rotate_y(1.5 * time + 2 * math.pi * phase)
     rod = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark)
     toys = palette.toys
     stripes = Paint(patterns.STRIPES, toys[3], palette.light, toys[3], 0.16, phase, 0.25)
@@ -105,11 +105,11 @@ def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
     pill = Paint(patterns.STRIPES, toys[0], toys[2], toys[0], 0.9, 0.25, 0.25)
     plain = Paint(patterns.PLAIN, toys[5], toys[5], toys[5], 0.1, phase, 0.3)
     low, high = at(0, -0.22, 0), at(0, -0.14, 0)
-    ends = [hub @ turn_y(math.pi / 2 * i) @ at(0.0, 0.0, 0.6) for i in range(4)]
+    ends = [hub @ rotate_y(math.pi / 2 * i) @ at(0.0, 0.0, 0.6) for i in range(4)]
     solids = [
         *(capsule(hub, end, 0.013, rod) for end in ends),
-        ellipsoid(ends[0] @ low @ turn_z(0.4), (0.11, 0.11, 0.11), stripes),
-        box(ends[1] @ high @ turn_y(1.1 * time), (0.085, 0.085, 0.085), checks),
+        ellipsoid(ends[0] @ low @ rotate_z(0.4), (0.11, 0.11, 0.11), stripes),
+        box(ends[1] @ high @ rotate_y(1.1 * time), (0.085, 0.085, 0.085), checks),
         capsule(ends[2] @ low, ends[2] @ high @ at(0.09, 0.05, 0), 0.06, pill),
         ball(ends[3] @ high, 0.09, plain),
     ]
@@ -123,7 +123,7 @@ def make_balloon(time: float, palette: Palette) -> list[Solid]:
     outside = 0.0 if -3.4 < x < 3.4 else 6.0  # below the floor
     paint = Paint(patterns.DOTS, palette.toys[0], palette.light, palette.light, 0.2, gloss=0.4)
     string = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark)
-    place = at(0.0, -outside, 0.0) @ place @ turn_z(0.3 * wave(time, 0.4, 0.0))
+    place = at(0.0, -outside, 0.0) @ place @ rotate_z(0.3 * wave(time, 0.4, 0.0))
     return [
         ellipsoid(place, (0.2, 0.25, 0.2), paint),
         capsule(place @ at(0, -0.25, 0), place @ at(0, -0.6, 0), 0.012, string),
@@ -136,7 +136,7 @@ def make_train(time: float, phase: float, palette: Palette) -> list[list[Solid]]
     roll = -_TRAIN_SPEED * time / _WHEEL_RADIUS
     cars = []
     for i in range(3):
-        place = turn_y(turn - i * _WAGON_LENGTH / TRACK) @ at(0.0, 0.0, TRACK)
+        place = rotate_y(turn - i * _WAGON_LENGTH / TRACK) @ at(0.0, 0.0, TRACK)
         body = _engine(place, palette) if i == 0 else _wagon(place, i, phase, palette)
         cars.append([*body, *_wheels(place, roll, palette)])
     return cars
@@ -151,7 +151,7 @@ def _engine(place: Matrix, palette: Palette) -> list[Solid]:
     lamp = Paint(patterns.PLAIN, palette.light, third, third, glow=0.5)
     return [
         box(place @ at(0.0, 0.1, 0.0), (0.2, 0.035, 0.1), body),
-        cylinder(place @ at(0.07, 0.215, 0.0) @ turn_z(math.pi / 2), 0.085, 0.12, boiler),
+        cylinder(place @ at(0.07, 0.215, 0.0) @ rotate_z(math.pi / 2), 0.085, 0.12, boiler),
         box(place @ at(-0.115, 0.25, 0.0), (0.075, 0.115, 0.095), cab),
         box(place @ at(-0.115, 0.38, 0.0), (0.1, 0.018, 0.115), body),
         cylinder(place @ at(0.13, 0.33, 0.0), 0.035, 0.06, dark),
@@ -176,7 +176,7 @@ def _wheels(place: Matrix, roll: float, palette: Palette) -> list[Solid]:
     paint = Paint(patterns.RINGS, palette.dark, palette.toys[2], palette.dark, gloss=0.2)
     return [
         cylinder(
-            place @ at(x, _WHEEL_RADIUS, z) @ turn_x(math.pi / 2) @ turn_y(roll),
+            place @ at(x, _WHEEL_RADIUS, z) @ rotate_x(math.pi / 2) @ rotate_y(roll),
             _WHEEL_RADIUS,
             0.022,
             paint,

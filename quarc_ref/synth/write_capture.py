@@ -14,7 +14,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.datasets.points_ply import write_points_ply
-from quarc_ref.files import MadeFolder, written_folder
+from quarc_ref.files import OutputFolder, written_folder
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.rig import RigCamera, place_cameras
 from quarc_ref.synth.scene import make_scene
@@ -49,7 +49,7 @@ def _ignore(done: int, total: int) -> None:
 
 
 def fill_synthetic_capture(
-    folder: MadeFolder, options: SynthOptions, progress: Callable[[int, int], None]
+    folder: OutputFolder, options: SynthOptions, progress: Callable[[int, int], None]
 ) -> None:
     """Do as `write_synthetic_capture` in a folder that is being filled."""
     scene, cameras = make_scene(options.seed, options.scene), place_cameras(options)

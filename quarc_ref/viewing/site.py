@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from quarc_ref.files import MadeFolder
+from quarc_ref.files import OutputFolder
 from quarc_ref.streams import FileSource, Source
 from quarc_ref.streams.copy_stream import copy_stream
 from quarc_ref.viewing.page import PLAYER, POSTER, STREAM, PageOptions, build_page, read_player
@@ -29,7 +29,7 @@ class Site:
 
 
 def write_site(
-    folder: MadeFolder,
+    folder: OutputFolder,
     source: Source,
     options: PageOptions,
     draw_poster: Callable[[Source], bytes | None],

@@ -81,21 +81,21 @@ def test_what_is_spliced_comes_from_another_stream(maker):
     names = [hostility.name if hostility else "" for hostility in maker.hostilities]
     number = names.index("chunks of another stream")
     payloads = {piece.payload for donor in maker._donors for piece in donor.pieces[1:-2]}
-    made = [maker.make(number + len(names) * turn).data for turn in range(20)]
+    made = [maker.make(number + len(names) * rotate).data for rotate in range(20)]
 
     assert sum(any(payload in data for payload in payloads) for data in made) > 5
 
 
 @needs_fast
 def test_engines_that_disagree_are_seen(streams, monkeypatch):
-    turn = reconstruct.turn
+    rotate = reconstruct.rotate
 
     def turn_otherwise(rotations, residuals):
-        turned = turn(rotations, residuals)
+        turned = rotate(rotations, residuals)
         turned[3, -1] ^= 1
         return turned
 
-    monkeypatch.setattr(reconstruct, "turn", turn_otherwise)
+    monkeypatch.setattr(reconstruct, "rotate", turn_otherwise)
     verdicts = [_judge(stream.data) for stream in streams[::84]]
 
     assert "escape" in {verdict.outcome for verdict in verdicts}
@@ -111,7 +111,7 @@ def test_engines_that_reject_otherwise_are_seen(monkeypatch):
         raise CountError(message)
 
     assert _judge(whole).outcome == "decoded"
-    monkeypatch.setattr(reconstruct, "turn", reject)  # of the reference alone
+    monkeypatch.setattr(reconstruct, "rotate", reject)  # of the reference alone
     assert _judge(whole).outcome == "escape"
 
 

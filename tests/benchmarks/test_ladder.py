@@ -19,7 +19,7 @@ from ladder.rungs import RUNGS
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
-from quarc_ref.encoder.frames.surrogate import turn
+from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
@@ -168,7 +168,7 @@ def test_what_is_whole_steps_off_is_found_in_these_steps_and_decoded_to_it():
     steps = torch.from_numpy(asked)
     wanted = Attributes(
         start.means + steps[:, :3] * translation_step(header),
-        2 * turn(start.rotations, steps[:, 3:6] / header.rotation_unity),
+        2 * rotate(start.rotations, steps[:, 3:6] / header.rotation_unity),
         start.log_scales + steps[:, 6:9] * header.log_scale_step,
         start.opacities + steps[:, 9] * header.opacity_step,
         start.sh_dc + steps[:, None, 10:13] * header.sh_dc_step,

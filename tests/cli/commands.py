@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from quarc_ref.cli.app import app
 from quarc_ref.export.sidecar import NAME as SIDECAR
-from quarc_ref.files import MARKER, grown_folder
+from quarc_ref.files import MARKER, growing_folder
 from tests.cli.schemas import validate
 
 # A few iterations of everything: what comes out is no picture, but a whole stream.
@@ -55,7 +55,7 @@ def list_names(folder):
 
 def make_folder(path, *names, text="old"):
     """Make a folder as the command does, with small files."""
-    with grown_folder(path) as made:
+    with growing_folder(path) as made:
         for name in names:
             made.write(name, text.encode())
     return path

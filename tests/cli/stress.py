@@ -13,7 +13,7 @@ from tests.cli.commands import TINY_OPTIONS
 
 _PUSH = "quarc_ref.streams.decode_stream.StreamDecoder.push"
 _WRITE = "quarc_ref.streams.stream_writer.StreamWriter.write"
-_WRITE_FRAME = "quarc_ref.files.MadeFolder.write"
+_WRITE_FRAME = "quarc_ref.files.OutputFolder.write"
 _TINY = shlex.join(TINY_OPTIONS)
 
 

@@ -23,7 +23,7 @@ def write_or_die(*arguments, **named):
 {owner}.{method} = write_or_die
 main()
 """
-_IN_A_FOLDER = _DIES.format(owner="MadeFolder", method="add")
+_IN_A_FOLDER = _DIES.format(owner="OutputFolder", method="add")
 
 
 def _kill(program, *command):

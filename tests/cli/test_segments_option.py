@@ -8,7 +8,7 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode, segments
 from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.encoder.settings.presets import change_setting, choose_preset
-from quarc_ref.jobs import JobsError, Where
+from quarc_ref.jobs import JobsError, WorkerPool
 from quarc_ref.jobs.job import Outcome
 from tests.cli.commands import TINY, TINY_OPTIONS, list_names, make_folder, run, run_json
 from tests.streams.edits import join_bytes, list_digests
@@ -33,9 +33,9 @@ def parts(capture):
     return streams
 
 
-def _run_here(function, jobs, where, told):
+def _run_here(function, jobs, pool, told):
     """Do as `run_jobs`, without the processes."""
-    assert where == Where(2, (os.cpu_count() or 1) // 2 or 1)
+    assert pool == WorkerPool(2, (os.cpu_count() or 1) // 2 or 1)
     results = []
     for done, job in enumerate(jobs, 1):
         results.append(function(job.argument))
@@ -146,20 +146,20 @@ def test_what_does_not_fit_segments_is_a_usage_error_and_makes_nothing(
 
 
 @pytest.mark.parametrize(
-    ("asked", "processors", "where"),
+    ("asked", "processors", "pool"),
     [
-        ((4, None, None, "cpu"), 8, Where(4, 2)),
-        ((8, None, None, "cpu"), 4, Where(4, 1)),
-        ((8, 2, None, "auto"), 8, Where(2, 4)),
-        ((2, 16, None, "cpu"), 8, Where(16, 1)),
-        ((2, None, "host:6379", "cpu"), 8, Where(2, 1, "host:6379")),
-        ((2, None, "host:6379", "cuda"), 8, Where(2, 1, "host:6379", 1.0)),
+        ((4, None, None, "cpu"), 8, WorkerPool(4, 2)),
+        ((8, None, None, "cpu"), 4, WorkerPool(4, 1)),
+        ((8, 2, None, "auto"), 8, WorkerPool(2, 4)),
+        ((2, 16, None, "cpu"), 8, WorkerPool(16, 1)),
+        ((2, None, "host:6379", "cpu"), 8, WorkerPool(2, 1, "host:6379")),
+        ((2, None, "host:6379", "cuda"), 8, WorkerPool(2, 1, "host:6379", 1.0)),
     ],
 )
-def test_processors_are_shared_out(asked, processors, where, monkeypatch):
+def test_processors_are_shared_out(asked, processors, pool, monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: processors)
 
-    assert encode_job.choose_workers(*asked) == where
+    assert encode_job.choose_pool(*asked) == pool
 
 
 def test_segments_of_a_cluster_are_those_of_this_machine(capture, parts, tmp_path, ray_cluster):

@@ -5,7 +5,7 @@ import pytest
 
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import (
-    grown_folder,
+    growing_folder,
     written_file,
     written_folder,
     written_frame,
@@ -14,7 +14,7 @@ from quarc_ref.cli.targets import (
 from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names, make_folder
 
-_FOLDERS = [written_folder, grown_folder]
+_FOLDERS = [written_folder, growing_folder]
 
 
 def _write_half(target, *, force, fault):
@@ -136,7 +136,7 @@ def test_a_terminal_is_sent_no_stream(monkeypatch):
 
 def test_a_growing_folder_that_is_interrupted_says_what_stays(old_folder):
     with pytest.raises(KeyboardInterrupt, match="out holds the frames that were written"):
-        _write_frame(grown_folder, old_folder, force=True, fault=KeyboardInterrupt())
+        _write_frame(growing_folder, old_folder, force=True, fault=KeyboardInterrupt())
 
     assert (old_folder / "frame_1.ply").read_bytes() == b"new"
 

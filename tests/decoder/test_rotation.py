@@ -4,7 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plain import oracle
-from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, turn
+from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, rotate
 from quarc_ref.format.errors import DegenerateRotationError, RotationRangeError
 
 _SUM = st.integers(-(1 << 10), 1 << 10)
@@ -27,14 +27,14 @@ def test_a_turn_is_that_of_plain_integers(first, second):
     assume(any(second))
     rotation = normalize_sums(np.array(first)[:, None]).astype(np.int32)
 
-    turned = turn(rotation, normalize_sums(np.array(second)[:, None]))
+    turned = rotate(rotation, normalize_sums(np.array(second)[:, None]))
 
     assert turned[:, 0].tolist() == oracle.turn(rotation[:, 0].tolist(), list(second))
 
 
 def test_the_residual_is_on_the_right():
     quarter_x, quarter_z = np.array([[1, 1, 0, 0], [1, 0, 0, 1]]).T[:, :, None].transpose(1, 0, 2)
-    turned = turn(normalize_sums(quarter_x).astype(np.int32), normalize_sums(quarter_z))
+    turned = rotate(normalize_sums(quarter_x).astype(np.int32), normalize_sums(quarter_z))
 
     assert np.sign(turned[:, 0]).tolist() == [1, 1, -1, 1]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.export.clip import AXES, Clip
-from quarc_ref.export.upright import turn_upright
+from quarc_ref.export.upright import rotate_upright
 from quarc_ref.format.records import StreamHeader
 from tests.export.frames import make_frame
 
@@ -40,7 +40,7 @@ def test_shapes_places_and_colors_turn_together(up, right_handed):
     _, splats = make_frame(1)
     splats = replace(splats, log_scales=splats.log_scales / 4)
     clip = Clip(StreamHeader(up_axis=up, right_handed=right_handed))
-    turned = turn_upright(splats, clip)
+    turned = rotate_upright(splats, clip)
 
     # The map itself, from where the positions went.
     matrix = np.linalg.lstsq(splats.positions, turned.positions, rcond=None)[0].T

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from quarc_ref.files import MARKER, OutputPathError, grown_folder, write_file, written_folder
+from quarc_ref.files import MARKER, OutputPathError, growing_folder, write_file, written_folder
 
 
 def _list(folder):
@@ -37,7 +37,7 @@ def test_a_folder_is_not_seen_before_it_is_whole(tmp_path):
 
 
 def test_files_of_a_growing_folder_are_seen_at_once_and_whole(tmp_path):
-    with grown_folder(tmp_path / "out") as made:
+    with growing_folder(tmp_path / "out") as made:
         with made.open("a.ply") as file:
             file.write(b"half")
             file.flush()
@@ -46,11 +46,11 @@ def test_files_of_a_growing_folder_are_seen_at_once_and_whole(tmp_path):
 
 
 def test_a_file_is_in_the_marker_before_it_is_made(tmp_path):
-    with grown_folder(tmp_path / "out") as made, made.open("a.ply"):
+    with growing_folder(tmp_path / "out") as made, made.open("a.ply"):
         assert _lines(tmp_path / "out") == ["a.ply"]
 
 
-@pytest.mark.parametrize("make", [written_folder, grown_folder])
+@pytest.mark.parametrize("make", [written_folder, growing_folder])
 def test_an_empty_folder_is_taken(make, tmp_path):
     (tmp_path / "out").mkdir()
     _make(tmp_path / "out", "a.ply", make=make)
@@ -71,9 +71,9 @@ def test_a_folder_that_fails_leaves_nothing_and_the_old_one_whole(fault, old):
 
 def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_path):
     with pytest.raises(KeyboardInterrupt):
-        _make(tmp_path / "out", "a.ply", make=grown_folder, fault=KeyboardInterrupt())
+        _make(tmp_path / "out", "a.ply", make=growing_folder, fault=KeyboardInterrupt())
     kept = _list(tmp_path / "out")
-    _make(tmp_path / "out", "b.ply", make=grown_folder, replace=True)
+    _make(tmp_path / "out", "b.ply", make=growing_folder, replace=True)
 
     assert kept == [MARKER, "a.ply"]
     assert _list(tmp_path / "out") == [MARKER, "b.ply"]
@@ -81,14 +81,14 @@ def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_pat
 
 
 def test_a_growing_folder_in_which_nothing_was_made_is_removed(old):
-    _make(old, make=grown_folder, replace=True)
-    _make(old.parent / "new", make=grown_folder)
+    _make(old, make=growing_folder, replace=True)
+    _make(old.parent / "new", make=growing_folder)
 
     assert _list(old.parent) == []
 
 
 def test_a_growing_folder_may_keep_what_it_has(old):
-    with grown_folder(old, replace=True, keep=True) as made:
+    with growing_folder(old, replace=True, keep=True) as made:
         before = _list(old)
         made.write("a.ply", b"new")
         made.write("c.ply", b"new")
@@ -98,7 +98,7 @@ def test_a_growing_folder_may_keep_what_it_has(old):
     assert _lines(old) == ["a.ply", "b.ply", "c.ply"]
 
 
-@pytest.mark.parametrize("make", [written_folder, grown_folder])
+@pytest.mark.parametrize("make", [written_folder, growing_folder])
 def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
     with pytest.raises(OutputPathError, match="out exists") as caught:
         _make(old, make=make)
@@ -109,7 +109,7 @@ def test_a_folder_is_replaced_if_that_is_asked_for_alone(make, old):
     assert _list(old.parent) == ["out"]
 
 
-@pytest.mark.parametrize("make", [written_folder, grown_folder])
+@pytest.mark.parametrize("make", [written_folder, growing_folder])
 def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
     (old / "thesis.tex").write_text("mine")
     with pytest.raises(OutputPathError, match=r"out holds thesis\.tex, which") as caught:
@@ -119,7 +119,7 @@ def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
     assert _list(old) == [MARKER, "a.ply", "b.ply", "thesis.tex"]
 
 
-@pytest.mark.parametrize("make", [written_folder, grown_folder])
+@pytest.mark.parametrize("make", [written_folder, growing_folder])
 @pytest.mark.parametrize("kind", ["file", "link"])
 def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
     place = old.parent / kind
@@ -131,10 +131,10 @@ def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
     assert _list(old) == [MARKER, "a.ply", "b.ply"]
 
 
-@pytest.mark.parametrize("make", [written_folder, grown_folder])
+@pytest.mark.parametrize("make", [written_folder, growing_folder])
 def test_a_folder_that_another_process_writes_is_rejected(make, tmp_path):
     pytest.importorskip("fcntl")
-    with grown_folder(tmp_path / "out") as made:
+    with growing_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")
         with pytest.raises(OutputPathError, match="being written by another process"):
             _make(tmp_path / "out", make=make, replace=True)
@@ -169,7 +169,7 @@ def test_a_folder_deeper_than_any_that_is_made_is_one_of_others(tmp_path):
 
 @pytest.mark.parametrize("name", ["../a", "a/b", "a\\b", "..", ".", "", ".hidden", "C:a", "a\nb"])
 def test_a_name_that_is_not_plain_is_not_made(name, tmp_path):
-    with grown_folder(tmp_path / "out") as made, pytest.raises(ValueError, match="plain"):
+    with growing_folder(tmp_path / "out") as made, pytest.raises(ValueError, match="plain"):
         made.write(name, b"made")
 
     assert _list(tmp_path) == []

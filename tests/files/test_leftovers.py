@@ -11,7 +11,7 @@ from quarc_ref.files import (
     MARKER,
     OutputPathError,
     atomic_file,
-    grown_folder,
+    growing_folder,
     remove_leftovers,
     write_file,
     written_folder,
@@ -22,7 +22,7 @@ pytest.importorskip("fcntl")
 _BEGIN = """
 import os, signal, sys
 from pathlib import Path
-from quarc_ref.files import atomic_file, grown_folder, written_folder
+from quarc_ref.files import atomic_file, growing_folder, written_folder
 
 target = Path(sys.argv[1])
 
@@ -51,7 +51,7 @@ with written_folder(target) as made:
     pass
 """
 _IN_A_GROWING_FOLDER = """
-with grown_folder(target) as made:
+with growing_folder(target) as made:
     made.write("a.ply", b"whole")
     with made.open("b.ply") as file:
         die()
@@ -116,7 +116,7 @@ def test_a_growing_folder_keeps_whole_files_and_is_replaced_with_all_that_is_lef
     target = tmp_path / "out"
     _kill(_IN_A_GROWING_FOLDER, target)
     left = _list(target)
-    with grown_folder(target, replace=True) as made:
+    with growing_folder(target, replace=True) as made:
         made.write("c.ply", b"new")
 
     assert len(left) == 3

@@ -2,12 +2,12 @@ import os
 
 import pytest
 
-from quarc_ref.files import MARKER, OutputPathError, grown_folder, written_folder
+from quarc_ref.files import MARKER, OutputPathError, growing_folder, written_folder
 
 
 @pytest.fixture
 def made(tmp_path):
-    with grown_folder(tmp_path / "out") as made:
+    with growing_folder(tmp_path / "out") as made:
         made.write("a.ply", b"made")
     return tmp_path / "out"
 
@@ -63,7 +63,7 @@ def test_a_line_that_was_not_written_whole_names_nothing(made):
     with pytest.raises(OutputPathError, match="holds b"):
         _replace(made)
     (made / "b").unlink()
-    with grown_folder(made, replace=True, keep=True) as folder:
+    with growing_folder(made, replace=True, keep=True) as folder:
         folder.write("c.ply", b"made")
 
     assert (made / MARKER).read_text().splitlines()[1:] == ["a.ply", "c.ply"]

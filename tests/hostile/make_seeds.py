@@ -16,7 +16,7 @@ import numpy as np
 
 from quarc_ref.decoder import Splats
 from quarc_ref.decoder.engine import REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
@@ -122,7 +122,7 @@ def streams() -> Iterator[tuple[str, bytes]]:
 
 def _bear_beyond(stream: bytes, change: Callable[[Births], object]) -> bytes:
     """A stream whose last frame has two newborn, well coded, that no scene can have."""
-    with decoding_by(REFERENCE):
+    with use_engine(REFERENCE):
         first, *_, state = decode_states(stream)
     births = make_births(state, 2)
     change(births)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hostile.mutations import Mutator
 from quarc_ref.decoder import compute_digest
 from quarc_ref.decoder.engine import FAST, REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format.errors import BitstreamError, LimitError
 from quarc_ref.streams import Gap, PipeSource, decode, recover
 from quarc_ref.streams.http_source import HttpSource
@@ -56,9 +56,9 @@ def test_mutants_are_the_same_from_a_server():
 @settings(deadline=None)
 @given(_MUTANTS)
 def test_the_fast_engine_makes_the_same_of_a_mutant_as_the_reference(data):
-    with decoding_by(REFERENCE):
+    with use_engine(REFERENCE):
         expected = _told(data)
-    with decoding_by(FAST):
+    with use_engine(FAST):
         assert _places(_told(data)) == _places(expected)
 
 

@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from quarc_ref.jobs import Job, JobsError, Where, run_jobs
+from quarc_ref.jobs import Job, JobsError, WorkerPool, run_jobs
 from tests.jobs import works
 
 
@@ -26,7 +26,7 @@ def test_two_workers_of_a_cluster_work_at_once_and_results_keep_the_order(ray_cl
     jobs = _make_jobs(3, 1, 2, 5)
 
     results = run_jobs(
-        works.square_slowly, jobs, Where(ray=ray_cluster), lambda *of: told.append(of)
+        works.square_slowly, jobs, WorkerPool(ray=ray_cluster), lambda *of: told.append(of)
     )
 
     assert [square for square, _ in results] == [9, 1, 4, 25]
@@ -36,19 +36,19 @@ def test_two_workers_of_a_cluster_work_at_once_and_results_keep_the_order(ray_cl
 
 def test_jobs_that_fail_on_a_cluster_are_named(ray_cluster):
     with pytest.raises(JobsError) as caught:
-        run_jobs(works.fail_if_odd, _make_jobs(1, 2), Where(ray=ray_cluster))
+        run_jobs(works.fail_if_odd, _make_jobs(1, 2), WorkerPool(ray=ray_cluster))
 
     assert caught.value.faults == {"job 1": "ValueError: 1 is odd"}
 
 
 def test_a_job_of_a_cluster_has_its_threads(ray_cluster):
-    where = Where(threads=2, ray=ray_cluster)
+    pool = WorkerPool(threads=2, ray=ray_cluster)
 
-    assert run_jobs(works.name_threads, _make_jobs(1), where) == [(2, "2")]
+    assert run_jobs(works.name_threads, _make_jobs(1), pool) == [(2, "2")]
 
 
 def test_a_cluster_that_is_started_here_ends_with_its_jobs(ray_cluster):
     del ray_cluster  # what it sets holds for this one too
-    processes = run_jobs(works.name_processes, _make_jobs(1), Where(ray="local"))
+    processes = run_jobs(works.name_processes, _make_jobs(1), WorkerPool(ray="local"))
 
     assert [_is_gone(process) for process in processes[0]] == [True, True]

@@ -4,16 +4,16 @@ import time
 
 import pytest
 
-from quarc_ref.jobs import Job, Where, run_jobs
+from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from tests.jobs import works
 
 _CALLER = """
 import sys
-from quarc_ref.jobs import Job, Where, run_jobs
+from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from tests.jobs import works
 
 if __name__ == "__main__":
-    run_jobs(works.sleep_noted, [Job(path, path) for path in sys.argv[1:]], Where(workers=2))
+    run_jobs(works.sleep_noted, [Job(path, path) for path in sys.argv[1:]], WorkerPool(workers=2))
 """
 
 
@@ -58,7 +58,7 @@ def test_jobs_end_with_an_interruption_of_the_caller(tmp_path):
 
     jobs = [Job("long", str(note)), Job("none", None)]
     with pytest.raises(KeyboardInterrupt):
-        run_jobs(works.sleep_noted, jobs, Where(workers=2), interrupt)
+        run_jobs(works.sleep_noted, jobs, WorkerPool(workers=2), interrupt)
 
     assert _is_quiet(note)
 
@@ -72,7 +72,7 @@ def test_a_job_that_is_ended_can_keep_what_it_has_done(tmp_path, capfd):
 
     jobs = [Job("long", str(note)), Job("none", None)]
     with pytest.raises(KeyboardInterrupt):
-        run_jobs(works.sleep_until_interrupted, jobs, Where(workers=2), interrupt)
+        run_jobs(works.sleep_until_interrupted, jobs, WorkerPool(workers=2), interrupt)
 
     assert note.read_text() == "interrupted"
     assert capfd.readouterr().err == ""

@@ -2,10 +2,10 @@ import os
 
 import pytest
 
-from quarc_ref.jobs import Job, JobsError, Where, run_jobs
+from quarc_ref.jobs import Job, JobsError, WorkerPool, run_jobs
 from tests.jobs import works
 
-TWO = Where(workers=2)
+TWO = WorkerPool(workers=2)
 
 
 def _make_jobs(*arguments):
@@ -14,7 +14,7 @@ def _make_jobs(*arguments):
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
 def test_results_come_in_the_order_of_the_jobs(workers):
-    assert run_jobs(works.square, _make_jobs(3, 1, 2), Where(workers)) == [9, 1, 4]
+    assert run_jobs(works.square, _make_jobs(3, 1, 2), WorkerPool(workers)) == [9, 1, 4]
 
 
 def test_no_jobs_have_no_results():
@@ -23,7 +23,7 @@ def test_no_jobs_have_no_results():
 
 def test_every_job_that_ends_is_told():
     told = []
-    run_jobs(works.square, _make_jobs(3, 1), Where(), lambda *of: told.append(of))
+    run_jobs(works.square, _make_jobs(3, 1), WorkerPool(), lambda *of: told.append(of))
 
     assert told == [("job 3", 1, 2), ("job 1", 2, 2)]
 
@@ -35,7 +35,7 @@ def test_every_job_has_a_process_and_threads_of_its_own(monkeypatch):
 
     assert len({process for process, _ in processes}) == 2
     assert {caller for _, caller in processes} == {os.getpid()}
-    assert run_jobs(works.name_threads, _make_jobs(1), Where(threads=3)) == [(3, "3")]
+    assert run_jobs(works.name_threads, _make_jobs(1), WorkerPool(threads=3)) == [(3, "3")]
     assert os.environ == before
 
 
@@ -55,17 +55,17 @@ def test_jobs_that_fail_are_named_once_all_others_are_done():
 
 def test_a_process_that_dies_fails_its_own_job_alone():
     with pytest.raises(JobsError) as caught:
-        run_jobs(works.end_if_odd, _make_jobs(1, 2), Where())
+        run_jobs(works.end_if_odd, _make_jobs(1, 2), WorkerPool())
 
     assert caught.value.faults == {"job 1": "its process ended with code -9"}
 
 
 def test_a_result_that_cannot_be_handed_over_is_the_job_s_fault():
     with pytest.raises(JobsError, match=r"job 1: .*pickle"):
-        run_jobs(works.return_no_value, _make_jobs(1), Where())
+        run_jobs(works.return_no_value, _make_jobs(1), WorkerPool())
 
 
 @pytest.mark.parametrize("numbers", [{"workers": 0}, {"threads": 0}, {"gpus": -1}])
 def test_places_that_cannot_be_are_rejected(numbers):
     with pytest.raises(ValueError, match="at least"):
-        Where(**numbers)
+        WorkerPool(**numbers)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest, dequantize
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format import container
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.errors import BitstreamError, SourceError, StateCrcError
@@ -34,7 +34,7 @@ def _numbers(splats):
 @engines
 def test_the_frames_are_those_that_were_encoded(threads, engine):
     expected = [_numbers(dequantize(state.scene)) for state in _STATES]
-    with decoding_by(engine), Player(_STREAM, threads=threads) as player:
+    with use_engine(engine), Player(_STREAM, threads=threads) as player:
         for frame, digest, numbers in zip(player, _DIGESTS, expected, strict=True):
             assert compute_digest(frame.scene) == digest
             assert _numbers(frame.splats) == numbers
@@ -138,7 +138,7 @@ def _frames_or_fault(scenes):
 @engines
 @pytest.mark.parametrize("prefetch", [1, 2])
 def test_arrays_last_for_as_long_as_somebody_has_them(engine, prefetch):
-    with decoding_by(engine), Player(_STREAM, threads=2, prefetch=prefetch) as player:
+    with use_engine(engine), Player(_STREAM, threads=2, prefetch=prefetch) as player:
         frames = player.frames()
         first = next(frames)
         kept = _numbers(first.splats)

@@ -9,7 +9,7 @@ from plain import planes as plain_planes
 from plain.planes import PlainSection, Run
 from quarc_ref.decoder.anchors import count_anchors, sample_anchors
 from quarc_ref.decoder.philox import philox
-from quarc_ref.decoder.rotation import normalize_sums, turn
+from quarc_ref.decoder.rotation import normalize_sums, rotate
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.planes import PlaneWriter
@@ -30,7 +30,7 @@ def overview() -> str:
     vector = np.array([[unity + 0], *([s] for s in sums[3:])], dtype=np.int64)
     residual = normalize_sums(vector)
     before = np.array([[1 << 22], [0], [0], [0]], dtype=np.int32)
-    after = turn(before, residual)
+    after = rotate(before, residual)
     rows = [
         ("position before", str(place)),
         ("rotation before", _tuple(before)),

@@ -11,7 +11,7 @@ import numpy as np
 
 from plain.coder import PlainCoder, add_to_counts
 from quarc_ref.decoder.philox import philox
-from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, turn
+from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, rotate
 from quarc_ref.format import arithmetic
 from quarc_ref.format.coding.ans import encode_bits
 from quarc_ref.format.coding.contexts import ContextCounts
@@ -86,7 +86,7 @@ def answer_expand(bits: str, index: str, others: str) -> str:
 
 def answer_turn(rotation: str, sums: str) -> str:
     residual = normalize_sums(_column(numbers(sums)))
-    turned = turn(_column(numbers(rotation)).astype(np.int32), residual)
+    turned = rotate(_column(numbers(rotation)).astype(np.int32), residual)
     return listed(turned[:, 0].tolist())
 
 

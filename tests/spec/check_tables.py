@@ -55,7 +55,7 @@ def check_rejects(spec: str) -> None:
     assert sorted(said) == sorted(leaf.reject_id for leaf in _leaves(errors.BitstreamError))
     for row in rows:
         assert set(re.findall(r"\d+(?:\.\d+)?", row[2])) <= spec_text.sections(spec), row
-        assert row[3] in {"reject", "resume", "resume, skip"}, row
+        assert row[3] in {"refuse", "resume", "resume, skip"}, row
         assert row[4] == ("nothing" if row[0] in _AT_HEAD else "frames before"), row
 
 

@@ -140,7 +140,7 @@ def cases() -> list[Case]:
     level, at_end = LEVELS[HEADER.level], (FRAME_COUNT, FRAME_COUNT)
     far = HEADER.position_step * (1 << 23)
     return [
-        Case("bad-magic", "reject", b"x" + WHOLE),
+        Case("bad-magic", "refuse", b"x" + WHOLE),
         Case("truncated", "resume", WHOLE[: WHOLE.index(_PIECES[_FRAM]) + 30], 4, FRAME_COUNT),
         Case("bad-sync", "resume", _flip(_FRAM, 0)),
         Case("header-crc", "resume", _flip(_FRAM, 9)),
@@ -149,14 +149,14 @@ def cases() -> list[Case]:
         Case("sequence", "resume", _put(_FRAM)),
         Case("bad-chunk-type", "resume", _put(_FRAM, build_chunk(b"FR1M", _FRAM, b""))),
         Case("chunk-order", "resume", _put(_FRAM, build_chunk(*_at(_HEAD, _FRAM)))),
-        Case("unknown-critical", "reject", _put(_FRAM, build_chunk(b"SNAP", _FRAM, b""))),
+        Case("unknown-critical", "refuse", _put(_FRAM, build_chunk(b"SNAP", _FRAM, b""))),
         Case("chunk-exceeds-level", "resume", _longer_than(level.chunk_bytes)),
         Case("trailing-data", "resume", _longer(_FRAM)),
         Case("trailing-data", "skip", _byte(_META, 0, 0)),
         Case("tail-mismatch", "resume", _byte(_TAIL, 0, FRAME_COUNT + 1), *at_end),
         Case("index-mismatch", "resume", _byte(_INDX, 4, 0), *at_end),
-        Case("unsupported-version", "reject", _byte(_HEAD, 0, 8)),
-        Case("unsupported-feature", "reject", _byte(_HEAD, 2, 1)),
+        Case("unsupported-version", "refuse", _byte(_HEAD, 0, 8)),
+        Case("unsupported-feature", "refuse", _byte(_HEAD, 2, 1)),
         Case("field", "resume", _byte(_FRAM, 4, 2)),
         Case("field", "skip", _byte(_META, 0, 2)),
         Case("bad-probability", "resume", _frame(motion=_stating(PROBABILITY_CODES))),

@@ -41,7 +41,7 @@ def test_a_reader_that_recovers_reacts_as_the_text_says(case: Case):
         list(decode(case.data))
     assert met.value.reject_id == case.reject_id
 
-    if case.reaction == "reject":
+    if case.reaction == "refuse":
         with pytest.raises(BitstreamError) as met:
             list(recover(case.data))
         assert met.value.reject_id == case.reject_id

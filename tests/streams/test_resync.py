@@ -11,7 +11,7 @@ from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.format.records import Tail
 from quarc_ref.streams import resync
-from quarc_ref.streams.resync import WINDOW_BYTES, Effort, Search, find_resumption
+from quarc_ref.streams.resync import WINDOW_BYTES, Search, SearchBudget, find_resumption
 from tests.small_streams import CountedSource
 
 _CANO = build_chunk(b"CANO", 9, (30).to_bytes(4, "little") + b"rest of the frame")
@@ -21,7 +21,7 @@ _MEGABYTE = 1 << 20
 
 def _find(data: bytes, **changes):
     search = {"offset": 0, "sequence": 5, "frame": 10, "limit": 1000} | changes
-    search["effort"] = Effort(search["limit"])
+    search["effort"] = SearchBudget(search["limit"])
     return find_resumption(CountedSource(data), Search(**search))
 
 
@@ -92,7 +92,7 @@ def test_a_megabyte_of_junk_is_passed_in_no_time(junk, seconds):
     source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
     begun = time.process_time()
 
-    chunk = find_resumption(source, Search(0, 5, 10, 4 * _MEGABYTE, Effort(4 * _MEGABYTE)))
+    chunk = find_resumption(source, Search(0, 5, 10, 4 * _MEGABYTE, SearchBudget(4 * _MEGABYTE)))
 
     assert chunk.offset == len(junk) + _MEGABYTE
     assert time.process_time() - begun < seconds

@@ -12,17 +12,19 @@ from quarc_ref.synth.solids import (
     capsule,
     cylinder,
     ellipsoid,
+    rotate_x,
+    rotate_y,
+    rotate_z,
     scale,
-    turn_x,
-    turn_y,
-    turn_z,
 )
 
 _PAINT = Paint(0, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_FRAME = at(1.0, 2.0, 3.0) @ turn_y(0.7) @ turn_x(0.4)
+_FRAME = at(1.0, 2.0, 3.0) @ rotate_y(0.7) @ rotate_x(0.4)
 
 
-@pytest.mark.parametrize(("turn", "start", "end"), [(turn_x, 1, 2), (turn_y, 2, 0), (turn_z, 0, 1)])
+@pytest.mark.parametrize(
+    ("turn", "start", "end"), [(rotate_x, 1, 2), (rotate_y, 2, 0), (rotate_z, 0, 1)]
+)
 def test_a_quarter_turn_takes_an_axis_to_the_next(turn, start, end):
     turned = turn(math.pi / 2) @ np.eye(4)[:, start]
 

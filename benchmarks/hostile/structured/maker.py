@@ -13,7 +13,7 @@ from hostile.structured.records import list_hostile_records
 from hostile.structured.streams import list_hostile_streams
 from hostile.structured.values import HOSTILE_VALUES
 from quarc_ref.decoder.engine import REFERENCE
-from quarc_ref.decoder.engines import decoding_by
+from quarc_ref.decoder.engines import use_engine
 
 _WHOLE = (Stage.STREAM, Stage.BYTES)
 _DONORS = 24
@@ -30,7 +30,7 @@ class StructuredMaker:
 
     def __init__(self, series: int) -> None:
         self._series = series
-        with decoding_by(REFERENCE):
+        with use_engine(REFERENCE):
             self._donors = [_build(Draws.seeded(number), ()) for number in range(_DONORS)]
         self.hostilities: Sequence[Hostility | None] = (
             None,  # nothing is wrong, whatever the numbers
@@ -46,7 +46,7 @@ class StructuredMaker:
         second = draws.rng.choice(self.hostilities) if draws.rng.random() < 0.2 else None
         chosen = tuple(hostility for hostility in (first, second) if hostility is not None)
         donor = draws.rng.choice(self._donors) if draws.rng.random() < 0.5 else None
-        with decoding_by(REFERENCE):
+        with use_engine(REFERENCE):
             built = _build(draws, chosen, donor)
         pieces = _apply(Stage.STREAM, chosen, draws, built.pieces)
         data = _apply(Stage.BYTES, chosen, draws, assemble(pieces))

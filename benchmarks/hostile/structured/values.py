@@ -29,7 +29,7 @@ from quarc_ref.format.records import (
     Gaussians,
     StreamHeader,
 )
-from quarc_ref.format.updates import CODES, TRANSLATION, TURN, Updates
+from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
 # Steps of numbers that ascend: beyond what may be, or so that their sum is beyond or wraps.
 _STEPS = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (1 << 63) - 1)
@@ -103,7 +103,7 @@ def update_turned(draws: Draws, _updates: Updates, moved: State) -> Updates:
     updates = _update_one(draws, moved)
     most = ROTATION_UNITY_LIMIT
     turn = draws.rng.choice((most, most + 1, -most - 1, CODE_LIMIT))
-    updates.residuals[TURN.start + draws.rng.randrange(3)] = turn
+    updates.residuals[ROTATION.start + draws.rng.randrange(3)] = turn
     return updates
 
 

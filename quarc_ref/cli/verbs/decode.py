@@ -12,7 +12,7 @@ from quarc_ref.cli.errors import STREAM_IS_BAD, UsageError, report_errors
 from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress
-from quarc_ref.cli.targets import grown_folder, written_folder, written_frame
+from quarc_ref.cli.targets import growing_folder, written_folder, written_frame
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 
@@ -78,7 +78,7 @@ def decode_frames(
         export = EXPORTS[output.suffix.lower().removeprefix(".") if one else to or "ply"]
         export.require()
         written = Written(export, with_sidecar=not one)
-        make = written_frame if one else grown_folder if follow else written_folder
+        make = written_frame if one else growing_folder if follow else written_folder
         dropping = nullcontext() if follow or past_damage else _offer_recovery(written, frames)
         with make(output, force=force) as folder, open_source(file) as source, dropping:
             total = 0 if follow else count_frames(source)

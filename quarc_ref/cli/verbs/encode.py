@@ -10,7 +10,7 @@ from quarc_ref.cli.completion import complete_preset
 from quarc_ref.cli.encode_job import (
     EncodeJob,
     WriteMode,
-    choose_workers,
+    choose_pool,
     encode_to_file,
     encode_to_joined_file,
     encode_to_pipe,
@@ -228,8 +228,8 @@ def encode(
             elif segments is None:
                 encode_to_file(work, output, wanted)
             else:
-                where = choose_workers(segments, workers, ray, device)
-                encode_to_joined_file(work, output, wanted, segments, where)
+                pool = choose_pool(segments, workers, ray, device)
+                encode_to_joined_file(work, output, wanted, segments, pool)
         if not to_pipe:
             _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)
 

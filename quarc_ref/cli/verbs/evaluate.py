@@ -19,7 +19,13 @@ from quarc_ref.cli.options import (
     StreamFile,
     parse_frames,
 )
-from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_table, tell
+from quarc_ref.cli.output import (
+    TerminalProgress,
+    print_columns,
+    print_json,
+    print_message,
+    print_table,
+)
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.stream import describe
@@ -86,9 +92,13 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
 
 def _warn_of_other_capture(protocol: "Protocol") -> None:
     if protocol.same_capture is None:
-        tell("the stream has no fingerprint: whether it was made from this capture is unknown")
+        print_message(
+            "the stream has no fingerprint: whether it was made from this capture is unknown"
+        )
     elif not protocol.same_capture:
-        tell(f"the stream was made from another capture, of fingerprint {protocol.encoded_from}")
+        print_message(
+            f"the stream was made from another capture, of fingerprint {protocol.encoded_from}"
+        )
 
 
 def show_evaluation(

@@ -8,7 +8,7 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, StreamName
-from quarc_ref.cli.output import escape_controls, print_json, print_table, tell
+from quarc_ref.cli.output import escape_controls, print_json, print_message, print_table
 from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
 from quarc_ref.cli.targets import written_folder
 
@@ -82,12 +82,12 @@ def _require_url(url: str) -> str:
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
     """Return a JPEG file; None, which is told, where there is no camera or nothing draws it."""
     if camera is None:
-        tell("the page has no poster: the stream has no cameras")
+        print_message("the page has no poster: the stream has no cameras")
         return None
     try:
         from quarc_ref.viewing.poster import draw_poster
     except ImportError as error:
-        tell(
+        print_message(
             f"the page has no poster: {error.name} cannot be imported, and "
             "pip install 'quarc-ref[media]' brings it"
         )

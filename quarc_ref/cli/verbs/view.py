@@ -13,7 +13,7 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
 from quarc_ref.cli.options import STANDARD_STREAM, AsJson, name_stream
-from quarc_ref.cli.output import print_json, print_table, tell
+from quarc_ref.cli.output import print_json, print_message, print_table
 from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
 from quarc_ref.cli.seekable_stream import growing_copy, seekable_stream
 
@@ -110,7 +110,7 @@ def _warn_of_missing_end(name: str, source: "Source") -> None:
     from quarc_ref.streams.seek import read_tail_chunk
 
     if read_tail_chunk(source, source.size() or 0) is None:
-        tell(f"{name} has no end: --follow plays on while it is written")
+        print_message(f"{name} has no end: --follow plays on while it is written")
 
 
 def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) -> "Server":
@@ -127,7 +127,7 @@ def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) ->
     }
     if address[0] in _EVERYWHERE:
         names = [*names, socket.gethostname()]
-    return Server(address, resources, names, tell)
+    return Server(address, resources, names, print_message)
 
 
 def _require_names(names: list[str]) -> list[str]:

@@ -87,7 +87,7 @@ def deform(
     )
 
 
-def turn(rotations: Tensor, residuals: Tensor) -> Tensor:
+def rotate(rotations: Tensor, residuals: Tensor) -> Tensor:
     """Return rotations `[N, 4]` turned by residuals `[N, 3]` from the identity (SPEC 7.8)."""
     return _product(rotations, torch.nn.functional.pad(residuals, (1, 0), value=1.0))
 

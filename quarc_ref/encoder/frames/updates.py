@@ -11,14 +11,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.frames.surrogate import turn
+from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, RESIDUAL_ROWS, ROTATION_UNITY_LIMIT
 from quarc_ref.format.records import StreamHeader
-from quarc_ref.format.updates import TRANSLATION, TURN, UPDATE_FIELDS, Updates
+from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 from quarc_ref.rendering.rasterizer import Rendering
 
 
@@ -35,7 +35,7 @@ def add_residuals(moved: Attributes, residuals: Tensor, header: StreamHeader) ->
     )
     return Attributes(
         moved.means + residuals[:, TRANSLATION] * translation_step(header),
-        turn(moved.rotations, residuals[:, TURN] / header.rotation_unity),
+        rotate(moved.rotations, residuals[:, ROTATION] / header.rotation_unity),
         moved.log_scales + scales * header.log_scale_step,
         moved.opacities + opacity[:, 0] * header.opacity_step,
         moved.sh_dc + color[:, None] * header.sh_dc_step,
@@ -58,7 +58,7 @@ class TrainedUpdates:
     ) -> None:
         self._header, self._settings = header, settings
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
-        self._limits[TURN] = ROTATION_UNITY_LIMIT
+        self._limits[ROTATION] = ROTATION_UNITY_LIMIT
         self._kept = torch.ones((count, 1), device=device)
         self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
 

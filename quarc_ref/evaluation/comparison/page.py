@@ -18,12 +18,12 @@ from quarc_ref.evaluation.comparison.tables import (
 )
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
-from quarc_ref.files import MadeFolder
+from quarc_ref.files import OutputFolder
 
 _TRUTH = "truth"
 
 
-def write_comparison(comparison: Comparison, summary: Summary, folder: MadeFolder) -> Path:
+def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFolder) -> Path:
     """Write the page, its pictures and tables as CSV; return the page's path.
 
     Args:
@@ -37,7 +37,7 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: MadeFolde
     return folder.write("index.html", _compose(comparison, summary, shown))
 
 
-def _write_pictures(shown: Shown, number: int, folder: MadeFolder) -> list[str]:
+def _write_pictures(shown: Shown, number: int, folder: OutputFolder) -> list[str]:
     """Write the truth and every entry's picture of a view; return the names of the files."""
     names = []
     for place, picture in enumerate([shown.truth, *shown.pictures]):

@@ -22,7 +22,7 @@ from quarc_ref.format.constants import (
 )
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Section
-from quarc_ref.format.updates import TURN, UPDATE_FIELDS, Updates
+from quarc_ref.format.updates import ROTATION, UPDATE_FIELDS, Updates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +49,7 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
     Raises:
         EncodeError: A residual is beyond what the format carries.
     """
-    if np.abs(updates.residuals[TURN]).max(initial=0) > ROTATION_UNITY_LIMIT:
+    if np.abs(updates.residuals[ROTATION]).max(initial=0) > ROTATION_UNITY_LIMIT:
         message = f"a rotation residual is beyond {ROTATION_UNITY_LIMIT}"
         raise EncodeError(message)
     if np.abs(updates.residuals).max(initial=0) > CODE_LIMIT:

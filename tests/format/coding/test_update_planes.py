@@ -9,7 +9,7 @@ from quarc_ref.format.coding.update_planes import UpdateContext, read_updates, w
 from quarc_ref.format.constants import RESIDUAL_ROWS
 from quarc_ref.format.errors import EncodeError, EntropyError
 from quarc_ref.format.records import Section
-from quarc_ref.format.updates import TURN, Updates
+from quarc_ref.format.updates import ROTATION, Updates
 from tests import strategies
 
 _NEW = ContextCounts()
@@ -67,7 +67,7 @@ def test_a_frame_without_updates_costs_nothing_after_another():
 
 def test_the_greatest_residuals_come_back():
     residuals = np.full((RESIDUAL_ROWS, 2), 32767)
-    residuals[TURN] = -256
+    residuals[ROTATION] = -256
     updates = _updates([0, 2], residuals * [1, -1])
 
     decoded, _ = read_updates(write_updates(_still(4), updates, _NEW), _still(4), _NEW)

@@ -12,7 +12,7 @@ from quarc_ref.files.marker import MARKER, read_marker
 _DEPTH = 1  # a folder in a folder has none of its own
 
 
-def holds_files(folder: Path) -> bool:
+def contains_files(folder: Path) -> bool:
     """Return whether a folder is there and holds more than a marker."""
     return folder.is_dir() and any(path.name != MARKER for path in folder.iterdir())
 

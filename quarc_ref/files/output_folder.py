@@ -7,12 +7,12 @@ from typing import BinaryIO
 
 from quarc_ref.files.atomic import atomic_file
 from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.folder_contents import contains_files, remove_listed
 from quarc_ref.files.locks import create_locked, lock, open_regular
 from quarc_ref.files.marker import MARKER, append_line, begin_marker, continue_marker
-from quarc_ref.files.stock import holds_files, remove_listed
 
 
-class MadeFolder:
+class OutputFolder:
     """A folder that is being filled. Its marker is open, and locked, until it is closed.
 
     Args:
@@ -55,16 +55,16 @@ class MadeFolder:
         return self.path / name
 
     @contextmanager
-    def folder(self, name: str) -> Iterator["MadeFolder"]:
+    def folder(self, name: str) -> Iterator["OutputFolder"]:
         """Make a folder in this one, to be filled within the block."""
         self._list(f"{name}/")
         (self.path / name).mkdir()
         with mark_folder(self.path / name) as made:
             yield made
 
-    def holds_files(self) -> bool:
+    def contains_files(self) -> bool:
         """Return whether a file has been made."""
-        return holds_files(self.path)
+        return contains_files(self.path)
 
     def empty(self) -> None:
         """Remove the files that are listed."""
@@ -74,7 +74,7 @@ class MadeFolder:
         """Close the marker: from now on no process is writing this folder."""
         self._marker.close()
 
-    def __enter__(self) -> "MadeFolder":
+    def __enter__(self) -> "OutputFolder":
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -86,7 +86,7 @@ class MadeFolder:
             self._listed.add(line)
 
 
-def mark_folder(path: Path) -> MadeFolder:
+def mark_folder(path: Path) -> OutputFolder:
     """Put a marker in a folder that holds nothing.
 
     Raises:
@@ -101,7 +101,7 @@ def mark_folder(path: Path) -> MadeFolder:
             marker.close()
         (path / MARKER).unlink()
         raise
-    return MadeFolder(path, marker)
+    return OutputFolder(path, marker)
 
 
 def open_marker(path: Path) -> BinaryIO:
@@ -123,7 +123,7 @@ def open_marker(path: Path) -> BinaryIO:
     return marker
 
 
-def continue_folder(path: Path) -> MadeFolder:
+def continue_folder(path: Path) -> OutputFolder:
     """Open a folder that was made before, with its files.
 
     Raises:
@@ -132,12 +132,12 @@ def continue_folder(path: Path) -> MadeFolder:
     """
     with ExitStack() as opened:
         marker = opened.enter_context(open_marker(path))
-        made = MadeFolder(path, marker, continue_marker(marker, path))
+        made = OutputFolder(path, marker, continue_marker(marker, path))
         opened.pop_all()
     return made
 
 
-def empty_folder(path: Path) -> MadeFolder:
+def empty_folder(path: Path) -> OutputFolder:
     """Open a folder that was made before, and remove the files that it lists.
 
     Raises:
@@ -149,4 +149,4 @@ def empty_folder(path: Path) -> MadeFolder:
         remove_listed(path)
         begin_marker(marker)
         opened.pop_all()
-    return MadeFolder(path, marker)
+    return OutputFolder(path, marker)
