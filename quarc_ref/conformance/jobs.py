@@ -38,7 +38,7 @@ CAPABILITIES: Line = {
 
 
 def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
-    """Do jobs until there are no more."""
+    """Run jobs until the input ends."""
     while request := requests.readline():
         job = json.loads(request)
         stream = requests.read(job.get("bytes", 0))
@@ -101,7 +101,7 @@ def _describe_recovery(stream: bytes) -> Iterator[Line]:
 
 
 def _serialize_numbers(scene: Scene) -> bytes:
-    """Return what a scene dequantizes to, row by row as it is serialized."""
+    """Return the dequantized numbers of a scene, row by row as it is serialized."""
     splats = dequantize(scene)
     rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
     rows.append(splats.sh.reshape(scene.count, -1))

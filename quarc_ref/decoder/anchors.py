@@ -38,7 +38,7 @@ class AnchorLevel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Anchors:
-    """All anchors of a frame and who follows them.
+    """All anchors of a frame, and the Gaussians bound to them.
 
     Attributes:
         levels: Level 1, the finest, first.

@@ -2,8 +2,8 @@
 
 The answer is the anchor of least (squared distance, index), however it is
 found. Here it is found through cells of a grid: the own cell bounds the
-distance, and only those of the 26 cells around that reach within the bound
-are looked into. A Gaussian whose bound reaches beyond them all is held against
+distance, and of the 26 cells around it only those within the bound are
+searched. A Gaussian whose bound extends beyond all of them is compared with
 every anchor.
 """
 
@@ -43,7 +43,7 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
 
 
 def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
-    """Return what `bind` returns, by holding every Gaussian against every anchor."""
+    """Return what `bind` returns, by comparing every Gaussian with every anchor."""
     answers = np.zeros(positions.shape[1], dtype=np.int64)
     rows = max(1, _PAIRS_AT_ONCE // anchors.shape[1])
     for start in range(0, answers.size, rows):
@@ -56,7 +56,7 @@ def _first_of_each_place(anchors: Int32) -> Int64:
     """Return the indices, ascending, of the anchors that are the first where they are.
 
     Of anchors at one place the first wins, and a few bytes of a stream can put
-    all of them there: held against every Gaussian, they would cost minutes.
+    all of them there: comparing each with every Gaussian would take minutes.
     """
     order = np.lexsort(anchors)  # stable: those of one place ascend
     apart = np.any(np.diff(anchors[:, order], axis=1), axis=0)
@@ -78,7 +78,7 @@ class _CellSearch:
         self.distances = np.full(positions.shape[1], _UNBOUND)
 
     def look_into(self, step: Int64) -> None:
-        """Improve the answers by the anchors of the cell one step away."""
+        """Improve the answers with the anchors of the cell one step away."""
         cells = self._cells + step[:, None]
         asked = np.flatnonzero(self._distance_to(cells) <= self.distances)
         keys = _key(cells[:, asked])
@@ -101,7 +101,7 @@ class _CellSearch:
         return _squared(np.maximum(np.maximum(below, above), 0))
 
     def _improve(self, asked: Int64, starts: Int64, counts: Int64) -> None:
-        """Hold Gaussians `asked` against the runs of anchors from `starts`."""
+        """Compare Gaussians `asked` with the runs of anchors that begin at `starts`."""
         ends = np.cumsum(counts)
         first = 0
         while first < asked.size:

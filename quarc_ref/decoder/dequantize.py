@@ -1,6 +1,6 @@
 """From the integer state to the numbers that are drawn: SPEC 10.
 
-The only floats of the decoder, one rounding from the state; nothing of them
+The only floats of the decoder, one rounding away from the state; none of them
 feeds the next frame.
 """
 

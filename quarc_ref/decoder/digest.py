@@ -1,7 +1,7 @@
-"""The state as bytes, and what proves it: SPEC 9.
+"""The state as bytes, its CRC and its digest: SPEC 9.
 
-The planes are written as they stand in memory, each in ascending id; a CRC-32
-travels in every frame, a SHA-256 is what decoders are compared by.
+Planes are serialized in the order of ids. Every frame carries a CRC-32 of its
+state; the SHA-256 is for comparing decoders.
 """
 
 import hashlib

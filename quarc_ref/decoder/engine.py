@@ -1,4 +1,4 @@
-"""The boundary at the height of the state: what a frame needs, whoever computes it.
+"""The interface of a decoder engine: the steps of a frame, from state to state.
 
 What a state is, SPEC says and the reference engine shows: `frames` and what it
 calls, values in plain NumPy. A fast engine computes the same integers by other
@@ -132,7 +132,7 @@ class Engine(Protocol[StateT]):
         ...
 
     def write_motion(self, state: StateT, symbols: list[Int64], *, previous: bool) -> Section:
-        """Code the symbols of a frame that has begun; see `motion_planes.write_motion`."""
+        """Code the motion of a frame after `begin_frame`; see `motion_planes.write_motion`."""
         ...
 
     def write_updates(self, state: StateT, updates: Updates) -> Section:

@@ -57,7 +57,7 @@ def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
 
 
 def misses_fast_engine() -> bool:
-    """Tell whether this process has decoded a large scene without a fast engine to be had."""
+    """Whether this process has decoded a large scene without the fast engine installed."""
     return find_fast_engine() is None and ReferenceEngine.largest >= _LARGE
 
 

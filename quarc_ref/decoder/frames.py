@@ -1,7 +1,7 @@
-"""A frame's chunk to the state of the frame: SPEC 7, in the order of the text.
+"""From a frame's chunk to the frame's state: SPEC 7, in the order of the text.
 
-The counts are checked before anything is allocated by them, and the state
-against its CRC before it is given out.
+Counts are checked before memory is allocated for them, and the state is
+checked against its CRC before it is returned.
 """
 
 from dataclasses import replace
@@ -172,10 +172,10 @@ def decode_births(state: State, section: Section, count: int) -> State:
 
 
 def check_state(scene: Scene, stated: int) -> None:
-    """Hold a scene against the CRC of its chunk (SPEC 9.2).
+    """Compare a scene with the CRC in its chunk (SPEC 9.2).
 
     Raises:
-        StateCrcError: It is not the one that was encoded.
+        StateCrcError: It is not the scene that was encoded.
     """
     if state_crc(scene) != stated:  # [9.2-1] [9.2-2]
         message = f"frame {scene.frame} is not the one that was encoded"

@@ -41,7 +41,7 @@ def _decline_beyond(most: int, count: int, what: str) -> None:
     """Keep to this decoder's own limits, which matter at the unlimited level alone.
 
     Raises:
-        LimitError: It is beyond them, which is no fault of the stream.
+        LimitError: It exceeds them; the stream is not at fault.
     """
     if count > most:
         message = f"{count:,} {what} are more than this decoder takes, {most:,}"

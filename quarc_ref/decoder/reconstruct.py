@@ -23,7 +23,7 @@ from quarc_ref.format.records import OPACITY, Births
 
 
 def begin_frame(state: State, death_count: int) -> State:
-    """Return the state with the dead gone and every Gaussian bound (SPEC 7.4).
+    """Remove the Gaussians that die, and bind the others to anchors (SPEC 7.4).
 
     Args:
         state: Of the frame before.
@@ -130,7 +130,7 @@ def append_births(state: State, births: Births) -> State:
         message = f"{scene.count + newborn.count} Gaussians are too many for the level"
         raise CountLevelError(message)
     if state.next_id + newborn.count > COUNTER_LIMIT + 1:  # [7.6-5]
-        message = "there are no ids left for the newborn"
+        message = "no ids are left for the newborn"
         raise CountLevelError(message)
     if np.any(births.parents >= scene.count):  # [7.6-1]
         message = "a newborn's parent is not in the scene"

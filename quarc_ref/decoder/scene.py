@@ -1,7 +1,7 @@
 """What a frame shows, in integers: the part of the state that is serialized (SPEC 7.1, 9.1).
 
-Planes come first, `[3, N]` and not `[N, 3]`: in that order the state is
-serialized, hashed and coded.
+Arrays are plane by plane, `[3, N]` and not `[N, 3]`: the order in which the
+state is serialized, hashed and coded.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ class Scene:
     """One decoded frame. Gaussians stand in the order of their ids.
 
     Attributes:
-        header: What the stream chose for itself.
+        header: Of the stream.
         frame: Ordinal of the frame in the stream.
         phase: Frames since the canonical one, 0 there.
         ids: `[N]` ascending: 0 to N - 1 in the canonical frame, then counted on by birth.

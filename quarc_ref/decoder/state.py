@@ -1,4 +1,4 @@
-"""What a frame hands to the next: SPEC 7.1."""
+"""The state of a frame, from which the next one is decoded: SPEC 7.1."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from quarc_ref.format.updates import Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """All that a frame hands to the next (SPEC 7.1).
+    """Everything that the next frame is decoded from (SPEC 7.1).
 
     Attributes:
         scene: The frame's scene.

@@ -1,4 +1,4 @@
-"""What has been seen of a stream, and what may come next: SPEC 5, 7.
+"""The chunks of a stream in order, and the state of each frame: SPEC 5, 7.
 
 `ChunkReader` checks and orders the chunks, an engine makes the state of each frame.
 """
@@ -25,7 +25,7 @@ from quarc_ref.format.seek_points import SeekPoints
 
 
 class StreamDecoder:
-    """Takes the chunks of a stream one by one and gives the state of every frame.
+    """Decodes the chunks of a stream one by one, into the state of every frame.
 
     Args:
         engine: What makes the states; that of `choose_engine` if None.
@@ -71,7 +71,7 @@ class StreamDecoder:
         return self._header
 
     def skip_to(self, points: SeekPoints, canonical: Chunk | None = None) -> None:
-        """Take it that the next frame is that of the last of these seek points.
+        """Continue at the last of these seek points: its frame is the next one.
 
         Args:
             points: All of the stream up to it; none where nothing is skipped.
@@ -88,7 +88,7 @@ class StreamDecoder:
             self._sought = points[-1]
 
     def mark_lost(self) -> None:
-        """Take it that chunks up to the next canonical frame are lost (SPEC 11.4)."""
+        """Treat the chunks up to the next canonical frame as lost (SPEC 11.4)."""
         self._state = None
         self._is_whole = False
 

@@ -1,7 +1,7 @@
 """What a frame does to single Gaussians: SPEC 7.8.
 
-Between the motion and the births some Gaussians leave by choice, and some are
-moved, turned, stretched, made more or less opaque, or colored anew.
+Between motion and births, single Gaussians are removed, or changed in position,
+rotation, scale, opacity and color.
 """
 
 from dataclasses import replace

@@ -54,7 +54,7 @@ class Evaluation:
 def evaluate_stream(
     data: bytes,
     folder: Path,
-    note: Callable[[str, int, int], None],
+    on_progress: Callable[[str, int, int], None],
     options: EvaluationOptions = EvaluationOptions(),
 ) -> Evaluation:
     """Measure a stream against the capture that it was made from.
@@ -62,7 +62,7 @@ def evaluate_stream(
     Args:
         data: A stream.
         folder: The capture.
-        note: Is told of every frame: stage, done, total.
+        on_progress: Called after every frame with stage, done, total.
         options: What to measure.
 
     Raises:
@@ -71,7 +71,7 @@ def evaluate_stream(
         MismatchError: The stream cannot be measured on the capture, or has none of the frames.
         CaptureError: The capture cannot be read.
     """
-    summary = inspect_stream(data, note)
+    summary = inspect_stream(data, on_progress)
     capture = open_same_capture(summary, folder, other_capture=options.other_capture)
     frames = _list_frames(summary, options.span)
     count = len(frames)
@@ -81,7 +81,7 @@ def evaluate_stream(
         views = group.measure(dequantize(scene), scene.frame)
         if index in {0, count // 2, count - 1}:
             shown.append(views[0])
-        note("evaluate", index + 1, count)
+        on_progress("evaluate", index + 1, count)
     made_from = summary.metadata.get("fingerprint")
     protocol = replace(
         describe_protocol(capture, summary.cameras, count, summary.header.seed, made_from),

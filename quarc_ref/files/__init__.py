@@ -5,7 +5,7 @@
     with written_folder(Path("frames")) as made:        # the same, for a folder
         made.write("frame_0000.ply", data)
 
-Whatever is made here grows beside its target under a hidden random name, is locked
+Everything written here grows beside its target under a hidden random name, is locked
 while its process lives, and is removed if the work fails. What a killed process has
 left is removed by the next one that writes the same target. Every folder lists its
 own files in a marker, and only files listed there are ever deleted.

@@ -2,7 +2,7 @@
 
 A file is written beside its target under a random name that nothing had before, so
 that no planted link is followed, and renamed when all is written. It has the
-permissions of a new file, whatever those of the one that it replaces.
+permissions of a new file, not those of the file that it replaces.
 """
 
 import os
@@ -21,7 +21,7 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
 
     Args:
         target: Where the file is to be. A file or link that is there is replaced;
-            what the link leads to stays as it is.
+            the link's target is left alone.
         durable: Whether the file must outlast a power failure once it is there.
 
     Yields:

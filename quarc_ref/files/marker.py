@@ -2,7 +2,7 @@
 
 It is text: a fixed line, then a name on each line, with a slash after the name of a
 folder, which has a marker of its own. A name is in the marker before its file is made.
-Whoever may write into a folder can plant a marker there, so only plain names are taken:
+Anyone who may write into a folder can plant a marker there, so only plain names are accepted:
 none of them leads out of its folder.
 """
 

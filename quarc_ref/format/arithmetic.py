@@ -27,7 +27,7 @@ def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
 def isqrt(values: Int64) -> Int64:
     """Return the largest integer whose square is at most each value (SPEC 4.3).
 
-    The floating-point root is a guess alone: whatever its last bit, the two
+    The floating-point root is only a guess: whatever its last bit, the two
     comparisons of integers decide.
 
     Args:

@@ -1,4 +1,4 @@
-"""The array types that records, planes and states are made of."""
+"""Array types of records, planes and states."""
 
 from typing import TypeAlias
 

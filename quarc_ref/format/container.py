@@ -182,7 +182,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
         UnknownCriticalError: The type is critical, and unknown.
     """
     if not _is_type(header.kind):  # [5.2-8]
-        message = f"{header.kind!r} is no chunk type"
+        message = f"{header.kind!r} is not a chunk type"
         raise BadChunkTypeError(message, header.offset)
     is_known = header.kind in KNOWN
     if header.kind == SNAP:

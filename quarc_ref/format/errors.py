@@ -7,9 +7,9 @@
     │   └── StateError          what the frame would make of the scene
     ├── LimitError              they ask for more than this decoder gives
     ├── SourceError             what holds the bytes cannot be read
-    ├── EnvironmentVariableError           your environment asks for what there is not
+    ├── EnvironmentVariableError           an environment variable has an unknown value
     ├── EncodeError             your scene or setting cannot be written
-    ├── ResumeError             your stream cannot be gone on with so
+    ├── ResumeError             the stream cannot be resumed with these inputs
     ├── EditError               your streams cannot be cut or joined so
     ├── ClosedLoopError         encoder and decoder disagree: our fault
     └── VerificationError              two ways to the same result do not meet: our fault
@@ -26,7 +26,7 @@ class QuarcError(Exception):
 
 
 class BitstreamError(QuarcError):
-    """The bytes are no valid stream.
+    """The bytes are not a valid stream.
 
     Attributes:
         reject_id: The stable name of the fault (SPEC 3.3).
@@ -183,7 +183,7 @@ class CountLevelError(StateError):
 
 
 class CountError(StateError):
-    """A count that the scene at hand cannot bear: no Gaussian, or more deaths than Gaussians."""
+    """A count that does not fit the scene: no Gaussian, or more deaths than Gaussians."""
 
     reject_id = "count"
 
@@ -251,7 +251,7 @@ class UnusableCaptureError(EncodeError):
 
 
 class ResumeError(QuarcError):
-    """A stream was begun otherwise than it is to be gone on with."""
+    """The partial stream was encoded with different inputs."""
 
 
 class EditError(QuarcError):

@@ -14,7 +14,7 @@ from quarc_ref.streams import open_source
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How a stream played, every frame given out as soon as it was there.
+    """How fast a stream was decoded, each frame returned as soon as it was ready.
 
     Attributes:
         frames: With the first, which is canonical.
@@ -25,14 +25,14 @@ class Speed:
         cpu_ms: Milliseconds of the processor per frame after the first, of all
             threads; beside other work it tells more than `fps`.
         stolen_share: Of the time that this machine's processors had work, meanwhile, what share
-            its host gave to others; None where that cannot be told.
+            its host gave to others; None where the system does not say.
         ms_by_stage: Milliseconds per frame after the first; what threads do
             side by side adds up to more than a frame takes.
         first_frame_s: From opening the stream to its first frame; where it is the first that
             the process decodes, with all that must be loaded.
         warm_first_frame_s: The same of the second time that the stream is opened; None of
             standard input.
-        peak_rss_mib: Of this process so far, by the end; None where that cannot be told.
+        peak_rss_mib: Peak of this process by the end; None where the system does not say.
     """
 
     frames: int
@@ -53,14 +53,14 @@ class Speed:
 
 
 def measure_speed(
-    name: str, threads: int, note: Callable[[str, int, int], None] | None = None
+    name: str, threads: int, on_progress: Callable[[str, int, int], None] | None = None
 ) -> Speed | None:
     """Play a stream from its beginning to its end.
 
     Args:
         name: Of the stream, as for `open_source`.
         threads: As for `Player`.
-        note: Is told the stage, how many frames are done, and 0.
+        on_progress: Called after every frame with stage, done, and 0.
 
     Returns:
         How it played; None if it has no frame.
@@ -80,8 +80,8 @@ def measure_speed(
             if frames == 1:
                 first, before, cpu = last, Counter(player.times), time.process_time()
                 machine = read_processor_time()
-            if note is not None:
-                note("decode", frames, 0)
+            if on_progress is not None:
+                on_progress("decode", frames, 0)
         spent, cpu = player.times - before, time.process_time() - cpu
         machine_now = read_processor_time()
     if frames == 0:

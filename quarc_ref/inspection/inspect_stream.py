@@ -1,6 +1,6 @@
-"""What a stream is made of: counts, real bytes by kind, the estimate beside them.
+"""The contents of a stream: counts, bytes by kind, and the estimate beside them.
 
-The whole stream is decoded, so that whatever is reported of it has been proved.
+The whole stream is decoded, so that everything reported has been verified.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ def count_frames(stream: bytes | Source) -> int:
 
     Returns:
         The count; of a stream without its end, that of the frames before the
-        end or the first damage; 0 where it cannot be told, of a pipe.
+        end or the first damage; 0 where the length is unknown, as of a pipe.
     """
     source = as_source(stream)
     size = source.size()
@@ -52,13 +52,13 @@ def count_frames(stream: bytes | Source) -> int:
 
 
 def inspect_stream(
-    stream: bytes | Source, note: Callable[[str, int, int], None] | None = None
+    stream: bytes | Source, on_progress: Callable[[str, int, int], None] | None = None
 ) -> StreamSummary:
-    """Decode a stream and sum up what it is made of.
+    """Decode a stream and summarize its contents.
 
     Args:
         stream: A stream, of which every byte is read once.
-        note: Is told of every frame: stage, done, total (0 where it is not known).
+        on_progress: Called after every frame with stage, done, total (0 where it is not known).
 
     Raises:
         BitstreamError: What is wrong with the bytes.
@@ -75,8 +75,8 @@ def inspect_stream(
         if state is None:
             continue
         frames.append(_summarize(chunk, state, decoder))
-        if note is not None:
-            note("inspect", len(frames), total)
+        if on_progress is not None:
+            on_progress("inspect", len(frames), total)
     return StreamSummary(
         decoder.header,
         decoder.cameras,

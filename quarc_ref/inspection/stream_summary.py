@@ -1,4 +1,4 @@
-"""What a stream is made of, as records: its chunks, its frames, their sums."""
+"""The contents of a stream as records: its chunks, its frames, and totals."""
 
 from dataclasses import dataclass
 

@@ -60,14 +60,14 @@ class Verification:
 
 def verify_stream(
     source: Source,
-    note: Callable[[str, int, int], None] = lambda *_: None,
+    on_progress: Callable[[str, int, int], None] = lambda *_: None,
     follow: Follow | None = None,
 ) -> Verification:
     """Prove a stream.
 
     Args:
         source: A stream, which is read more than once: a pipe will not do.
-        note: Is told of every frame: stage, done, total.
+        on_progress: Called after every frame with stage, done, total.
         follow: How long to wait for a stream that still grows; None not to.
 
     Raises:
@@ -76,7 +76,7 @@ def verify_stream(
         SourceError: What holds the stream does not give its bytes.
     """
     coders = CrossCheckingDecoder()
-    run = _Run(source, note)
+    run = _Run(source, on_progress)
     with decoding_with(coders.open):
         while (chunk := poll(run.reader.read_chunk, follow)) is not None:
             run.push(chunk)
@@ -100,18 +100,18 @@ def verify_stream(
 class _Run:
     """A stream decoded from its beginning, and what came of it."""
 
-    def __init__(self, source: Source, note: Callable[[str, int, int], None]) -> None:
+    def __init__(self, source: Source, on_progress: Callable[[str, int, int], None]) -> None:
         self.reader = ChunkReader(source)
         self.decoder = StreamDecoder(ReferenceEngine())  # whose sections both coders decode
         self.digests: dict[int, str] = {}  # by ordinal
         self.canonical: list[int] = []
         self.chunk_count = 0
         self.most = {"gaussians": 0, "births": 0, "chunk_bytes": 0}
-        self._note = note
+        self._on_progress = on_progress
         self._total = count_frames(source)
 
     def push(self, chunk: Chunk) -> None:
-        """Decode a chunk and note what there is in it."""
+        """Decode a chunk and record what it contains."""
         state = self.decoder.push(chunk)
         self.chunk_count += 1
         if chunk.kind != container.HEAD:
@@ -126,7 +126,7 @@ class _Run:
         else:
             frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)
             self._note_most("births", frame.birth_count)
-        self._note("decode", len(self.digests), self._total)
+        self._on_progress("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:
         """Decode every frame again, from the last canonical one; return how many there are.
@@ -141,7 +141,7 @@ class _Run:
                     message = f"frame {scene.frame} has another state from seek point {start}"
                     raise VerificationError(message)
                 done += 1
-                self._note("seek", done, len(self.digests))
+                self._on_progress("seek", done, len(self.digests))
         return done
 
     def _note_most(self, name: str, value: int) -> None:

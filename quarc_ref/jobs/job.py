@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Job(Generic[Argument]):
-    """A call that hangs on no other.
+    """A call that depends on no other.
 
     Attributes:
         name: For messages.
@@ -109,7 +109,7 @@ def attempt(call: bytes, environment: Mapping[str, str]) -> Outcome:
     try:
         function, argument = pickle.loads(call)
         return Outcome(pickle.dumps(function(argument)))
-    except Exception as error:  # whatever it is, it is this job's alone
+    except Exception as error:  # any fault of a job is its own result
         return Outcome(fault=f"{type(error).__name__}: {error}", details=traceback.format_exc())
 
 

@@ -10,7 +10,7 @@ _LOCAL = "local"
 
 
 def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
-    """Make calls, as many at a time as the cluster bears.
+    """Make calls, as many at a time as the cluster has room for.
 
     Yields:
         The place of each call and its outcome, as they end.

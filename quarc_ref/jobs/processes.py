@@ -20,7 +20,7 @@ from quarc_ref.jobs.job import Outcome, WorkerPool, attempt
 if TYPE_CHECKING:
     Pipe = Connection[Outcome, Outcome]
 
-_SPAWN = multiprocessing.get_context("spawn")  # threads of torch and numba do not bear a fork
+_SPAWN = multiprocessing.get_context("spawn")  # threads of torch and numba do not survive a fork
 _TERMINATED = 128 + signal.SIGTERM
 _PATIENCE = 10.0  # seconds that a process has to end before it is killed
 

@@ -1,4 +1,4 @@
-"""Jobs run, told of and gathered, wherever they run."""
+"""Run jobs, here or on a cluster, and collect their results."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ def run_jobs(
     function: Callable[[Argument], Result],
     jobs: Sequence[Job[Argument]],
     pool: WorkerPool,
-    told: Callable[[str, int, int], object] | None = None,
+    on_done: Callable[[str, int, int], object] | None = None,
 ) -> list[Result]:
     """Call a function once for every job, each in a process of its own.
 
@@ -23,10 +23,10 @@ def run_jobs(
     Args:
         function: Can be imported by its name where the jobs run, and its
             result can be pickled.
-        jobs: In the order in which they are begun.
+        jobs: In the order in which they are started.
         pool: In processes of this machine, or on a Ray cluster. Files that
             jobs name must be there too.
-        told: Is called after each job with its name, how many are over, and
+        on_done: Called after each job with its name, how many are over, and
             how many there are.
 
     Returns:
@@ -40,8 +40,8 @@ def run_jobs(
     outcomes: dict[int, Outcome] = {}
     for place, outcome in _run(function, jobs, pool):
         outcomes[place] = outcome
-        if told is not None:
-            told(jobs[place].name, len(outcomes), len(jobs))
+        if on_done is not None:
+            on_done(jobs[place].name, len(outcomes), len(jobs))
     return take_results(jobs, outcomes)
 
 

@@ -1,10 +1,10 @@
-"""A stream that plays: frames decoded ahead of whoever draws them.
+"""A stream that plays: frames are decoded ahead, in a thread of their own.
 
     with Player(source) as player:
         for frame in player:
             draw(frame.splats)
 
-How that is done is told in `frame_pipeline`.
+`frame_pipeline` does the work.
 """
 
 from collections.abc import Callable, Iterator
@@ -126,7 +126,7 @@ class Player:
             show(frame)
 
     def _go_to(self, ordinal: int) -> Frame | None:
-        """Return a frame of the run, not before the next one; None if there is none."""
+        """Return a frame of the run, at or after the next one; None past its end."""
         for frame in self._run or ():
             self._due = frame.state.frame + 1
             if frame.state.frame >= ordinal:

@@ -86,7 +86,7 @@ class _Work(Generic[_Item]):
         self.closed.set()
 
     def wake(self) -> None:
-        """Have whoever waits for an item wait no longer."""
+        """Wake a blocked consumer."""
         with suppress(Full):  # then nobody waits
             self.queue.put_nowait((None, None))
 

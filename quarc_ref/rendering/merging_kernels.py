@@ -7,7 +7,7 @@ from quarc_ref.rendering.compiled import entrance
 
 @entrance
 def merge_tiles(fixed_borders, fixed_lists, fixed_rows, fixed_depths, borders, lists, rows, depths):
-    """Merge the lists of tiles that more Gaussians have come to; at equal depths these are last.
+    """Merge added Gaussians into the lists of tiles; at equal depths they come last.
 
     Args:
         fixed_borders: `[T + 1]` as in `Tiles`, of the Gaussians that are there.

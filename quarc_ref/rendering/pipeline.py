@@ -2,7 +2,7 @@
 
 Arrays in and arrays out, float32, no torch: `raster_numba` puts gradients
 around these steps, `pictures` draws with them alone. One call at a time: numba's
-fallback threading layer does not bear two threads in its kernels.
+fallback threading layer does not support two threads in its kernels.
 """
 
 import threading

@@ -1,6 +1,6 @@
 """The reference backend: plain torch, in any float type, differentiated by torch itself.
 
-Slow and short; the other backends are held against it in float64. A tile's
+Slow and short; the other backends are tested against it in float64. A tile's
 pixels see all Gaussians whose boxes reach it, as one matrix.
 """
 

@@ -1,4 +1,4 @@
-"""What training asks of a renderer, whatever draws: the Protocol and its data.
+"""The interface of a rasterizer, and its data.
 
 Activations live here, above every backend, so that no backend's own clamp is
 ever reached: alpha is held at 0.99 by the opacity. Backends are `numba` (CPU),

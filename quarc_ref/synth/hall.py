@@ -1,6 +1,6 @@
 """An empty hall in the size of the playroom, lit by a lamp above its middle.
 
-Bright or black, the light on whoever stands in it is the same to the bit: light
+Bright or black, the light on the subject is the same to the bit: light
 comes from lamps and surroundings alone, and no surface gives any to another.
 """
 

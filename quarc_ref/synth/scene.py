@@ -3,7 +3,7 @@
 A ball bounces in front of a robot that dances and waves, between a crate on a
 turning table and a blob on a stool; a train goes around them all, below a
 mobile. Behind them the door of a cabinet slides open and a screen changes: the
-only things that come to light, and do not merely move. In the hall of the stage
+only things that appear, and do not merely move. In the hall of the stage
 variants the robot is alone.
 """
 

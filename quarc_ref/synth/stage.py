@@ -1,4 +1,4 @@
-"""A scene at one moment as flat arrays, the way kernels take it."""
+"""A scene at one moment as flat arrays, for the kernels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -2,7 +2,7 @@
 
 The rays of a pixel go the same way, and so do those to a lamp. Solids that
 a bundle of rays can meet are listed once, by the spheres around groups and
-solids; each ray is then held against the listed ones alone. The room is a box
+solids; each ray is then tested against these alone. The room is a box
 seen from inside; it is behind everything and throws no shadow.
 """
 

@@ -33,7 +33,7 @@ def write_synthetic_capture(
     Args:
         folder: To be made; it may be there if it is empty.
         options: Of the capture.
-        progress: Is told how many pictures are done, and of how many.
+        progress: Called with the number of pictures done, and of all.
 
     Raises:
         OutputPathError: The folder is there and not empty.

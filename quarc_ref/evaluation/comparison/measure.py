@@ -79,7 +79,7 @@ def measure_entries(
     opened: Opened,
     span: tuple[int, int | None],
     lpips: Lpips | None,
-    note: Callable[[str, int, int], None],
+    on_progress: Callable[[str, int, int], None],
 ) -> Comparison:
     """Measure entries on every frame that all of them have.
 
@@ -87,7 +87,7 @@ def measure_entries(
         opened: The entries and the truth.
         span: The first frame wanted and the one after the last; None for no bound.
         lpips: Measures LPIPS; None to leave it out.
-        note: Is called after every frame: stage, done, total.
+        on_progress: Called after every frame: stage, done, total.
 
     Raises:
         BitstreamError: A stream is malformed.
@@ -99,7 +99,7 @@ def measure_entries(
     pairs = _Pairs(opened, entries, frames, lpips)
     for done, frame in enumerate(frames, start=1):
         pairs.measure(frame)
-        note("compare", done, len(frames))
+        on_progress("compare", done, len(frames))
     if opened.capture is None:
         truth = f"the renders of {opened.entries[0].label}"
     else:

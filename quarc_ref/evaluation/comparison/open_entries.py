@@ -68,14 +68,14 @@ class Opened:
 
 
 def open_entries(
-    named: Sequence[Named], wanted: Wanted, note: Callable[[str, int, int], None]
+    named: Sequence[Named], wanted: Wanted, on_progress: Callable[[str, int, int], None]
 ) -> Opened:
     """Open everything that is to be compared.
 
     Args:
         named: What is compared.
         wanted: How.
-        note: Is called for every frame of a stream that is inspected.
+        on_progress: Called for every frame of a stream that is inspected.
 
     Raises:
         BitstreamError: A stream is malformed.
@@ -85,7 +85,7 @@ def open_entries(
         OSError: A file or folder cannot be read.
     """
     streams = {
-        index: open_stream(each.path, each.label, note)
+        index: open_stream(each.path, each.label, on_progress)
         for index, each in enumerate(named)
         if _is_stream(each.path)
     }

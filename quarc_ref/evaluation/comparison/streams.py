@@ -24,20 +24,22 @@ class OpenStream:
     summary: StreamSummary
 
 
-def open_stream(path: Path, label: Label, note: Callable[[str, int, int], None]) -> OpenStream:
+def open_stream(
+    path: Path, label: Label, on_progress: Callable[[str, int, int], None]
+) -> OpenStream:
     """Open a stream.
 
     Args:
         path: Of its file.
         label: What it stands for.
-        note: Is called for every frame that is inspected: stage, done, total.
+        on_progress: Called for every frame that is inspected: stage, done, total.
 
     Raises:
         BitstreamError: The stream is malformed.
         OSError: The file cannot be read.
     """
     data = path.read_bytes()
-    summary = inspect_stream(data, note)
+    summary = inspect_stream(data, on_progress)
     frames = tuple(frame.frame for frame in summary.frames)
     holdings = Holdings("stream", frames, summary.total_bytes)
     return OpenStream(SplatEntry(label, holdings, _Decoding(data).load), summary)

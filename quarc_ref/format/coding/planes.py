@@ -56,7 +56,7 @@ class PlaneWriter:
     """Gathers planes and makes a section of them.
 
     Args:
-        counts: What contexts have seen before; it stays as it is.
+        counts: What contexts have seen before; not modified.
     """
 
     def __init__(self, counts: ContextCounts) -> None:
@@ -96,7 +96,7 @@ class PlaneReader:
 
     Args:
         section: As a chunk holds it, its CRC checked.
-        counts: What contexts have seen before; it stays as it is.
+        counts: What contexts have seen before; not modified.
 
     Raises:
         InvalidWordsError: No encoder writes such words.

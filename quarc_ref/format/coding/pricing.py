@@ -1,6 +1,6 @@
 """What runs of bits cost: by this a writer chooses between probabilities.
 
-Not normative: a reader takes whatever probability a plane states, so that here,
+Not normative: a reader accepts any probability that a plane states, so that here,
 unlike elsewhere in `format`, a float does no harm.
 """
 
