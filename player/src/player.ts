@@ -13,6 +13,7 @@ import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource 
 import { rateOf, Recorder, type Statistics } from "./statistics.js";
 import { StreamError } from "./stream-error.js";
 import { Controls } from "./view/controls.js";
+import type { Axis } from "./view/scene.js";
 import { Viewer } from "./view/viewer.js";
 import { makeDecoder, makeSorter } from "./workers.js";
 
@@ -204,6 +205,15 @@ export class Player extends EventTarget {
     this.#cameraWanted = name;
     const { cameras, cameraIndex } = this.#viewer;
     this.#viewer.lookThrough(name === null ? cameraIndex : cameras.findIndex((camera) => camera.name === name));
+  }
+
+  /** The axis that points up, about which the view orbits; null for that of the stream. */
+  get up(): Axis | null {
+    return this.#viewer.axis;
+  }
+
+  set up(axis: Axis | null) {
+    this.#viewer.axis = axis;
   }
 
   /** Turn the scene upside down: the up vector is negated. */

@@ -20,6 +20,7 @@ export type ButtonName = keyof typeof BUTTONS;
 
 export interface Layout {
   readonly view: HTMLCanvasElement;
+  readonly poster: HTMLImageElement;
   readonly chart: HTMLCanvasElement;
   readonly slider: HTMLInputElement;
   readonly time: HTMLElement;
@@ -47,6 +48,7 @@ const PAGE = `<style>${STYLE}</style>
 <div class="frame">
   <div class="picture">
     <canvas class="view" tabindex="0" role="img" aria-label="The scene: drag to orbit, scroll to zoom, W A S D Q E to fly"></canvas>
+    <img class="poster" alt="" hidden>
     <dl class="statistics" hidden></dl>
     <div class="notice" hidden></div>
     <div class="waiting" role="status" aria-label="Waiting for frames" hidden></div>
@@ -73,6 +75,7 @@ export function layOut(root: ShadowRoot): Layout {
   const buttons = Object.fromEntries(names.map((name) => [name, find(`#${name}`)]));
   return {
     view: find("canvas.view"),
+    poster: find(".poster"),
     chart: find(".timeline canvas"),
     slider: find(".timeline input"),
     time: find(".time"),

@@ -1,5 +1,5 @@
 /**
- * `<quarc-player src="stream.quarc" autoplay loop camera="cam00" speed="1">`
+ * `<quarc-player src="stream.quarc" poster="first.jpg" autoplay loop camera="cam00" speed="1" up="-y">`
  *
  * The events of `Player` are dispatched on the element, too.
  */
@@ -9,11 +9,12 @@ import { DrawingError } from "../draw/programs.js";
 import type { Player } from "../player.js";
 import type { StreamInfo, StreamSource } from "../protocol.js";
 import type { Statistics } from "../statistics.js";
+import { AXES } from "../view/scene.js";
 import { describeFault } from "./faults.js";
 import { Session } from "./session.js";
 
 export class QuarcPlayer extends HTMLElement {
-  static readonly observedAttributes = ["src", "loop", "camera", "speed"];
+  static readonly observedAttributes = ["src", "loop", "camera", "speed", "up"];
 
   readonly #root = this.attachShadow({ mode: "open" });
   #session: Session | null = null;
@@ -27,7 +28,7 @@ export class QuarcPlayer extends HTMLElement {
       this.#refuse(error.message);
       return;
     }
-    for (const name of ["loop", "speed"]) this.attributeChangedCallback(name);
+    for (const name of ["loop", "speed", "up"]) this.attributeChangedCallback(name);
     this.#open();
   }
 
@@ -45,6 +46,7 @@ export class QuarcPlayer extends HTMLElement {
       this.#open();
     } else if (name === "loop") player.loop = this.hasAttribute("loop");
     else if (name === "speed") player.speed = parseSpeed(this.getAttribute("speed"));
+    else if (name === "up") player.up = AXES.find((axis) => axis === this.getAttribute("up")) ?? null;
     else if (name === "camera") player.camera = this.getAttribute("camera");
     this.#session?.refresh();
   }
@@ -128,7 +130,7 @@ export class QuarcPlayer extends HTMLElement {
     const source = this.#source ?? addressed;
     if (session === null || source === null) return;
     session.player.camera = this.getAttribute("camera");
-    session.open(source);
+    session.open(source, this.getAttribute("poster"));
     const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
     if (Number.isFinite(frame)) {
       session.player.addEventListener("info", () => session.player.setFrame(frame), { once: true });

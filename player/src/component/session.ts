@@ -38,11 +38,14 @@ export class Session {
     signal.addEventListener("abort", () => resized.disconnect());
   }
 
-  open(source: StreamSource): void {
+  /** Open a stream; until its first frame is shown, show a poster, which is a picture's address. */
+  open(source: StreamSource, poster: string | null = null): void {
     // Bytes are transferred: only an address can be opened again.
     this.#source = "url" in source ? source : null;
     this.#timeline.clear();
     this.layout.fault.hidden = true;
+    this.layout.poster.hidden = poster === null;
+    if (poster !== null) this.layout.poster.src = poster;
     this.#showLoading(0, null);
     void this.player.open(source).catch(() => undefined); // the event shows it
   }
@@ -81,6 +84,9 @@ export class Session {
     player.onDecoded((packet) => this.#takeDecoded(packet));
     player.addEventListener("info", ({ detail }) => this.#takeInfo(detail));
     player.addEventListener("frame", () => this.#hideLoading());
+    const { poster, view } = this.layout;
+    poster.addEventListener("error", () => (poster.hidden = true));
+    view.addEventListener("pointerdown", () => (poster.hidden = true)); // it does not turn with the view
     player.addEventListener("progress", ({ detail }) => this.#showLoading(detail.bytes, detail.byteLength));
     player.addEventListener("waiting", ({ detail }) => this.#takeWaiting(detail.isWaiting));
     player.addEventListener("error", ({ detail }) => this.#fail(detail));
@@ -139,6 +145,7 @@ export class Session {
   }
 
   #hideLoading(): void {
+    this.layout.poster.hidden = true;
     this.layout.loading.hidden = true;
     this.layout.fault.hidden = true;
   }

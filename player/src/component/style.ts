@@ -13,6 +13,7 @@ export const STYLE = `
 .picture { position: relative; flex: 1; min-height: 0; }
 canvas.view { position: absolute; inset: 0; width: 100%; height: 100%; display: block; outline: none;
   touch-action: none; cursor: grab; background: #000; }
+.poster { position: absolute; inset: 0; width: 100%; height: 100%; object-fit: contain; background: #000; pointer-events: none; }
 canvas.view:active { cursor: grabbing; }
 canvas.view:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
 .bar { background: #14171c; border-top: 1px solid #23282f; padding: 8px 12px 8px;

@@ -7,12 +7,16 @@ import { add, cross, dot, scale, unit } from "./stand.js";
 const SAMPLES = 20_000;
 const SHARE_INSIDE = 0.8;
 
-/** The up vector: the stream's, else the mean of its cameras'. */
-export function findUp(info: StreamInfo): Vector {
-  if (info.upAxis > 0) {
-    const axis = (info.upAxis - 1) >> 1;
-    const sign = info.upAxis % 2 === 1 ? 1 : -1;
-    return [axis === 0 ? sign : 0, axis === 1 ? sign : 0, axis === 2 ? sign : 0];
+/** An axis of the world, in the order of SPEC 5.3. */
+export const AXES = ["x", "-x", "y", "-y", "z", "-z"] as const;
+export type Axis = (typeof AXES)[number];
+
+/** The up vector: the wanted axis, else the stream's, else the mean of its cameras'. */
+export function findUp(info: StreamInfo, wanted: Axis | null): Vector {
+  const axis = wanted ?? AXES[info.upAxis - 1];
+  if (axis !== undefined) {
+    const sign = axis.startsWith("-") ? -1 : 1;
+    return [axis.endsWith("x") ? sign : 0, axis.endsWith("y") ? sign : 0, axis.endsWith("z") ? sign : 0];
   }
   let total: Vector = [0, 0, 0];
   for (const camera of info.cameras) total = add(total, axisOf(camera, 1), -1);
@@ -35,15 +39,14 @@ export function findDistance(eye: Eye, places: Float32Array | null): number {
 }
 
 /** A camera for a stream that has none: in front of the scene, far enough to see most of it. */
-export function makeCamera(sampled: Float32Array, info: StreamInfo): CaptureCamera {
+export function makeCamera(sampled: Float32Array, up: Vector, isRightHanded: boolean): CaptureCamera {
   const places = [...placesOf(sampled)];
   const middle = [0, 1, 2].map((k) => quantile(places.map((place) => place[k] ?? 0), 0.5));
   const [x = 0, y = 0, z = 0] = middle;
   const lengths = places.map((place) => Math.hypot(...add(place, [x, y, z], -1)));
   const radius = Math.max(1e-3, quantile(lengths, SHARE_INSIDE));
-  const up = findUp(info);
   const ahead = unit(cross(up, Math.abs(up[0]) < 0.5 ? [1, 0, 0] : [0, 0, 1]), [0, 0, 1]);
-  const right = scale(cross(ahead, up), info.isRightHanded ? 1 : -1);
+  const right = scale(cross(ahead, up), isRightHanded ? 1 : -1);
   const center = add([x, y, z], ahead, -2.5 * radius);
   const down = scale(up, -1);
   return {

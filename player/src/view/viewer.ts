@@ -3,7 +3,7 @@
 import type { Eye, Vector } from "../draw/eye.js";
 import type { Stage } from "../draw/stage.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
-import { findDistance, findUp, makeCamera, samplePlaces } from "./scene.js";
+import { findDistance, findUp, makeCamera, samplePlaces, type Axis } from "./scene.js";
 import { approach, eyeAt, flip, move, orbit, scale, standAt, turn, type Stand } from "./stand.js";
 
 export class Viewer {
@@ -11,6 +11,8 @@ export class Viewer {
   readonly #onMoved: () => void;
   #cameras: readonly CaptureCamera[] = [];
   #up: Vector = [0, 1, 0];
+  #axis: Axis | null = null;
+  #info: StreamInfo | null = null;
   #eye: Eye | null = null;
   #stand: Stand | null = null;
   #cameraIndex = 0;
@@ -37,11 +39,22 @@ export class Viewer {
     return !this.#isMoved;
   }
 
+  /** The axis that points up; null for that of the stream. */
+  get axis(): Axis | null {
+    return this.#axis;
+  }
+
+  set axis(axis: Axis | null) {
+    this.#axis = axis;
+    if (this.#info !== null) this.#up = findUp(this.#info, axis);
+  }
+
   /** Look through a camera of a new stream: the named one, else the first. */
   begin(info: StreamInfo, cameraName: string | null): void {
+    this.#info = info;
     this.#cameras = info.cameras;
     this.#isWhole = false;
-    this.#up = findUp(info);
+    this.#up = findUp(info, this.#axis);
     this.#stand = this.#eye = this.#places = null;
     const named = info.cameras.findIndex(({ name }) => name === cameraName);
     if (info.cameras.length > 0) this.lookThrough(Math.max(0, named));
@@ -51,7 +64,7 @@ export class Viewer {
   measure(packet: FramePacket, info: StreamInfo): void {
     this.#places = samplePlaces(packet, info);
     if (this.#cameras.length === 0) {
-      this.#cameras = [makeCamera(this.#places, info)];
+      this.#cameras = [makeCamera(this.#places, this.#up, info.isRightHanded)];
       this.#isWhole = true;
       this.lookThrough(0);
     } else if (this.#stand !== null && this.#eye !== null) {
