@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
     from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder import EncodeOptions
+    from quarc_ref.encoder.monitoring.monitor import Monitor
     from quarc_ref.encoder.progress import Progress
     from quarc_ref.encoder.segments import Segment
     from quarc_ref.encoder.settings.config import EncoderConfig
@@ -34,6 +35,7 @@ class EncodeJob:
         progress: Is told of every step.
         warnings: Takes everything that speaks against a good picture.
         checks: Whether to check the capture before it is encoded.
+        monitor: Is called for every training step and every frame.
     """
 
     folder: Path
@@ -44,6 +46,7 @@ class EncodeJob:
     progress: "Progress"
     warnings: Warnings
     checks: bool
+    monitor: "Monitor"
 
     def open(self) -> "tuple[Capture, EncodeOptions]":
         """Return the capture, opened, and the options.
@@ -69,6 +72,7 @@ class EncodeJob:
             self.progress,
             checks=self.checks,
             report=self.warnings.add,
+            monitor=self.monitor,
         )
 
 

@@ -39,6 +39,7 @@ _SIGPIPE = 13  # a name of `signal` that Windows lacks
 _EXTRAS = {
     "gsplat": "gpu",
     "ray": "ray",
+    "tensorboard": "tensorboard",
     **{row.package: row.extra for row in EXPORTS.values() if row.package and row.extra},
 }
 _NOTHING_LEFT = "interrupted; nothing is left behind"

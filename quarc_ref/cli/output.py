@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Literal, NoReturn
 
@@ -12,11 +12,13 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    Task,
     TaskID,
     TextColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
+from rich.text import Text
 
 _SECONDS_BETWEEN_LINES = 5.0
 _REFERENCE_ENGINE = (
@@ -114,8 +116,12 @@ class TerminalProgress:
 
     Args:
         quiet: Whether to show nothing.
+
+    Attributes:
+        shows: Whether anything is shown.
     """
 
+    _MAIN = ("canonical", "frames")
     _ONCE = (
         *("synth", "canonical", "frames", "segments"),
         *("inspect", "evaluate", "compare", "decode", "seek", "render"),
@@ -123,11 +129,14 @@ class TerminalProgress:
 
     def __init__(self, *, quiet: bool) -> None:
         console = Console(stderr=True)
+        self.shows = not quiet
+        self._status: Callable[[], str] | None = None
         self._bars = Progress(
             TextColumn("{task.description:>10}"),
             BarColumn(),
             MofNCompleteColumn(),
-            TimeRemainingColumn(),
+            _TimeLeft(),
+            TextColumn("{task.fields[status]}"),
             console=console,
             transient=True,
             disable=quiet or not console.is_terminal,
@@ -153,16 +162,45 @@ class TerminalProgress:
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `encoder.progress.Progress`; a total of 0 is one that is not known."""
         if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=total or None)
-        self._bars.update(self._tasks[stage], completed=done, total=total or None)
+            self._tasks[stage] = self._bars.add_task(stage, total=total or None, status="")
+        status = self._describe(stage)
+        self._bars.update(self._tasks[stage], completed=done, total=total or None, status=status)
         if self._lines and stage in self._ONCE:
             self._print_line(stage, done, total)
         if self._warns:
             self._warns = not warn_of_reference_engine()
+
+    def follow(self, status: "Callable[[], str]") -> None:
+        """Show what a function returns beside the stages that all work goes through.
+
+        Args:
+            status: Returns where the work stands, the time left included.
+        """
+        self._status = status
+
+    def announce(self, message: str) -> None:
+        """Show a line that stays."""
+        if self._bars.disable:
+            sys.stderr.write(f"{message}\n")
+        else:
+            self._bars.console.print(message, highlight=False, markup=False)
+
+    def _describe(self, stage: str) -> str:
+        return self._status() if self._status and stage in self._MAIN else ""
 
     def _print_line(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()
         if now >= self._next_line or (done == total and stage in self._told):
             self._told.add(stage)
             self._next_line = now + _SECONDS_BETWEEN_LINES
-            sys.stderr.write(f"{stage} {done}/{total}\n" if total else f"{stage} {done}\n")
+            place = f"{stage} {done}/{total}" if total else f"{stage} {done}"
+            status = self._describe(stage)
+            sys.stderr.write(f"{place}: {status}\n" if status else f"{place}\n")
+
+
+class _TimeLeft(TimeRemainingColumn):
+    """The time left of a bar, where nothing better is known."""
+
+    def render(self, task: Task) -> Text:
+        """See `ProgressColumn.render`."""
+        return Text() if task.fields.get("status") else super().render(task)

@@ -11,7 +11,8 @@ import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from quarc_ref.encoder.encode_stream import EncodeOptions, encode
+    from quarc_ref.encoder.encode_options import EncodeOptions
+    from quarc_ref.encoder.encode_stream import encode
     from quarc_ref.encoder.settings.presets import change_setting, choose_preset
 
 __all__ = ["EncodeOptions", "change_setting", "choose_preset", "encode"]

@@ -83,6 +83,11 @@ class ClosedLoop:
         self._writer.write(container.CAME, wire.build_cameras(cameras))
         self._writer.write(container.META, wire.build_metadata(metadata))
 
+    @property
+    def byte_count(self) -> int:
+        """Bytes of the stream so far."""
+        return self._writer.offset
+
     def replay(self, chunk: Chunk) -> FrameState:
         """Take a frame that the sink has already; return the decoder's state of it.
 

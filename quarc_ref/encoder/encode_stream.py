@@ -10,28 +10,27 @@ In a stream with updates `fit_motion` fits them too, and `commit_motion` writes 
 `canonical.snapshot_interval` frames `commit_frame_as_snapshot` does.
 """
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Report, ignore
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.first_frame_check import check_first_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
+from quarc_ref.encoder.encode_options import EncodeOptions
+from quarc_ref.encoder.estimate import estimate_encode
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import price_bytes
-from quarc_ref.encoder.progress import NullProgress, Progress
+from quarc_ref.encoder.monitoring.monitor import EncodePlan, FrameWritten
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
 from quarc_ref.encoder.settings.config import EncoderConfig, make_header
 from quarc_ref.encoder.settings.frames import BirthSettings
-from quarc_ref.encoder.settings.presets import choose_preset
 from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.context import TrainingContext
@@ -44,43 +43,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
-
-@dataclass(frozen=True, slots=True)
-class EncodeOptions:
-    """How to encode a capture.
-
-    Attributes:
-        config: All settings of training and stream.
-        frames: How many, from the first; None for all.
-        device: `cpu`, `cuda`, or `auto`: CUDA where there is one and gsplat with it.
-        progress: Is told of every step.
-        checkpoint: File that keeps the training of frame 0 from minute to minute,
-            until the frame is written; what it holds of this encode is gone on
-            with. None to keep nothing.
-        checks: Whether to check the capture before frame 0 is trained.
-        report: Is called with everything that speaks against a good picture.
-    """
-
-    config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
-    frames: int | None = None
-    device: str = "auto"
-    progress: Progress = field(default_factory=NullProgress)
-    checkpoint: Path | None = None
-    checks: bool = True
-    report: Report = ignore
-
-    def check(self, capture: Capture) -> None:
-        """Report what speaks against a good picture of a capture, if it is to be checked.
-
-        Raises:
-            UnusableCaptureError: No picture can come of the capture.
-            CaptureError: A picture cannot be read.
-        """
-        if self.checks:
-            cut_as_asked = self.frames is not None
-            for finding in (*capture.findings, *check_capture(capture)):
-                if not (cut_as_asked and finding.kind == UNEVEN_LENGTHS):
-                    self.report(finding)
+_KINDS = {container.CANO: "canonical", container.SNAP: "snapshot", container.FRAM: "moved"}
 
 
 def encode(
@@ -112,10 +75,13 @@ def encode(
             options.check(capture)
         encoding = _Encoding(capture, options)
         if begun is None:
+            encoding.announce()
             encoding.begin(sink)
         else:
             encoding.resume_from(sink, begun)
         if begun is None or not begun.is_finished:
+            if begun is not None:
+                encoding.announce(begun.end)
             while encoding.next_frame < encoding.frame_count:
                 encoding.add_frame()
             encoding.finish()
@@ -147,6 +113,21 @@ class _Encoding:
         self._checkpoint = self._open_checkpoint(options.checkpoint)
         self._sizes: list[int] = []
 
+    def announce(self, byte_count: int = 0) -> None:
+        """Tell the monitor what there is to do, after so many bytes of the stream."""
+        config, capture, context = self._config, self._capture, self._context
+        plan = EncodePlan(
+            capture.name,
+            self.frame_count,
+            self.next_frame,
+            byte_count,
+            len(context.views.cameras),
+            config.canonical.iterations,
+            config.motion.iterations,
+            config.births.iterations,
+        )
+        context.monitor.begin(plan, lambda: estimate_encode(context, capture.points, plan, config))
+
     def begin(self, sink: BinaryIO) -> None:
         """Train and write frame 0."""
         config, capture = self._config, self._capture
@@ -158,6 +139,7 @@ class _Encoding:
         gaussians = quantize_gaussians(drop_unrepresentable(attributes, header), header)
         self._open(sink, gaussians.count)
         state = self._loop.commit_canonical(gaussians, frame=0)
+        self._report_frame(container.CANO, 0, 0)
         self._settle(state)
         for finding in check_first_frame(self._context, state):
             self._report(finding)
@@ -178,7 +160,8 @@ class _Encoding:
         """Train and write the next frame."""
         config, frame, state = self._config, self.next_frame, self._loop.state
         self._context.progress.advance("frames", frame, self.frame_count)
-        begun = self._loop.begin_frame(count_deaths(state, self._first_count, config.births))
+        deaths = count_deaths(state, self._first_count, config.births)
+        begun = self._loop.begin_frame(deaths)
         priced = price_bytes(config, self._sizes, self._reference_loss)
         motion = fit_motion(self._context, state, begun, priced.motion, priced.updates)
         moved = self._loop.commit_motion(motion.symbols, motion.updates)
@@ -193,13 +176,29 @@ class _Encoding:
         else:
             self._loop.commit_births(births)
             self._sizes.append(self._loop.frame_bytes)
+        self._report_frame(kind, births.newborn.count if births else 0, deaths)
         self._context.views.drop_before(frame)
         self.next_frame = frame + 1
 
     def finish(self) -> None:
         """Write the end of the stream."""
         self._loop.finish()
+        self._context.monitor.end()
         self._context.progress.advance("frames", self.frame_count, self.frame_count)
+
+    def _report_frame(self, kind: bytes, births: int, deaths: int) -> None:
+        scene, loop = self._loop.state.scene, self._loop
+        self._context.monitor.frame(
+            FrameWritten(
+                scene.frame,
+                _KINDS[kind],
+                loop.frame_bytes,
+                loop.byte_count,
+                scene.count,
+                births,
+                deaths,
+            )
+        )
 
     def _open(self, sink: BinaryIO, first_count: int, begun: PartialStream | None = None) -> None:
         """Begin to write, or to go on, now that the Gaussians of frame 0 are counted."""
@@ -260,5 +259,12 @@ def _make_context(capture: Capture, options: EncodeOptions) -> TrainingContext:
     extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), device)
     return TrainingContext(
-        views, rasterizer, device, options.config.seed, options.progress, extent, exposures
+        views,
+        rasterizer,
+        device,
+        options.config.seed,
+        options.progress,
+        extent,
+        exposures,
+        options.monitor,
     )

@@ -15,7 +15,8 @@ from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.findings import Finding, Report, ignore
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.description import describe_encode
-from quarc_ref.encoder.encode_stream import EncodeOptions
+from quarc_ref.encoder.encode_options import EncodeOptions
+from quarc_ref.encoder.monitoring.monitor import NullMonitor
 from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.resume.partial_stream import (
     read_partial_stream,
@@ -95,8 +96,10 @@ def encode_segments(
 
 
 def _cut_off(options: EncodeOptions) -> EncodeOptions:
-    """Return options that can be sent to another process: without progress and report."""
-    return replace(options, progress=NullProgress(), checks=False, report=ignore)
+    """Return options that can be sent to another process: without whom they report to."""
+    return replace(
+        options, progress=NullProgress(), checks=False, report=ignore, monitor=NullMonitor()
+    )
 
 
 def encode_segment(segment: Segment) -> list[Finding]:

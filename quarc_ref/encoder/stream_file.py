@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.encoder.encode_stream import EncodeOptions, encode
+from quarc_ref.encoder.encode_options import EncodeOptions
+from quarc_ref.encoder.encode_stream import encode
 from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 from quarc_ref.encoder.resume.partial_stream import read_partial_stream
 from quarc_ref.files.locks import is_at, lock, open_regular

@@ -16,6 +16,7 @@ from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.folder_contents import contains_files
 from quarc_ref.files.folders import growing_folder, written_folder
 from quarc_ref.files.leftovers import remove_leftovers
+from quarc_ref.files.logs import open_log
 from quarc_ref.files.marker import MARKER
 from quarc_ref.files.output_folder import OutputFolder
 
@@ -26,6 +27,7 @@ __all__ = [
     "atomic_file",
     "contains_files",
     "growing_folder",
+    "open_log",
     "remove_leftovers",
     "sync_file",
     "sync_folder",

@@ -1,8 +1,10 @@
+import json
 import re
 import shutil
 
 import pytest
 
+from quarc_ref.cli import encode_monitors
 from quarc_ref.cli import output as shown
 from quarc_ref.decoder import StreamDecoder
 from quarc_ref.encoder import encode_stream
@@ -10,6 +12,7 @@ from quarc_ref.encoder.settings.presets import choose_preset, list_settings
 from quarc_ref.streams import decode
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, list_names, read_json, run, run_json
+from tests.cli.schemas import validate
 from tests.datasets import scenes
 
 
@@ -53,9 +56,80 @@ def test_progress_goes_to_stderr(capture, tmp_path, monkeypatch):
     result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
 
     lines = result.stderr.splitlines()
-    assert "canonical 8/8" in lines
-    assert "frames 2/2" in lines
+    (canonical,) = (line for line in lines if line.startswith("canonical 8/8: "))
+    (frames,) = (line for line in lines if line.startswith("frames 2/2: "))
+    assert re.search(r"\d dB train, \d+ Gaussians, \d+ s left$", canonical)
+    assert re.search(r"\d dB train, \d+ Gaussians, [\d.]+ KB, 0 s left$", frames)
     assert "canonical 8/8" not in result.stdout
+
+
+def test_a_long_encode_says_before_it_starts_how_long_and_how_large(capture, tmp_path, monkeypatch):
+    monkeypatch.setattr(encode_monitors, "_WORTH_TELLING", 0.0)
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, "--frames", 2)
+
+    first = result.stderr.splitlines()[0]
+    assert re.match(r"2 frames of plane, 3 training cameras: about \d+ s, and [\d.e-]+ MB", first)
+
+
+def test_every_step_and_frame_is_a_line_of_json(capture, encoded, tmp_path):
+    log, file = tmp_path / "log.jsonl", tmp_path / "a.quarc"
+    assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--log-json", log).exit_code == 0
+    lines = [json.loads(line) for line in log.read_text("utf-8").splitlines()]
+    for line in lines:
+        validate(line)
+
+    events = [line["event"] for line in lines]
+    frames = [line for line in lines if line["event"] == "frame"]
+    steps = [line for line in lines if line["event"] == "step" and line["stage"] == "canonical"]
+    assert events[0] == "begin"
+    assert events[-1] == "end"
+    assert [frame["frame"] for frame in frames] == [0, 1, 2]
+    assert [frame["kind"] for frame in frames] == ["canonical", "moved", "moved"]
+    assert [step["step"] for step in steps] == list(range(1, 9))
+    assert frames[-1]["gaussians"] == encoded.printed["gaussians"]
+    assert sum(frame["byte_count"] for frame in frames) < file.stat().st_size
+    assert file.read_bytes() == encoded.file.read_bytes()
+
+
+def test_a_log_that_exists_is_replaced_by_force_and_goes_on_where_an_encode_resumes(
+    capture, tmp_path
+):
+    log, file = tmp_path / "log.jsonl", tmp_path / "a.quarc"
+    log.write_text("mine\n")
+    line = ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 1, "--log-json", log]
+
+    rejected = run(*line)
+    assert (rejected.exit_code, log.read_text()) == (2, "mine\n")
+    assert run(*line, "--resume").exit_code == 0
+    assert log.read_text("utf-8").splitlines()[0] == "mine"
+    assert run(*line, "--force").exit_code == 0
+    assert "mine" not in log.read_text("utf-8")
+
+
+def test_tensorboard_shows_losses_and_sizes(capture, encoded, tmp_path):
+    pytest.importorskip("tensorboard")
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    file, folder = tmp_path / "a.quarc", tmp_path / "runs"
+    assert run("encode", capture, "-o", file, *TINY_OPTIONS, "--tensorboard", folder).exit_code == 0
+    events = EventAccumulator(str(folder))
+    events.Reload()
+
+    assert [it.step for it in events.Scalars("canonical/loss")] == list(range(1, 9))
+    assert [it.step for it in events.Scalars("motion/train PSNR")] == list(range(1, 7))
+    assert len(events.Scalars("frame/bytes")) == 3
+    assert [it.step for it in events.Images("frame/train view")] == [0, 1, 2]
+    assert file.read_bytes() == encoded.file.read_bytes()
+
+
+def test_logs_do_not_go_with_segments(capture, tmp_path):
+    result = run(
+        "encode", capture, "-o", tmp_path / "a.quarc", "--segments", 2, "--log-json", tmp_path / "l"
+    )
+
+    assert result.exit_code == 2
+    assert "--segments does not go with --log-json" in result.stderr
+    assert list_names(tmp_path) == []
 
 
 @pytest.mark.parametrize(

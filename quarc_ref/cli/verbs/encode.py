@@ -15,6 +15,7 @@ from quarc_ref.cli.encode_job import (
     encode_to_joined_file,
     encode_to_pipe,
 )
+from quarc_ref.cli.encode_monitors import LogsWanted, opened_monitors
 from quarc_ref.cli.encode_warnings import Warnings
 from quarc_ref.cli.encoder_options import as_settings, configure, print_settings, require_positive
 from quarc_ref.cli.errors import UsageError, report_errors
@@ -187,6 +188,20 @@ def encode(
             help="Encode without checking whether cameras, poses and points allow a good picture.",
         ),
     ] = False,
+    log_json: Annotated[
+        Path | None,
+        typer.Option(
+            "--log-json",
+            metavar="FILE",
+            help="Write a line of JSON for every training step and frame as it happens.",
+        ),
+    ] = None,
+    tensorboard: Annotated[
+        Path | None,
+        typer.Option(
+            "--tensorboard", metavar="DIR", help="Write losses, PSNR and sizes for TensorBoard."
+        ),
+    ] = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -201,7 +216,8 @@ def encode(
         if segments is None:
             _require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
-            _reject_with("--segments", {"--live": live})
+            logs = {"--log-json": log_json is not None, "--tensorboard": tensorboard is not None}
+            _reject_with("--segments", {"--live": live, **logs})
         if version == "1.0":
             _reject_with("--format 1.0", {"--snapshot-interval": snapshot_interval is not None})
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
@@ -215,12 +231,16 @@ def encode(
         old = ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
         config = configure(preset, [*(settings or []), *as_settings(asked), *old], seed)
         begun, found = time.monotonic(), Warnings()
-        with TerminalProgress(quiet=quiet) as progress:
+        wanted_logs = LogsWanted(log_json, tensorboard, keep=resume, force=force)
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            opened_monitors(wanted_logs, progress) as monitor,
+        ):
             from quarc_ref.datasets.open_capture import CaptureOptions
 
             opening = CaptureOptions(downscale, tuple(held_out or ()), start=start)
             work = EncodeJob(
-                capture, opening, config, frames, device, progress, found, not no_checks
+                capture, opening, config, frames, device, progress, found, not no_checks, monitor
             )
             wanted = WriteMode(force, live, resume)
             if to_pipe:

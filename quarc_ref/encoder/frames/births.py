@@ -83,6 +83,9 @@ def _train(
         rendering, loss = objective.compare(objective.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_last(gradient, rendering, context.camera(view))
+        place = (objective.frame, step + 1, settings.iterations)
+        count = objective.state.scene.count + trainer.count
+        context.report_step("births", place, view, count, rendering.image, loss)
         context.progress.advance("births", step + 1, settings.iterations)
     return trainer.attributes.detached(), parents
 

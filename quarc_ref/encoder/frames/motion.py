@@ -124,6 +124,8 @@ class _Fit:
         loss = loss + self._residuals.price(settings) + (updates.price() if updates else 0.0)
         gradient = _descend(self._adam, self._leaves, loss, rendering.means2d)
         self._statistics.add(gradient, rendering, self._context.camera(view))
+        place, count = (self._scene.frame, step + 1, settings.iterations), self._scene.count
+        self._context.report_step("motion", place, view, count, rendering.image, loss)
 
     def result(self) -> FittedMotion:
         """Return what has been found."""

@@ -71,6 +71,8 @@ def train_canonical(
             if checkpoint is not None:
                 checkpoint.save_if_due(training.describe)
             context.progress.advance("canonical", training.step, settings.iterations)
+        if checkpoint is not None:  # until the frame is written, which takes a while
+            checkpoint.save(training.describe)
     final = training.attributes.quantized(header)
     return final.rows(torch.sigmoid(final.opacities) >= settings.final_prune_opacity)
 
@@ -167,6 +169,8 @@ class _Training:
         ):
             trainer.fade(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, context.camera(view))
+        place = (0, step + 1, settings.iterations)
+        context.report_step("canonical", place, view, trainer.count, rendering.image, loss)
 
 
 @contextmanager

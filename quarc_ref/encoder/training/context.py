@@ -5,11 +5,12 @@ before, so that any frame can be trained anew from the decoded state before it.
 """
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import torch
 from torch import Tensor
 
+from quarc_ref.encoder.monitoring.monitor import Monitor, NullMonitor, TrainingStep
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.views import TrainingViews
@@ -29,6 +30,7 @@ class TrainingContext:
         progress: Is told of every step.
         extent: Of the capture, world units (`measure_extent`).
         exposures: Of the training views.
+        monitor: Is called for every training step.
     """
 
     views: TrainingViews
@@ -38,6 +40,7 @@ class TrainingContext:
     progress: Progress
     extent: float
     exposures: Exposures
+    monitor: Monitor = field(default_factory=NullMonitor)
 
     def halved(self) -> "TrainingContext":
         """Return the context with pictures of half the width and half the height."""
@@ -56,6 +59,34 @@ class TrainingContext:
         """Draw what a view sees, for others to be added."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
+
+    def report_step(  # noqa: PLR0913, what a step is cannot be said with less
+        self,
+        stage: str,
+        place: tuple[int, int, int],
+        view: int,
+        gaussians: int,
+        image: Tensor,
+        loss: Tensor,
+    ) -> None:
+        """Report a training step.
+
+        Args:
+            stage: As `TrainingStep` has it.
+            place: The frame, the step, from 1, and how many the stage has.
+            view: That was compared.
+            gaussians: How many were drawn.
+            image: `[H, W, 3]` what was drawn.
+            loss: A scalar.
+        """
+        frame, step, steps = place
+
+        def recall_truth() -> Tensor:
+            return self.truth(view, frame)
+
+        self.monitor.step(
+            TrainingStep(stage, frame, step, steps, gaussians, loss, image, recall_truth)
+        )
 
     def truth(self, view: int, frame: int) -> Tensor:
         """Return `[H, W, 3]` the picture of a view, as the mean camera would have taken it."""

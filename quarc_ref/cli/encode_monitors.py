@@ -1,0 +1,84 @@
+"""Who follows an encode: the terminal, `--log-json` and `--tensorboard`."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from quarc_ref.cli.output import TerminalProgress
+from quarc_ref.cli.targets import reject_target
+from quarc_ref.files import open_log
+
+if TYPE_CHECKING:
+    from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, Monitor
+
+_WORTH_TELLING = 10.0  # seconds
+_MEGABYTE = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class LogsWanted:
+    """What is to be written beside a stream.
+
+    Attributes:
+        json: File for lines of JSON; None for none.
+        tensorboard: Folder for TensorBoard; None for none.
+        keep: Whether lines that are in the file stay.
+        force: Whether to replace the file.
+    """
+
+    json: Path | None
+    tensorboard: Path | None
+    keep: bool
+    force: bool
+
+
+@contextmanager
+def opened_monitors(logs: LogsWanted, progress: TerminalProgress) -> "Iterator[Monitor]":
+    """Open the logs of an encode, and let the terminal show where it stands.
+
+    Raises:
+        UsageError: The file is there, and neither kept nor replaced.
+        ImportError: TensorBoard is wanted and not installed.
+        OSError: A log cannot be written.
+    """
+    from quarc_ref.encoder.monitoring.json_log import JsonLog
+    from quarc_ref.encoder.monitoring.monitor import Monitors
+    from quarc_ref.encoder.monitoring.status import EncodeStatus
+
+    monitors: list[Monitor] = []
+    with ExitStack() as stack:
+        if progress.shows:
+            status = EncodeStatus(lambda *found: _announce(progress, *found))
+            progress.follow(status.describe)
+            monitors.append(status)
+        if logs.json is not None:
+            monitors.append(JsonLog(stack.enter_context(_opened_log(logs.json, logs))))
+        if logs.tensorboard is not None:
+            from quarc_ref.encoder.monitoring.tensorboard_log import TensorBoardLog
+
+            board = TensorBoardLog(logs.tensorboard)
+            stack.callback(board.close)
+            monitors.append(board)
+        yield Monitors(monitors)
+
+
+@contextmanager
+def _opened_log(path: Path, logs: LogsWanted) -> Iterator[TextIO]:
+    reject_target(path, force=logs.force or logs.keep)
+    with open_log(path, keep=logs.keep) as sink:
+        yield sink
+
+
+def _announce(progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate") -> None:
+    """Say what is expected of an encode, if it takes long enough for anyone to ask."""
+    from quarc_ref.encoder.monitoring.status import format_duration
+
+    if estimate.seconds < _WORTH_TELLING:
+        return
+    progress.announce(
+        f"{plan.frames} frames of {plan.capture}, {plan.views} training cameras: about "
+        f"{format_duration(estimate.seconds)}, and {estimate.byte_count / _MEGABYTE:.1g} MB "
+        "(both may be off by a factor of two)"
+    )

@@ -1,0 +1,91 @@
+"""How long an encode will take and how large its stream will be, before it begins.
+
+A few steps of frame 0 are timed on this machine; the rest is proportion. Sizes are those
+of the captures in benchmarks/, and right to a factor of two or three: after the first
+frames, the stream itself tells more.
+"""
+
+import math
+import time
+
+import torch
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder.frames.rate_control import weigh_quality
+from quarc_ref.encoder.monitoring.forecast import frame_seconds
+from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.training.canonical import canonical_learning_rates, start_from_points
+from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.losses import photometric_loss
+from quarc_ref.encoder.training.trainable import Trainer
+
+_WARM_STEPS, _TIMED_STEPS = 2, 4
+_HALF_RESOLUTION = 0.4  # of the time of a step
+_BYTES_OF_GAUSSIAN = 7.0
+_BYTES_OF_MOVED, _BYTES_OF_UNPRICED = 0.25, 1.0  # per Gaussian and frame
+_MOST_GROWTH = 10  # times the initial Gaussians, without a price on them
+_BYTES_PER_LAMBDA = -0.2  # exponent: half the price, 15 % more bytes
+
+
+def estimate_encode(
+    context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
+) -> Estimate:
+    """Return what is expected of an encode; nothing that it draws or keeps is changed.
+
+    Args:
+        context: Views and renderer.
+        points: Initial points.
+        plan: What there is to do.
+        config: All settings.
+    """
+    initial, expected = _guess_gaussians(len(points.positions), config.canonical)
+    step = _time_step(context, points, config) * expected / initial
+    canonical = config.canonical
+    halved = min(canonical.half_resolution_until_iter, canonical.iterations)
+    first = step * (canonical.iterations - halved * (1 - _HALF_RESOLUTION))
+    frames = plan.frames - max(1, plan.first_frame)
+    seconds = frames * frame_seconds(plan, step) + (first if plan.first_frame == 0 else 0.0)
+    return Estimate(seconds, _guess_bytes(expected, plan, config))
+
+
+def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
+    """Return the seconds of a training step on the initial Gaussians."""
+    generator = torch.Generator().manual_seed(0)
+    start = start_from_points(points, config.canonical, generator, context.device)
+    trainer = Trainer(start, canonical_learning_rates(config.canonical, context.extent))
+    times = []
+    for step in range(_WARM_STEPS + _TIMED_STEPS):
+        begun = time.perf_counter()
+        view = step % len(context.views.cameras)
+        rendering = context.render(trainer.attributes.activated(), view)
+        truth = context.truth(view, 0)
+        loss = photometric_loss(rendering.image, truth, config.canonical.lambda_dssim)
+        trainer.step(loss, rendering.means2d)
+        if context.device.type == "cuda":
+            torch.cuda.synchronize(context.device)
+        times.append(time.perf_counter() - begun)
+    return sorted(times[_WARM_STEPS:])[_TIMED_STEPS // 2]
+
+
+def _guess_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:
+    """Return how many Gaussians there are at first, and how many there may be in the end.
+
+    Densification grows them towards `max_gaussians`, and pruning holds them back.
+    """
+    initial = min(point_count, settings.initial_gaussians, settings.max_gaussians)
+    limit = settings.max_gaussians if settings.prune_rd_lambda else _most_grown(initial, settings)
+    return initial, math.sqrt(initial * limit)
+
+
+def _most_grown(initial: int, settings: CanonicalSettings) -> int:
+    return min(settings.max_gaussians, initial * _MOST_GROWTH)
+
+
+def _guess_bytes(gaussians: float, plan: EncodePlan, config: EncoderConfig) -> float:
+    """Return the bytes of a stream of so many Gaussians."""
+    price = math.pow(config.rd_lambda * weigh_quality(config.quality), _BYTES_PER_LAMBDA)
+    per_gaussian = _BYTES_OF_MOVED if config.births.rd_lambda else _BYTES_OF_UNPRICED
+    per_frame = config.target_kb_per_frame * 1024 or gaussians * per_gaussian * price
+    return gaussians * _BYTES_OF_GAUSSIAN * price + (plan.frames - 1) * per_frame

@@ -1,0 +1,72 @@
+"""An encode as lines of JSON (docs/schemas/encode-log.json): the plan, every step, every frame."""
+
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import TextIO
+
+from quarc_ref.encoder.monitoring.forecast import Forecast
+from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
+
+_SCHEMA = "encode-log/1"
+
+
+class JsonLog:
+    """A monitor that writes a line of JSON for everything, as soon as it happens.
+
+    Args:
+        sink: Is written to; lines that are in a file already stay.
+        clock: Returns seconds since any moment.
+    """
+
+    def __init__(self, sink: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
+        self._sink, self._clock = sink, clock
+        self._begun = clock()
+        self._forecast: Forecast | None = None
+
+    def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
+        """See `Monitor.begin`."""
+        self._forecast = Forecast(plan, self._clock)
+        self._write("begin", {**asdict(plan), "estimate": asdict(estimate())})
+
+    def step(self, step: TrainingStep) -> None:
+        """See `Monitor.step`."""
+        if self._forecast is not None:
+            self._forecast.note_step(step.stage, step.step)
+        self._write(
+            "step",
+            {
+                "stage": step.stage,
+                "frame": step.frame,
+                "step": step.step,
+                "steps": step.steps,
+                "loss": _finite(step.loss()),
+                "psnr": _finite(step.psnr()),
+                "gaussians": step.gaussians,
+            },
+        )
+
+    def frame(self, frame: FrameWritten) -> None:
+        """See `Monitor.frame`."""
+        left = None
+        if self._forecast is not None:
+            self._forecast.note_frame(frame.frame)
+            left = self._forecast.seconds_left()
+        self._write("frame", {**asdict(frame), "seconds_left": left})
+
+    def end(self) -> None:
+        """See `Monitor.end`."""
+        self._write("end", {})
+
+    def _write(self, event: str, values: dict[str, object]) -> None:
+        seconds = round(self._clock() - self._begun, 3)
+        line = {"schema": f"quarc-ref/{_SCHEMA}", "event": event, "seconds": seconds, **values}
+        self._sink.write(json.dumps(line, allow_nan=False) + "\n")
+        if event != "step":
+            self._sink.flush()
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None

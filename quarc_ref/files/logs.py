@@ -1,0 +1,34 @@
+"""Files that grow line by line while work goes on, to be read meanwhile."""
+
+import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO
+
+from quarc_ref.files.locks import open_regular
+
+
+@contextmanager
+def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
+    """Open a file to append lines to; one that stays empty is removed.
+
+    Args:
+        path: Of the file, which is made if it is not there.
+        keep: Whether what is in it already stays.
+
+    Raises:
+        OutputPathError: It is a symbolic link, or not a regular file.
+        OSError: It cannot be opened.
+    """
+    with open_regular(path, os.O_RDWR | os.O_CREAT) as file:
+        if not keep:
+            file.truncate(0)
+        file.seek(0, io.SEEK_END)
+        with io.TextIOWrapper(file, encoding="utf-8", write_through=False) as sink:
+            yield sink
+            sink.flush()
+            is_empty = file.tell() == 0
+    if is_empty:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,72 @@
+import pytest
+
+from quarc_ref.encoder.monitoring.forecast import Forecast, frame_seconds
+from quarc_ref.encoder.monitoring.monitor import EncodePlan
+from quarc_ref.encoder.monitoring.status import format_duration
+
+
+class _Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    return _Clock()
+
+
+def _plan(first_frame=0):
+    return EncodePlan("room", 11, first_frame, 0, 10, 100, 50, 20)
+
+
+def test_before_anything_is_measured_nothing_is_forecast(clock):
+    forecast = Forecast(_plan(), clock)
+    assert forecast.seconds_left() is None
+    forecast.note_step("canonical", 1)
+    assert forecast.seconds_left() is None
+
+
+def test_frame_0_tells_of_all_frames(clock):
+    forecast = Forecast(_plan(), clock)
+    for step in range(1, 41):
+        clock.now += 0.5
+        forecast.note_step("canonical", step)
+
+    rest = 10 * frame_seconds(_plan(), 0.5)
+    assert forecast.seconds_left() == pytest.approx(60 * 0.5 + rest)
+    clock.now += 1
+    forecast.note_frame(0)
+    assert forecast.seconds_left() == pytest.approx(rest)
+
+
+def test_frames_tell_of_frames(clock):
+    forecast = Forecast(_plan(), clock)
+    forecast.note_frame(0)
+    for frame in range(1, 5):
+        clock.now += 3
+        forecast.note_frame(frame)
+
+    assert forecast.seconds_left() == 6 * 3
+    clock.now += 2
+    assert forecast.seconds_left() == 6 * 3 - 2
+    for frame in range(5, 11):
+        forecast.note_frame(frame)
+    assert forecast.seconds_left() == 0
+
+
+def test_an_encode_that_resumes_forecasts_what_is_left(clock):
+    forecast = Forecast(_plan(first_frame=8), clock)
+    assert forecast.seconds_left() is None
+    clock.now += 4
+    forecast.note_frame(8)
+    assert forecast.seconds_left() == 2 * 4
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(0.4, "0 s"), (59.4, "59 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")],
+)
+def test_times_are_said_as_people_say_them(seconds, said):
+    assert format_duration(seconds) == said

@@ -1,0 +1,51 @@
+import io
+
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.monitoring.monitor import Monitors
+from tests.encoder.toys import SMALL, make_capture
+
+
+class _Notes:
+    """A monitor that remembers what it was called with, and asks for all that costs something."""
+
+    def __init__(self):
+        self.plans, self.estimates, self.steps, self.frames, self.ends = [], [], [], [], 0
+
+    def begin(self, plan, estimate):
+        self.plans.append(plan)
+        self.estimates.append(estimate())
+
+    def step(self, step):
+        self.steps.append((step.stage, step.frame, step.step, step.loss(), step.psnr()))
+
+    def frame(self, frame):
+        self.frames.append(frame)
+
+    def end(self):
+        self.ends += 1
+
+
+def _encode(monitor=None):
+    sink = io.BytesIO()
+    options = {} if monitor is None else {"monitor": monitor}
+    encode(make_capture(3), sink, EncodeOptions(SMALL, 3, "cpu", **options))
+    return sink.getvalue()
+
+
+def test_monitors_are_called_for_everything_and_change_no_byte():
+    first, second = _Notes(), _Notes()
+    data = _encode(Monitors([first, second]))
+
+    assert data == _encode()
+    assert first.plans == second.plans
+    assert first.estimates == second.estimates
+    assert first.estimates[0].seconds > 0
+    assert first.estimates[0].byte_count > 0
+    assert [frame.frame for frame in first.frames] == [0, 1, 2]
+    assert first.frames[-1].total_bytes < len(data)
+    assert first.ends == second.ends == 1
+    stages = {(stage, frame) for stage, frame, *_ in first.steps}
+    assert {("canonical", 0), ("motion", 1), ("motion", 2)} <= stages
+    assert all(0 < psnr < 100 and loss > 0 for *_, loss, psnr in first.steps)
+    canonical = [step for stage, _, step, *_ in first.steps if stage == "canonical"]
+    assert canonical == list(range(1, SMALL.canonical.iterations + 1))
