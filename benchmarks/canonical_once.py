@@ -20,12 +20,10 @@ from kept_files import keep_file
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
-from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import Attributes
-from quarc_ref.format.records import StreamHeader
 
 Train = Callable[..., Attributes]  # as `train_canonical`
 _SECONDS = "seconds"
@@ -52,15 +50,14 @@ class CanonicalOnce:
         self,
         context: TrainingContext,
         points: Points,
-        settings: CanonicalSettings,
-        header: StreamHeader,
+        objective: CanonicalObjective,
         checkpoint: Checkpoint | None = None,
     ) -> Attributes:
         """Return what `train_canonical` does."""
-        path = self._folder / f"{self._digest(settings, header)}.npz"
+        path = self._folder / f"{self._digest(objective)}.npz"
         if not path.is_file():
             begun = time.perf_counter()
-            attributes = train_canonical(context, points, settings, header, checkpoint)
+            attributes = train_canonical(context, points, objective, checkpoint)
             _keep(path, attributes, time.perf_counter() - begun)
         with np.load(path) as kept:
             self.seconds = float(kept[_SECONDS])
@@ -73,12 +70,13 @@ class CanonicalOnce:
         with patch.object(encode_stream, "train_canonical", self.train):
             yield
 
-    def _digest(self, settings: CanonicalSettings, header: StreamHeader) -> str:
+    def _digest(self, objective: CanonicalObjective) -> str:
+        header = objective.header
         steps = (
             position_step(header), header.rotation_bits, header.log_scale_step,
             header.opacity_step, header.sh_dc_step, header.sh_rest_step, header.sh_degree,
         )  # fmt: skip
-        said = json.dumps([self._said, repr(settings), steps])
+        said = json.dumps([self._said, repr(objective.settings), objective.rd_lambda, steps])
         return hashlib.sha256(said.encode()).hexdigest()[:16]
 
 

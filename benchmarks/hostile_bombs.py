@@ -75,11 +75,12 @@ def build(level: int, place: str, *, newborn: bool) -> bytes:
     count = LEVELS[level].gaussians - (_FRAMES - 1) * births
     loop.commit_canonical(_plain(header, _PLACES[place](count)), 0)
     for _ in range(1, _FRAMES):
-        begun = loop.begin_frame(0)
-        levels = begun.known_anchors.levels
-        loop.commit_motion([np.zeros((6, each.owners.size), dtype=np.int64) for each in levels])
+        start = loop.start_frame(0)
+        levels = start.state.known_anchors.levels
+        symbols = [np.zeros((6, each.owners.size), dtype=np.int64) for each in levels]
+        moved = loop.move_frame(start, symbols)
         zeros = np.zeros((3, births), dtype=np.int64)
-        loop.commit_births(Births(zeros[0], _plain(header, zeros)) if births else None)
+        loop.commit_frame(moved, Births(zeros[0], _plain(header, zeros)) if births else None)
     loop.finish()
     return sink.getvalue()
 

@@ -19,9 +19,10 @@ def make_blankets(count: int, width: int, height: int, frames: int = 1) -> bytes
     loop = ClosedLoop(sink, header, (look_closely(width, height),), {})
     loop.commit_canonical(Gaussians(zeros[:3], zeros[:4], zeros[4:]), 0)
     for _ in range(1, frames):
-        levels = loop.begin_frame(0).known_anchors.levels
-        loop.commit_motion([np.zeros((6, each.owners.size), dtype=np.int64) for each in levels])
-        loop.commit_births(None)
+        start = loop.start_frame(0)
+        levels = start.state.known_anchors.levels
+        symbols = [np.zeros((6, each.owners.size), dtype=np.int64) for each in levels]
+        loop.commit_frame(loop.move_frame(start, symbols), None)
     loop.finish()
     return sink.getvalue()
 

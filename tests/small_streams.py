@@ -80,16 +80,16 @@ def make_stream(
         loop = ClosedLoop(sink, header, (CAMERA,), {"capture": "made by hand"})
     states = [loop.commit_canonical(make_gaussians(header, gaussian_count), frame=0)]
     for frame in range(1, frame_count):
-        begun = loop.begin_frame(max(0, loop.state.scene.count - gaussian_count))
-        updates = make_updates(begun, frame) if header.updates else None
-        moved = loop.commit_motion(make_symbols(begun, frame), updates)
-        newborn = make_births(moved, births, frame) if births and frame % 2 else None
-        commit = loop.commit_births
+        start = loop.start_frame(max(0, loop.state.scene.count - gaussian_count))
+        updates = make_updates(start.state, frame) if header.updates else None
+        moved = loop.move_frame(start, make_symbols(start.state, frame), updates)
+        newborn = make_births(moved.state, births, frame) if births and frame % 2 else None
+        commit = loop.commit_frame
         if frame % canonical_every == 0:
-            commit = loop.commit_frame_as_canonical
+            commit = loop.commit_as_canonical
         elif frame % snapshot_every == 0:
-            commit = loop.commit_frame_as_snapshot
-        states.append(commit(newborn))
+            commit = loop.commit_as_snapshot
+        states.append(commit(moved, newborn))
     loop.finish()
     return sink.getvalue(), states
 

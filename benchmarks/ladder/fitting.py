@@ -10,6 +10,7 @@ from ladder.rungs import Rung
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
+from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -72,7 +73,7 @@ def _fit_anchors(
 ) -> Fitted:
     free = replace(config.motion, iterations=iterations, rd_lambda=0.0, momentum=0.0)
     with without_rounding():
-        motion = fit_motion(context, begun, begun, free)
+        motion = fit_motion(context, FrameStart(begun, begun, 0), free)
     header = begun.scene.header
     sums = BindingSums(begun.known_anchors, context.device).sum_levels(motion.residuals)
     shifts, turns = sums[:, :3] * translation_step(header), sums[:, 3:] / header.rotation_unity

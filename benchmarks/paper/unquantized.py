@@ -25,13 +25,15 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.encode_stream import adapt_steps_to_capture, count_deaths
+from quarc_ref.encoder.frame_coder import FrameStart
+from quarc_ref.encoder.frames.birth_selection import ByteCost
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
-from quarc_ref.encoder.frames.rate_control import price_bytes
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
 from quarc_ref.encoder.frames.surrogate import deform
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import make_header
-from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
@@ -88,16 +90,19 @@ def encode_unquantized(
         begun = begin_frame(state, deaths)
         if trial.rebinds:
             begun = _rebind(begun)
-        priced = price_bytes(config, [], reference_loss)
+        rd = RateDistortion(choose_lambda(config, []), reference_loss)
         with without_rounding():
-            motion = fit_motion(context, state, begun, priced.motion)
+            motion = fit_motion(context, FrameStart(state, begun, deaths), config.motion, rd=rd)
         moved = move_freely(begun, motion.residuals)
         births = fit_births(
             context,
             moved,
             motion.statistics,
-            priced,
-            lambda births, counts=moved.birth_counts: write_births(births, counts).byte_count(),
+            config,
+            ByteCost(
+                rd.relative(config.births.rd_lambda) / moved.scene.count,
+                lambda births, counts=moved.birth_counts: write_births(births, counts).byte_count(),
+            ),
         )
         state = moved if births is None else append_births(moved, births)
         context.views.drop_before(frame)
@@ -194,8 +199,8 @@ def _make_canonical(
     config = adapt_steps_to_capture(trial.config, capture)
     header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
     with without_rounding() if trial.floats == "all" else nullcontext():
-        settings = price_bytes(config, []).canonical
-        attributes = train(context, capture.points, settings, header)
+        objective = CanonicalObjective(config.canonical, header, choose_lambda(config, []))
+        attributes = train(context, capture.points, objective)
     kept = drop_unrepresentable(attributes, header)
     fine = refine_header(header, float(kept.means.abs().max()))
     gaussians = quantize_gaussians(kept, fine)

@@ -32,8 +32,9 @@ def main() -> int:
         loop = ClosedLoop(sink, header, (), {})
         _tell(loop.commit_canonical(quantize_gaussians(_attributes(scene["canonical"]), header), 0))
         for frame in scene["frames"]:
-            moved = loop.commit_motion(_shift(loop.begin_frame(0), frame.get("shift", (0, 0, 0))))
-            _tell(loop.commit_births(_births(moved, frame.get("births", []))))
+            start = loop.start_frame(0)
+            moved = loop.move_frame(start, _shift(start.state, frame.get("shift", (0, 0, 0))))
+            _tell(loop.commit_frame(moved, _births(moved.state, frame.get("births", []))))
         loop.finish()
     print(json.dumps({"level": header.level, "bounds": _bounds(header)}))
     return 0

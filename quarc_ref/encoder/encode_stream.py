@@ -1,16 +1,15 @@
-"""Multi-view video to a stream: frame 0, then every frame from the decoded one before.
+"""Multi-view video to a stream: frame 0, then each frame from the decoded one before it.
 
 points ──> train_canonical ──> commit_canonical ──> state of frame 0
-state ──> begin_frame ──> fit_motion ──> commit_motion
-                                             │
-          state of the next frame <── commit_births <── fit_births
+state ──> start_frame ──> fit_motion ──> move_frame ──> fit_births ──> commit_frame ──> state
 
-In a stream with updates `fit_motion` fits them too, and `commit_motion` writes them. Every
-`canonical.keyframe_interval` frames `commit_frame_as_canonical` replaces `commit_births`; every
-`canonical.snapshot_interval` frames `commit_frame_as_snapshot` does.
+In a stream with updates `fit_motion` fits them too. Every `canonical.keyframe_interval` frames
+`commit_as_canonical` replaces `commit_frame`; every `canonical.snapshot_interval` frames
+`commit_as_snapshot` does.
 """
 
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
@@ -23,16 +22,18 @@ from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.estimate import estimate_encode
+from quarc_ref.encoder.frame_coder import MovedFrame
+from quarc_ref.encoder.frames.birth_selection import ByteCost
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
-from quarc_ref.encoder.frames.rate_control import price_bytes
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, FrameWritten
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
 from quarc_ref.encoder.settings.config import EncoderConfig, make_header
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.steps import propose_steps
-from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
@@ -40,7 +41,7 @@ from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_g
 from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.format import container, wire
-from quarc_ref.format.records import OPACITY
+from quarc_ref.format.records import OPACITY, Births
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _KINDS = {container.CANO: "canonical", container.SNAP: "snapshot", container.FRAM: "moved"}
@@ -50,56 +51,55 @@ def encode(
     capture: Capture,
     sink: BinaryIO,
     options: EncodeOptions | None = None,
-    begun: PartialStream | None = None,
+    partial_stream: PartialStream | None = None,
 ) -> None:
     """Encode a capture into a stream.
 
     Args:
-        capture: Multi-view video; its held-out cameras are not looked at.
-        sink: Is written to by appending; every frame is whole when the next begins.
+        capture: Multi-view video; held-out cameras are not read.
+        sink: Binary file that the stream is appended to, a whole frame at a time.
         options: Settings.
-        begun: What the sink holds of the stream already. What follows it is
-            cut off, and the stream gone on with as if there had been no break;
-            one that is finished is left as it is.
+        partial_stream: The part of the stream that the sink has already. What follows it in
+            the sink is cut off, and the encode resumes as if it had never been interrupted.
+            A finished stream is left unchanged.
 
     Raises:
-        CaptureError: A picture cannot be read, or the capture has not as many
-            frames (`TooFewFramesError`).
-        UnusableCaptureError: No picture can come of the capture, and it is checked.
-        EncodeError: The scene cannot be written with these settings.
-        ResumeError: What the sink holds was begun otherwise.
+        CaptureError: A picture cannot be read, or the capture has fewer frames
+            (`TooFewFramesError`).
+        UnusableCaptureError: A check of the capture failed.
+        EncodeError: The scene cannot be represented with these settings.
+        ResumeError: The partial stream was encoded from other inputs or settings.
     """
     options = options or EncodeOptions()
     with fixed_threads():
-        if begun is None:
+        if partial_stream is None:
             options.check(capture)
         encoding = _Encoding(capture, options)
-        if begun is None:
+        if partial_stream is None:
             encoding.announce()
             encoding.begin(sink)
         else:
-            encoding.resume_from(sink, begun)
-        if begun is None or not begun.is_finished:
-            if begun is not None:
-                encoding.announce(begun.end)
+            encoding.resume_from(sink, partial_stream)
+        if partial_stream is None or not partial_stream.is_finished:
+            if partial_stream is not None:
+                encoding.announce(partial_stream.end)
             while encoding.next_frame < encoding.frame_count:
                 encoding.add_frame()
             encoding.finish()
 
 
 class _Encoding:
-    """A stream in the making.
+    """An encode in progress.
 
-    All that changes from frame to frame is the state, which the decoder has
-    too, and the sizes of the frames.
+    All that changes from frame to frame is the decoder's state and the sizes of the frames.
 
     Args:
-        capture: As given to `encode`.
-        options: Settings.
+        capture: As for `encode`.
+        options: As for `encode`.
 
     Attributes:
-        frame_count: How many frames the stream is to have.
-        next_frame: The frame that comes next.
+        frame_count: Number of frames of the finished stream.
+        next_frame: Index of the next frame.
     """
 
     def __init__(self, capture: Capture, options: EncodeOptions) -> None:
@@ -114,14 +114,14 @@ class _Encoding:
         self._sizes: list[int] = []
 
     def announce(self, byte_count: int = 0) -> None:
-        """Tell the monitor what there is to do, after so many bytes of the stream."""
+        """Pass the monitor the work ahead, after `byte_count` bytes of the stream."""
         config, capture, context = self._config, self._capture, self._context
         plan = EncodePlan(
             capture.name,
             self.frame_count,
             self.next_frame,
             byte_count,
-            len(context.views.cameras),
+            context.view_count,
             config.canonical.iterations,
             config.motion.iterations,
             config.births.iterations,
@@ -132,52 +132,45 @@ class _Encoding:
         """Train and write frame 0."""
         config, capture = self._config, self._capture
         header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
-        priced = price_bytes(config, []).canonical
-        attributes = train_canonical(
-            self._context, capture.points, priced, header, self._checkpoint
-        )
+        objective = CanonicalObjective(config.canonical, header, choose_lambda(config, []))
+        attributes = train_canonical(self._context, capture.points, objective, self._checkpoint)
         gaussians = quantize_gaussians(drop_unrepresentable(attributes, header), header)
         self._open(sink, gaussians.count)
         state = self._loop.commit_canonical(gaussians, frame=0)
         self._report_frame(container.CANO, 0, 0)
-        self._settle(state)
+        self._start_inter_frames(state)
         for finding in check_first_frame(self._context, state):
             self._report(finding)
 
-    def resume_from(self, sink: BinaryIO, begun: PartialStream) -> None:
-        """Take the frames that were written before."""
-        first_count = wire.parse_canonical(begun.frames[0].payload).gaussian_count
-        self._open(sink, first_count, begun)
-        for chunk in begun.frames:
+    def resume_from(self, sink: BinaryIO, partial_stream: PartialStream) -> None:
+        """Replay the frames of a partial stream."""
+        first_count = wire.parse_canonical(partial_stream.frames[0].payload).gaussian_count
+        self._open(sink, first_count, partial_stream)
+        for chunk in partial_stream.frames:
             state = self._loop.replay(chunk)
             if self.next_frame == 0:
-                self._settle(state)
+                self._start_inter_frames(state)
             elif chunk.kind == container.FRAM:
                 self._sizes.append(self._loop.frame_bytes)
             self.next_frame = state.scene.frame + 1
 
     def add_frame(self) -> None:
         """Train and write the next frame."""
-        config, frame, state = self._config, self.next_frame, self._loop.state
-        self._context.progress.advance("frames", frame, self.frame_count)
-        deaths = count_deaths(state, self._first_count, config.births)
-        begun = self._loop.begin_frame(deaths)
-        priced = price_bytes(config, self._sizes, self._reference_loss)
-        motion = fit_motion(self._context, state, begun, priced.motion, priced.updates)
-        moved = self._loop.commit_motion(motion.symbols, motion.updates)
-        births = fit_births(
-            self._context, moved, motion.statistics, priced, self._loop.count_birth_bytes
+        config, context, frame = self._config, self._context, self.next_frame
+        context.progress.advance("frames", frame, self.frame_count)
+        rd = RateDistortion(choose_lambda(config, self._sizes), self._reference_loss)
+        deaths = count_deaths(self._loop.state, self._first_count, config.births)
+        start = self._loop.start_frame(deaths)
+        motion = fit_motion(context, start, config.motion, config.updates, rd)
+        moved = self._loop.move_frame(start, motion.symbols, motion.updates)
+        cost = ByteCost(
+            rd.relative(config.births.rd_lambda) / moved.state.scene.count,
+            partial(self._loop.birth_bytes, moved),
         )
-        kind = config.canonical.kind_due(frame)
-        if kind == container.CANO:
-            self._loop.commit_frame_as_canonical(births)
-        elif kind == container.SNAP:
-            self._loop.commit_frame_as_snapshot(births)
-        else:
-            self._loop.commit_births(births)
-            self._sizes.append(self._loop.frame_bytes)
+        births = fit_births(context, moved.state, motion.statistics, config, cost)
+        kind = self._commit(moved, births)
         self._report_frame(kind, births.newborn.count if births else 0, deaths)
-        self._context.views.drop_before(frame)
+        context.views.drop_before(frame)
         self.next_frame = frame + 1
 
     def finish(self) -> None:
@@ -200,21 +193,35 @@ class _Encoding:
             )
         )
 
-    def _open(self, sink: BinaryIO, first_count: int, begun: PartialStream | None = None) -> None:
-        """Begin to write, or to go on, now that the Gaussians of frame 0 are counted."""
+    def _commit(self, moved: MovedFrame, births: Births | None) -> bytes:
+        """Write a frame as the chunk type that is due; return the type."""
+        kind = self._config.canonical.kind_due(moved.state.scene.frame)
+        if kind == container.CANO:
+            self._loop.commit_as_canonical(moved, births)
+        elif kind == container.SNAP:
+            self._loop.commit_as_snapshot(moved, births)
+        else:
+            self._loop.commit_frame(moved, births)
+            self._sizes.append(self._loop.frame_bytes)
+        return kind
+
+    def _open(
+        self, sink: BinaryIO, first_count: int, partial_stream: PartialStream | None = None
+    ) -> None:
+        """Open the closed loop, once the Gaussians of frame 0 are counted."""
         capture, self._first_count = self._capture, first_count
         header = make_header(self._config, capture.frames_per_second, first_count)
         held, metadata = 0, self._metadata
-        if begun is not None:
-            require_match(begun, header, capture.cameras, self._metadata)
-            require_frames(begun, self.frame_count, self._config.canonical)
-            held, metadata = begun.end, begun.metadata
-            if not begun.is_finished:
+        if partial_stream is not None:
+            require_match(partial_stream, header, capture.cameras, metadata)
+            require_frames(partial_stream, self.frame_count, self._config.canonical)
+            held, metadata = partial_stream.end, partial_stream.metadata
+            if not partial_stream.is_finished:
                 sink.truncate(sink.seek(held))
         self._loop = ClosedLoop(sink, header, capture.cameras, metadata, held)
 
-    def _settle(self, state: FrameState) -> None:
-        """Go over to what every later frame starts from, of which frame 0 is the first."""
+    def _start_inter_frames(self, state: FrameState) -> None:
+        """Derive from decoded frame 0 what every later frame depends on."""
         if self._config.canonical.exposure_lr:
             refit_exposures(self._context, state)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
@@ -223,15 +230,15 @@ class _Encoding:
             self._checkpoint.remove()
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
-        """Return the checkpoint of what is encoded here, and of nothing else."""
+        """The checkpoint of this encode, and of no other."""
         cameras = [asdict(camera) for camera in self._capture.cameras]
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
 
 
 def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
-    """Return settings whose stream has the steps that suit the capture's training views.
+    """Settings whose quantization steps suit the training views of a capture.
 
-    They are those of the whole capture, so that segments of it can be joined.
+    They depend on the whole capture, so that segments of it can be joined.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -245,7 +252,7 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
 
 
 def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int:
-    """Return how many Gaussians a frame loses: those that are too many, and may die."""
+    """How many Gaussians to delete: the surplus over a target, if as many are faint enough."""
     header = state.scene.header
     logits = state.scene.codes[OPACITY.start] * header.opacity_step
     may_die = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))

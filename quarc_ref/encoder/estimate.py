@@ -11,7 +11,7 @@ import time
 import torch
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.frames.rate_control import weigh_quality
+from quarc_ref.encoder.frames.rate_control import quality_factor
 from quarc_ref.encoder.monitoring.forecast import frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
@@ -85,7 +85,7 @@ def _most_grown(initial: int, settings: CanonicalSettings) -> int:
 
 def _guess_bytes(gaussians: float, plan: EncodePlan, config: EncoderConfig) -> float:
     """Return the bytes of a stream of so many Gaussians."""
-    price = math.pow(config.rd_lambda * weigh_quality(config.quality), _BYTES_PER_LAMBDA)
+    price = math.pow(config.rd_lambda * quality_factor(config.quality), _BYTES_PER_LAMBDA)
     per_gaussian = _BYTES_OF_MOVED if config.births.rd_lambda else _BYTES_OF_UNPRICED
     per_frame = config.target_kb_per_frame * 1024 or gaussians * per_gaussian * price
     return gaussians * _BYTES_OF_GAUSSIAN * price + (plan.frames - 1) * per_frame

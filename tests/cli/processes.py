@@ -18,10 +18,11 @@ with open(sys.argv[1], "wb") as sink:
     state = loop.commit_canonical(make_gaussians(header, 30), 0)
     print(0, flush=True)
     for line in sys.stdin:
-        begun = loop.begin_frame(0)
-        loop.commit_motion(make_symbols(begun, begun.scene.frame))
-        loop.commit_births(None)
-        print(begun.scene.frame, flush=True)
+        start = loop.start_frame(0)
+        frame = start.state.scene.frame
+        moved = loop.move_frame(start, make_symbols(start.state, frame))
+        loop.commit_frame(moved, None)
+        print(frame, flush=True)
     loop.finish()
 """
 

@@ -33,9 +33,8 @@ def test_what_seeds_the_next_frame_is_the_decoders_state_integer_by_integer():
     loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
     seeds = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
     for frame in range(1, 5):
-        begun = loop.begin_frame(frame % 2)
-        moved = loop.commit_motion(make_symbols(begun, frame))
-        seeds.append(loop.commit_births(make_births(moved, 2, frame)))
+        moved = _move(loop, frame % 2, frame)
+        seeds.append(loop.commit_frame(moved, make_births(moved.state, 2, frame)))
     loop.finish()
 
     decoded = list(decode_states(sink.getvalue()))
@@ -65,10 +64,9 @@ def test_a_loop_that_has_replayed_its_frames_goes_on_as_if_it_had_written_them()
         loop.replay(chunk)
         sizes.append(loop.frame_bytes)
     for frame in (2, 3):
-        begun = loop.begin_frame(max(0, loop.state.scene.count - 40))
-        moved = loop.commit_motion(make_symbols(begun, frame))
-        commit = loop.commit_births if frame == 2 else loop.commit_frame_as_canonical
-        commit(make_births(moved, 3, frame) if frame % 2 else None)
+        moved = _move(loop, max(0, loop.state.scene.count - 40), frame)
+        commit = loop.commit_frame if frame == 2 else loop.commit_as_canonical
+        commit(moved, make_births(moved.state, 3, frame) if frame % 2 else None)
     loop.finish()
 
     assert sink.getvalue() == data
@@ -87,13 +85,13 @@ def test_a_frame_that_the_decoder_rejects_cannot_be_replayed():
 def test_a_committed_motion_is_what_the_decoder_makes_of_the_bytes():
     loop = _loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
-    begun = loop.begin_frame(0)
-    symbols = make_symbols(begun, 1)
+    start = loop.start_frame(0)
+    symbols = make_symbols(start.state, 1)
 
-    moved = loop.commit_motion(symbols)
+    moved = loop.move_frame(start, symbols).state
 
     assert [level.tolist() for level in moved.symbols] == [level.tolist() for level in symbols]
-    assert compute_digest(moved.scene) != compute_digest(begun.scene)
+    assert compute_digest(moved.scene) != compute_digest(start.state.scene)
 
 
 def test_an_encoder_that_has_another_state_than_the_decoder_is_stopped(monkeypatch):
@@ -114,15 +112,14 @@ def test_a_frame_is_decoded_once_and_anew_where_a_byte_differs(monkeypatch):
         return decode_frame(state, chunk)
 
     monkeypatch.setattr(loop.engine, "decode_frame", note)
-    births = make_births(moved, 2)
+    births = make_births(moved.state, 2)
 
-    first = loop.commit_births(births)
+    first = loop.commit_frame(moved, births)
 
     assert loop.state is first
     assert decoded_whole == []
 
-    loop.begin_frame(0)
-    loop.commit_motion(make_symbols(loop._begun, 2))
+    moved = _move(loop, 0, 2)
     expect = loop._decoder.expect
     monkeypatch.setattr(
         loop._decoder,
@@ -130,7 +127,7 @@ def test_a_frame_is_decoded_once_and_anew_where_a_byte_differs(monkeypatch):
         lambda before, chunk, after: expect(before, replace(chunk, death_count=1), after),
     )
 
-    loop.commit_births(None)
+    loop.commit_frame(moved, None)
 
     assert len(decoded_whole) == 1
     assert (loop.state.scene.frame, loop.state.scene.count) == (2, 49)
@@ -139,22 +136,31 @@ def test_a_frame_is_decoded_once_and_anew_where_a_byte_differs(monkeypatch):
 def test_a_motion_that_cannot_be_written_is_the_scenes_fault_and_not_the_streams():
     loop = ClosedLoop(io.BytesIO(), StreamHeader(translation_step=65_535), (CAMERA,), {})
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
-    begun = loop.begin_frame(0)
-    far = [np.full_like(level, 60) for level in make_symbols(begun)]
+    start = loop.start_frame(0)
+    far = [np.full_like(level, 60) for level in make_symbols(start.state)]
 
     with pytest.raises(EncodeError, match="lattice"):
-        loop.commit_motion(far)
+        loop.move_frame(start, far)
 
 
 def test_a_newborn_that_cannot_be_written_is_the_scenes_fault_and_not_the_streams():
     loop = _loop()
     loop.commit_canonical(make_gaussians(_HEADER, 50), 0)
-    moved = loop.commit_motion(make_symbols(loop.begin_frame(0)))
-    births = make_births(moved, 2)
+    moved = _move(loop, 0)
+    births = make_births(moved.state, 2)
     births.parents[:] = 50
 
     with pytest.raises(EncodeError, match="parent"):
-        loop.commit_births(births)
+        loop.commit_frame(moved, births)
+
+
+def test_a_frame_is_committed_after_the_one_that_it_was_started_from():
+    loop, moved = _moved(_HEADER)
+    loop.commit_frame(moved, None)
+
+    for commit in (loop.commit_frame, loop.commit_as_canonical):
+        with pytest.raises(ValueError, match="does not follow"):
+            commit(moved, None)
 
 
 _POSITIONS = "position-range"
@@ -164,8 +170,13 @@ def _moved(header, sink=None):
     """A loop in the middle of its second frame, after its motion."""
     loop = ClosedLoop(sink or io.BytesIO(), header, (CAMERA,), {})
     loop.commit_canonical(make_gaussians(header, 50), 0)
-    moved = loop.commit_motion(make_symbols(loop.begin_frame(3)))
-    return loop, moved
+    return loop, _move(loop, 3)
+
+
+def _move(loop, deaths, seed=0):
+    """The next frame of a loop, after a motion."""
+    start = loop.start_frame(deaths)
+    return loop.move_frame(start, make_symbols(start.state, seed))
 
 
 @given(strategies.headers())
@@ -173,13 +184,14 @@ def _moved(header, sink=None):
 def test_a_frame_can_be_written_as_a_canonical_one(header):
     sink = io.BytesIO()
     loop, moved = _moved(header, sink)
-    births = make_births(moved, 4, 1)
-    grown = loop.engine.decode_births(moved, loop.engine.write_births(moved, births), 4)
+    births = make_births(moved.state, 4, 1)
+    section = loop.engine.write_births(moved.state, births)
+    grown = loop.engine.decode_births(moved.state, section, 4)
 
-    state = loop.commit_frame_as_canonical(births)
-    loop.begin_frame(1)
-    loop.commit_motion([0 * level for level in make_symbols(loop._begun)])
-    loop.commit_births(None)
+    state = loop.commit_as_canonical(moved, births)
+    start = loop.start_frame(1)
+    still = [0 * level for level in make_symbols(start.state)]
+    loop.commit_frame(loop.move_frame(start, still), None)
     loop.finish()
 
     assert (state.scene.frame, state.scene.phase, state.next_id) == (1, 0, 51)
@@ -210,17 +222,17 @@ def test_a_frame_that_canonical_steps_cannot_hold_is_the_scenes_fault():
     gaussians.positions[0, 0] = 1677
     loop.commit_canonical(gaussians, 0)
     for _ in range(14):
-        begun = loop.begin_frame(0)
-        symbols = [0 * level for level in make_symbols(begun)]
+        start = loop.start_frame(0)
+        symbols = [0 * level for level in make_symbols(start.state)]
         for level in symbols:
             level[0] = 60
-        loop.commit_motion(symbols)
-        if loop._moved.scene.positions.max() > 8_387_500:
+        moved = loop.move_frame(start, symbols)
+        if moved.state.scene.positions.max() > 8_387_500:
             break
-        loop.commit_births(None)
+        loop.commit_frame(moved, None)
 
     with pytest.raises(EncodeError, match=_POSITIONS):
-        loop.commit_frame_as_canonical(None)
+        loop.commit_as_canonical(moved, None)
 
 
 @pytest.mark.parametrize(("width", "fits"), [((1 << 20) - 1, True), (1 << 20, False)])
@@ -259,15 +271,13 @@ def test_contexts_of_the_last_frame_are_used_where_they_save_bytes():
         loop = _loop()
         loop.commit_canonical(make_gaussians(_HEADER, 400), 0)
         for _ in range(2):
-            loop.begin_frame(0)
-            loop.commit_motion(symbols)
-            chunk = loop._chunk
-            loop.commit_births(None)
-        return chunk
+            moved = loop.move_frame(loop.start_frame(0), symbols)
+            loop.commit_frame(moved, None)
+        return moved.chunk
 
     probe = _loop()
     probe.commit_canonical(make_gaussians(_HEADER, 400), 0)
-    symbols = make_symbols(probe.begin_frame(0), share=0.1)
+    symbols = make_symbols(probe.start_frame(0).state, share=0.1)
 
     assert second_frame([2 * level for level in symbols]).previous_contexts
     assert not second_frame([0 * level for level in symbols]).previous_contexts

@@ -14,7 +14,7 @@ from quarc_ref.decoder import dequantize
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.frames.rate_control import price_bytes
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.container import FRAM
 from quarc_ref.format.errors import TruncatedError
@@ -104,9 +104,9 @@ def test_what_trains_a_frame_is_what_the_decoder_has_of_the_one_before(monkeypat
         encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
     )
 
-    def spy(context, before, *rest):
-        seeds.append((before, sink.getvalue()))
-        return fit(context, before, *rest)
+    def spy(context, start, *rest):
+        seeds.append((start.previous, sink.getvalue()))
+        return fit(context, start, *rest)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
@@ -127,17 +127,16 @@ def test_how_dear_bytes_are_follows_from_the_file_so_far(monkeypatch):
         encode_stream, "measure_loss", lambda *asked: losses.append(measure(*asked)) or losses[-1]
     )
 
-    def spy(context, before, begun, settings, *rest):
-        seen.append((settings.rd_lambda, sink.getvalue()))
-        return fit(context, before, begun, settings, *rest)
+    def spy(*given):
+        seen.append((given[-1], sink.getvalue()))
+        return fit(*given)
 
     monkeypatch.setattr(encode_stream, "fit_motion", spy)
     encode(make_capture(), sink, EncodeOptions(config, device="cpu"))
 
-    for weight, written in seen:
-        priced = price_bytes(config, _frame_sizes(written), losses[0])
-        assert weight == priced.motion.rd_lambda
-    assert len({weight for weight, _ in seen}) == len(seen)
+    for rd, written in seen:
+        assert rd == RateDistortion(choose_lambda(config, _frame_sizes(written)), losses[0])
+    assert len({rd for rd, _ in seen}) == len(seen)
     assert len(losses) == 1
     assert 0 < losses[0] < 0.2
 
@@ -234,14 +233,14 @@ def test_frames_that_the_capture_does_not_have_are_rejected_before_training(fram
 
 def test_what_was_written_before_an_interruption_is_whole_frames(monkeypatch):
     sink = io.BytesIO()
-    begin = ClosedLoop.begin_frame
+    start = ClosedLoop.start_frame
 
     def interrupted(self, deaths):
         if self.state.scene.frame == 2:
             raise KeyboardInterrupt
-        return begin(self, deaths)
+        return start(self, deaths)
 
-    monkeypatch.setattr(ClosedLoop, "begin_frame", interrupted)
+    monkeypatch.setattr(ClosedLoop, "start_frame", interrupted)
     with pytest.raises(KeyboardInterrupt):
         encode(make_capture(), sink, EncodeOptions(SMALL, device="cpu"))
 

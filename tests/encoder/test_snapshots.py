@@ -38,14 +38,16 @@ def _make() -> tuple[bytes, list[str]]:
     loop = ClosedLoop(sink, _HEADER, (CAMERA,), {})
     states = [loop.commit_canonical(make_gaussians(_HEADER, 50), 0)]
     for frame in range(1, _FRAMES):
-        begun = loop.begin_frame(1)
-        loop.commit_motion(make_symbols(begun, frame), make_updates(begun, frame))
-        commit = loop.commit_births
+        start = loop.start_frame(1)
+        symbols, updates = make_symbols(start.state, frame), make_updates(start.state, frame)
+        moved = loop.move_frame(start, symbols, updates)
+        commit = loop.commit_frame
         if frame in _SNAPSHOTS:
-            commit = loop.commit_frame_as_snapshot
+            commit = loop.commit_as_snapshot
         elif frame == _CANONICAL:
-            commit = loop.commit_frame_as_canonical
-        states.append(commit(make_births(begun, 2, frame) if frame % 3 else None))
+            commit = loop.commit_as_canonical
+        births = make_births(start.state, 2, frame) if frame % 3 else None
+        states.append(commit(moved, births))
     loop.finish()
     return sink.getvalue(), [compute_digest(state.scene) for state in states]
 
@@ -133,10 +135,11 @@ def test_after_damage_decoding_goes_on_at_a_snapshot_whose_canonical_frame_is_th
 def test_snapshots_need_a_stream_that_has_them():
     loop = ClosedLoop(io.BytesIO(), replace(_HEADER, snapshots=False), (CAMERA,), {})
     loop.commit_canonical(make_gaussians(_HEADER, 9), 0)
-    loop.commit_motion(make_symbols(loop.begin_frame(0)))
+    start = loop.start_frame(0)
+    moved = loop.move_frame(start, make_symbols(start.state))
 
     with pytest.raises(ValueError, match="no snapshots"):
-        loop.commit_frame_as_snapshot(None)
+        loop.commit_as_snapshot(moved, None)
 
 
 def test_an_encode_with_snapshots_goes_on_to_the_same_bytes(tmp_path):

@@ -32,8 +32,8 @@ def write_stream(cameras, frame_count, metadata=None):
     if frame_count:
         loop.commit_canonical(make_cloud(), frame=0)
     for frame in range(1, frame_count):
-        begun = loop.begin_frame(max(0, loop.state.scene.count - 60))
-        moved = loop.commit_motion(make_symbols(begun, frame))
-        loop.commit_births(make_births(moved, 3, frame) if frame % 2 else None)
+        start = loop.start_frame(max(0, loop.state.scene.count - 60))
+        moved = loop.move_frame(start, make_symbols(start.state, frame))
+        loop.commit_frame(moved, make_births(moved.state, 3, frame) if frame % 2 else None)
     loop.finish()
     return sink.getvalue()

@@ -57,16 +57,16 @@ def _make(
     loop = ClosedLoop(sink, header, (CAMERA,), {"title": "seed"})
     loop.commit_canonical(make_gaussians(header, count), frame=0)
     for frame in range(1, frames):
-        begun = loop.begin_frame(min(1, loop.state.scene.count - 1))
-        updates = make_updates(begun, frame, share=0.8) if header.updates else None
-        moved = loop.commit_motion(make_symbols(begun, frame, share=0.8), updates)
-        newborn = make_births(moved, births, frame) if births else None
+        start = loop.start_frame(min(1, loop.state.scene.count - 1))
+        updates = make_updates(start.state, frame, share=0.8) if header.updates else None
+        moved = loop.move_frame(start, make_symbols(start.state, frame, share=0.8), updates)
+        newborn = make_births(moved.state, births, frame) if births else None
         if frame % canonical_every == 0:
-            loop.commit_frame_as_canonical(newborn)
+            loop.commit_as_canonical(moved, newborn)
         elif frame % snapshot_every == 0:
-            loop.commit_frame_as_snapshot(newborn)
+            loop.commit_as_snapshot(moved, newborn)
         else:
-            loop.commit_births(newborn)
+            loop.commit_frame(moved, newborn)
     loop.finish()
     return sink.getvalue()
 

@@ -44,20 +44,20 @@ def main() -> None:
         center = BALL.copy()
         for frame in range(1, FRAMES):
             way = -SPEED if frame < FRAMES // 2 else SPEED
-            begun = loop.begin_frame(0)
+            start = loop.start_frame(0)
             symbols = [
                 follow(level.positions, center, way if finest else 0)
                 for finest, level in zip(
-                    (True, False, False), begun.known_anchors.levels, strict=True
+                    (True, False, False), start.state.known_anchors.levels, strict=True
                 )
             ]
-            moved = loop.commit_motion(symbols)
+            moved = loop.move_frame(start, symbols)
             center[1] += way * HEADER.translation_step / UNIT
-            births = make_sparks(moved.scene.positions, moved.scene.codes, center, rng)
+            births = make_sparks(moved.state.scene.positions, moved.state.scene.codes, center, rng)
             if frame % CANONICAL_EVERY == 0:
-                loop.commit_frame_as_canonical(births)
+                loop.commit_as_canonical(moved, births)
             else:
-                loop.commit_births(births)
+                loop.commit_frame(moved, births)
         loop.finish()
 
 

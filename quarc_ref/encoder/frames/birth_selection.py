@@ -1,8 +1,8 @@
-"""What newborn are worth: what they take off the loss, against the bytes that they take.
+"""Rate-distortion selection of births: what they take off the loss, against their bytes.
 
-A newborn stays if the training views gain more by it than its share of the
-section costs, and the newborn of a frame stay if together they gain more than
-the whole section does.
+A new Gaussian stays if it lowers the loss of the training views by more than its share of the
+section costs. The births of a frame stay if together they lower it by more than the whole
+section costs.
 """
 
 from collections.abc import Callable
@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.losses import photometric_loss
@@ -22,96 +21,103 @@ from quarc_ref.format.records import Births
 from quarc_ref.rendering.rasterizer import Gaussians, Rendering
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BirthObjective:
-    """What does not change while the newborn of a frame are trained and weighed.
+@dataclass(frozen=True, slots=True)
+class ByteCost:
+    """What bytes of births cost, in units of the loss.
 
     Attributes:
-        context: Views, renderer and draws.
-        config: Of the encoder.
-        state: After the motion of the frame, decoded.
-        scene: Its Gaussians.
-        count_bytes: Tells how many bytes births of the frame take.
+        weight: Loss per byte.
+        count_bytes: Size of births in the frame.
+    """
+
+    weight: float
+    count_bytes: Callable[[Births], int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BirthObjective:
+    """The loss of the training views as a function of the new Gaussians of a frame.
+
+    Attributes:
+        context: Training views and renderer.
+        background: The decoded scene after the frame's motion, which stays fixed.
+        decoded: The same scene, in integers.
+        lambda_dssim: Weight of D-SSIM in the loss.
     """
 
     context: TrainingContext
-    config: EncoderConfig
-    state: FrameState
-    scene: FixedScene
-    count_bytes: Callable[[Births], int]
+    background: FixedScene
+    decoded: Scene
+    lambda_dssim: float
 
-    @property
-    def frame(self) -> int:
-        """Ordinal of the frame."""
-        return self.state.scene.frame
+    def activate(self, births: Attributes) -> Gaussians:
+        """Quantize new Gaussians as a stream would, ready to be rendered."""
+        return births.quantized(self.decoded.header).activated()
 
-    def activate(self, newborn: Attributes) -> Gaussians:
-        """Return newborn as a stream would carry them, to be drawn."""
-        return newborn.quantized(self.state.scene.header).activated()
+    def render(self, births: Gaussians, view: int) -> tuple[Rendering, Tensor]:
+        """Render the scene and new Gaussians in a view; return the rendering and its loss."""
+        rendering = self.background.backdrop(view).render(births)
+        return rendering, self._loss(rendering.image, view)
 
-    def compare(self, newborn: Gaussians, view: int) -> tuple[Rendering, Tensor]:
-        """Return what a view sees of the scene and the newborn, and its loss."""
-        rendering = self.scene.backdrop(view).render(newborn)
-        return rendering, self._lose(rendering.image, view)
-
-    def mean_loss(self, newborn: Attributes) -> float:
-        """Return the mean loss of the training views."""
-        drawn, views = self.activate(newborn), range(len(self.context.views.cameras))
+    def mean_loss(self, births: Attributes) -> float:
+        """Mean loss of the training views with new Gaussians."""
+        drawn, views = self.activate(births), range(self.context.view_count)
         with torch.no_grad():
-            return sum(float(self.compare(drawn, view)[1]) for view in views) / len(views)
+            return sum(float(self.render(drawn, view)[1]) for view in views) / len(views)
 
     def mean_loss_without(self) -> float:
-        """Return the mean loss of the training views when there are no newborn."""
-        views = range(len(self.context.views.cameras))
-        losses = (self._lose(self.scene.backdrop(view).image, view) for view in views)
+        """Mean loss of the training views without new Gaussians."""
+        views = range(self.context.view_count)
+        losses = (self._loss(self.background.backdrop(view).image, view) for view in views)
         return sum(map(float, losses)) / len(views)
 
-    def _lose(self, image: Tensor, view: int) -> Tensor:
-        truth = self.context.truth(view, self.frame)
-        return photometric_loss(image, truth, self.config.motion.lambda_dssim)
+    def _loss(self, image: Tensor, view: int) -> Tensor:
+        truth = self.context.truth(view, self.decoded.frame)
+        return photometric_loss(image, truth, self.lambda_dssim)
 
 
-def select_births(objective: BirthObjective, newborn: Attributes, parents: Tensor) -> Births | None:
-    """Return the newborn that are worth their bytes, or None.
+def select_births(
+    objective: BirthObjective, births: Attributes, parents: Tensor, cost: ByteCost
+) -> Births | None:
+    """The new Gaussians whose gain exceeds their cost, quantized; None if there are none.
 
     Args:
-        objective: The frame's.
-        newborn: Trained; at least one.
-        parents: `[n]` the index of each one's parent.
+        objective: Loss of the frame.
+        births: Trained new Gaussians, at least one.
+        parents: `[n]` index of each one's parent in the scene.
+        cost: Of their bytes.
     """
-    price = objective.config.births.rd_lambda / objective.state.scene.count
-    if price:
-        births = _code(objective, newborn, parents)
-        each = objective.count_bytes(births) / parents.numel()
-        worthy = measure_gains(objective, newborn) > price * each
-        newborn, parents = newborn.rows(worthy), parents[worthy]
+    if cost.weight:
+        coded = _quantize(objective, births, parents)
+        bytes_each = cost.count_bytes(coded) / parents.numel()
+        chosen = measure_gains(objective, births) > cost.weight * bytes_each
+        births, parents = births.rows(chosen), parents[chosen]
     if not parents.numel():
         return None
-    births = _code(objective, newborn, parents)
-    gain = objective.mean_loss_without() - objective.mean_loss(newborn)
-    cost = price * objective.count_bytes(births)
-    return births if gain > cost else None
+    coded = _quantize(objective, births, parents)
+    gain = objective.mean_loss_without() - objective.mean_loss(births)
+    return coded if gain > cost.weight * cost.count_bytes(coded) else None
 
 
-def measure_gains(objective: BirthObjective, newborn: Attributes) -> Tensor:
-    """Return `[n]` what each newborn takes off the mean loss of the training views.
+def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
+    """By how much each new Gaussian lowers the mean loss of the training views, `[n]`.
 
-    The slope of the loss by a newborn's opacity, all of them being half there,
-    is to second order what the loss falls by as they come in; the slope at the
-    end of training would be next to nothing.
+    To second order, the decrease from without to with a Gaussian is minus the derivative of
+    the loss by its opacity factor halfway, at 0.5. At the end of training, where the factor
+    is 1, the derivative itself is close to 0.
     """
-    drawn = objective.activate(newborn)
-    there = torch.full_like(newborn.opacities, 0.5).requires_grad_()
-    halfway = replace(drawn, opacities=drawn.opacities * there)
-    views = range(len(objective.context.views.cameras))
-    gains = torch.zeros_like(newborn.opacities)
+    drawn = objective.activate(births)
+    factors = torch.full_like(births.opacities, 0.5).requires_grad_()
+    halfway = replace(drawn, opacities=drawn.opacities * factors)
+    views = range(objective.context.view_count)
+    gains = torch.zeros_like(births.opacities)
     for view in views:
         (slope,) = torch.autograd.grad(
-            objective.compare(halfway, view)[1], there, retain_graph=view < views[-1]
+            objective.render(halfway, view)[1], factors, retain_graph=view < views[-1]
         )
         gains -= slope
     return gains / len(views)
 
 
-def _code(objective: BirthObjective, newborn: Attributes, parents: Tensor) -> Births:
-    return quantize_births(newborn, parents.cpu().numpy(), objective.state.scene)
+def _quantize(objective: BirthObjective, births: Attributes, parents: Tensor) -> Births:
+    return quantize_births(births, parents.cpu().numpy(), objective.decoded)

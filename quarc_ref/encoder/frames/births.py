@@ -1,20 +1,18 @@
-"""Stage 2 of a frame: new Gaussians where something really changed (paper section 5).
+"""Stage 2 of a frame: new Gaussians where the scene changes (paper section 5).
 
-The newborn are trained alone, from clones of the Gaussians that the gated
-statistic points at; the moved scene behind them is the decoder's and stays as
-it is.
+Only the new Gaussians are trained. The scene behind them, after its motion, is the decoder's
+and stays fixed.
 """
-
-from collections.abc import Callable
 
 import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.frames.birth_selection import BirthObjective, select_births
+from quarc_ref.encoder.frames.birth_selection import BirthObjective, ByteCost, select_births
 from quarc_ref.encoder.frames.placement import place_clones, place_on_errors
 from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, split
@@ -29,84 +27,87 @@ def fit_births(
     moved: FrameState,
     statistics: ScreenStatistics,
     config: EncoderConfig,
-    count_bytes: Callable[[Births], int],
+    cost: ByteCost,
 ) -> Births | None:
-    """Return the newborn of a frame, or None.
+    """Place, train and select the new Gaussians of a frame.
 
     Args:
-        context: Views, renderer and draws.
-        moved: State after the motion of the frame, decoded.
-        statistics: Of stage 1.
-        config: Stage 2's settings, and the canonical rates that it multiplies.
-        count_bytes: Tells how many bytes births of the frame take.
+        context: Training views, renderer and random numbers.
+        moved: The decoder's state after the motion of the frame.
+        statistics: Screen-space gradients from stage 1.
+        config: Settings of births, and the learning rates of canonical frames.
+        cost: Of the births' bytes.
+
+    Returns:
+        The births, quantized; None if there are none.
     """
     settings, frame = config.births, moved.scene.frame
     if settings.iterations == 0:
         return None
     scene = FixedScene(context, from_splats(dequantize(moved.scene), context.device))
     if settings.placement == "gate":
-        newborn, parents = place_clones(context, scene.attributes, frame, statistics, settings)
+        births, parents = place_clones(context, scene.attributes, frame, statistics, settings)
     else:
-        newborn, parents = place_on_errors(context, scene, frame, settings)
+        births, parents = place_on_errors(context, scene, frame, settings)
     if parents.numel() == 0:
         return None
-    objective = BirthObjective(context, config, moved, scene, count_bytes)
-    newborn, parents = _train(objective, newborn, parents)
-    kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
-    newborn, parents = newborn.rows(kept), parents[kept]
+    objective = BirthObjective(context, scene, moved.scene, config.motion.lambda_dssim)
+    learning_rates = canonical_learning_rates(config.canonical, context.extent)
+    births, parents = _train(objective, births, parents, settings, learning_rates)
+    kept = torch.sigmoid(births.opacities) >= settings.prune_opacity
+    births, parents = births.rows(kept), parents[kept]
     if parents.numel() == 0:
         return None
     if settings.rd_selection:
-        return select_births(objective, newborn, parents)
-    return quantize_births(newborn, parents.cpu().numpy(), moved.scene)
+        return select_births(objective, births, parents, cost)
+    return quantize_births(births, parents.cpu().numpy(), moved.scene)
 
 
 def _train(
-    objective: BirthObjective, newborn: Attributes, parents: Tensor
+    objective: BirthObjective,
+    births: Attributes,
+    parents: Tensor,
+    settings: BirthSettings,
+    learning_rates: tuple[float, ...],
 ) -> tuple[Attributes, Tensor]:
-    """Return the newborn trained, and the parent of each."""
-    context, settings = objective.context, objective.config.births
-    rates = canonical_learning_rates(objective.config.canonical, context.extent)
-    trainer = Trainer(newborn, rates)
-    generator = context.generator(objective.frame, "births training")
+    """Train new Gaussians; return them and the parent of each."""
+    context = objective.context
+    trainer = Trainer(births, learning_rates)
+    generator = context.generator(objective.decoded.frame, "births training")
     views = context.views.shuffled(generator)
     statistics = ScreenStatistics(trainer.count, context.device)
     for step in range(settings.iterations):
         if step in settings.split_iters:
-            parents = _split_and_prune(objective, trainer, statistics, parents, generator)
+            kept, large = _choose_split(trainer, statistics, settings, context.extent)
+            large_rows = trainer.attributes.detached().rows(large)
+            trainer.replace_rows(kept, split(large_rows, generator))
+            parents = torch.cat([parents[kept], parents[large].repeat(2)])
             statistics = ScreenStatistics(trainer.count, context.device)
         if trainer.count == 0:
             break
-        left = cosine_decay(step, settings.iterations, settings.lr_end_factor)
-        trainer.set_learning_rates(settings.lr_factor * left * rate for rate in rates)
+        decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
+        trainer.set_learning_rates(settings.lr_factor * decay * lr for lr in learning_rates)
         view = next(views)
-        rendering, loss = objective.compare(objective.activate(trainer.attributes), view)
+        rendering, loss = objective.render(objective.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_last(gradient, rendering, context.camera(view))
-        place = (objective.frame, step + 1, settings.iterations)
-        count = objective.state.scene.count + trainer.count
+        place = (objective.decoded.frame, step + 1, settings.iterations)
+        count = objective.decoded.count + trainer.count
         context.report_step("births", place, view, count, rendering.image, loss)
         context.progress.advance("births", step + 1, settings.iterations)
     return trainer.attributes.detached(), parents
 
 
-def _split_and_prune(
-    objective: BirthObjective,
-    trainer: Trainer,
-    statistics: ScreenStatistics,
-    parents: Tensor,
-    generator: torch.Generator,
-) -> Tensor:
-    """Split the large newborn that the loss would move, drop the useless; return the parents."""
-    settings, extent = objective.config.births, objective.context.extent
-    newborn = trainer.attributes.detached()
-    scales = torch.exp(newborn.log_scales.amax(dim=1))
-    moved = statistics.mean_gradients() >= settings.grad_threshold
-    room = settings.max_births - trainer.count
-    large = moved & (scales > settings.max_parent_scale * extent)
-    large &= large.cumsum(0) <= room
-    kept = torch.sigmoid(newborn.opacities) >= settings.prune_opacity
+def _choose_split(
+    trainer: Trainer, statistics: ScreenStatistics, settings: BirthSettings, extent: float
+) -> tuple[Tensor, Tensor]:
+    """Masks of the new Gaussians to keep as they are and to split; the others are pruned."""
+    births = trainer.attributes.detached()
+    scales = torch.exp(births.log_scales.amax(dim=1))
+    large = statistics.mean_gradients() >= settings.grad_threshold
+    large &= scales > settings.max_parent_scale * extent
+    large &= large.cumsum(0) <= settings.max_births - trainer.count
+    kept = torch.sigmoid(births.opacities) >= settings.prune_opacity
     kept &= statistics.largest_radii() <= settings.prune_radius
     kept &= scales <= settings.prune_scale * extent
-    trainer.replace_rows(kept & ~large, split(newborn.rows(large), generator))
-    return torch.cat([parents[kept & ~large], parents[large].repeat(2)])
+    return kept & ~large, large

@@ -1,7 +1,7 @@
-"""Stage 1 of a frame: the residuals of the anchors (paper section 4).
+"""Stage 1 of a frame: motion residuals of the anchors (paper section 4).
 
-Every forward pass draws what quantized residuals would make of the scene; a
-price on the residuals keeps still what need not move.
+Every iteration renders the scene as quantized residuals would move it. The estimated rate of
+the residuals is part of the loss, so that what does not move costs nothing.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,8 @@ import torch
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.frame_coder import FrameStart
+from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.frames.updates import TrainedUpdates
 from quarc_ref.encoder.frames.warm_start import start_symbols
@@ -37,15 +38,15 @@ from quarc_ref.rendering.rasterizer import Rendering
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedMotion:
-    """What stage 1 found.
+    """Result of stage 1.
 
     Attributes:
-        symbols: `[c, a]` of each level, level 1 first.
-        residuals: `[A, c]` what these stand for, in steps, levels one after the
-            other; other than they only `without_rounding`.
-        statistics: Screen gradients over the iterations, for the births; of the Gaussians
-            that are left.
-        updates: Of single Gaussians; None where there are none to be.
+        symbols: `[c, a]` motion symbols of each level, level 1 first.
+        residuals: `[A, c]` residuals in steps, levels concatenated. They equal the symbols,
+            except within `without_rounding`.
+        statistics: Screen-space gradients over the iterations, for stage 2; of the Gaussians
+            that remain.
+        updates: Updates of single Gaussians; None if the stream has none.
     """
 
     symbols: list[Int64]
@@ -56,51 +57,53 @@ class FittedMotion:
 
 def fit_motion(
     context: TrainingContext,
-    before: FrameState,
-    begun: FrameState,
+    start: FrameStart,
     settings: MotionSettings,
     update_settings: UpdateSettings | None = None,
+    rd: RateDistortion = RateDistortion(),  # noqa: B008, immutable
 ) -> FittedMotion:
-    """Fit the residuals of a frame to its pictures, and updates of single Gaussians.
+    """Fit the motion of a frame to its pictures, and updates of single Gaussians.
 
     Args:
-        context: Views, renderer and draws.
-        before: State of the frame before.
-        begun: The same after `begin_frame`.
-        settings: Schedule and price.
-        update_settings: Of updates, in a stream that has them; None for none.
+        context: Training views, renderer and random numbers.
+        start: The frame, before its motion.
+        settings: Schedule and rate-distortion weight.
+        update_settings: Settings of updates; None for no updates.
+        rd: Scale of the rate-distortion weights.
     """
-    fit = _Fit(context, before, begun, settings, update_settings)
+    fit = _Fit(context, start, settings, update_settings, rd)
     for step in range(settings.iterations):
-        fit.take(step)
+        fit.take_step(step)
         context.progress.advance("motion", step + 1, settings.iterations)
     return fit.result()
 
 
 class _Fit:
-    """The motion of a frame under training; see `fit_motion`."""
+    """The motion of a frame in training; see `fit_motion`."""
 
     def __init__(
         self,
         context: TrainingContext,
-        before: FrameState,
-        begun: FrameState,
+        start: FrameStart,
         settings: MotionSettings,
         update_settings: UpdateSettings | None,
+        rd: RateDistortion,
     ) -> None:
-        scene = begun.scene
+        scene = start.state.scene
         self._context, self._scene, self._settings = context, scene, settings
         self._attributes = from_splats(dequantize(scene), context.device)
-        self._binding_sums = BindingSums(begun.known_anchors, context.device)
-        symbols = start_symbols(before, begun, settings).to(context.device)
+        self._binding_sums = BindingSums(start.state.known_anchors, context.device)
+        symbols = start_symbols(start.previous, start.state, settings).to(context.device)
+        scale = rd.absolute if settings.rate_model == "l1" else rd.relative
+        self._rate_weight = scale(settings.rd_lambda)
         self._residuals = _Residuals(symbols, self._binding_sums.borders, scene.header)
         self._updates: TrainedUpdates | None = None
-        self._chosen_at = -1
+        self._select_at = -1
         if scene.header.updates and update_settings is not None and update_settings.lr:
             self._updates = TrainedUpdates(
-                scene.count, scene.header, update_settings, context.device
+                scene.count, scene.header, update_settings, context.device, rd
             )
-            self._chosen_at = round(update_settings.select_at * settings.iterations)
+            self._select_at = round(update_settings.select_at * settings.iterations)
         self._statistics = ScreenStatistics(scene.count, context.device)
         self._views = context.views.shuffled(context.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()
@@ -109,26 +112,30 @@ class _Fit:
         groups = [{"params": [leaf]} for leaf in self._leaves]
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
-    def take(self, step: int) -> None:
-        """Take a step; updates are chosen before the one at which they are to be."""
+    def take_step(self, step: int) -> None:
+        """Take an optimizer step; at `UpdateSettings.select_at`, select the updates before it."""
         settings, updates = self._settings, self._updates
-        if updates is not None and step == self._chosen_at:
-            view_count = len(self._context.views.cameras)
-            updates.choose(self._move().detached(), self._lose, view_count)
+        if updates is not None and step == self._select_at:
+            updates.select(self._move().detached(), self._render, self._context.view_count)
         left = cosine_decay(step, settings.iterations, settings.lr_end_factor)
-        rates = self._residuals.rates(settings, left) + ([updates.rate(left)] if updates else [])
+        rates = self._residuals.learning_rates(settings, left)
+        rates += [updates.learning_rate(left)] if updates else []
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
         view, moved = next(self._views), self._move()
-        rendering, loss = self._lose(updates.added_to(moved) if updates else moved, view)
-        loss = loss + self._residuals.price(settings) + (updates.price() if updates else 0.0)
+        rendering, loss = self._render(updates.added_to(moved) if updates else moved, view)
+        loss = (
+            loss
+            + self._rate_weight * self._residuals.rate(settings)
+            + (updates.penalty() if updates else 0.0)
+        )
         gradient = _descend(self._adam, self._leaves, loss, rendering.means2d)
         self._statistics.add(gradient, rendering, self._context.camera(view))
         place, count = (self._scene.frame, step + 1, settings.iterations), self._scene.count
         self._context.report_step("motion", place, view, count, rendering.image, loss)
 
     def result(self) -> FittedMotion:
-        """Return what has been found."""
+        """The motion and updates as fitted so far."""
         residuals = self._residuals
         fitted = FittedMotion(residuals.symbols(), residuals.in_steps(), self._statistics)
         if self._updates is None:
@@ -142,7 +149,7 @@ class _Fit:
         sums = self._binding_sums.sum_levels(self._residuals.quantized())
         return deform(self._attributes, *_kinds(sums), self._scene.header)
 
-    def _lose(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
+    def _render(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
         rendering = self._context.render(attributes.activated(), view)
         truth = self._context.truth(view, self._scene.frame)
         return rendering, photometric_loss(rendering.image, truth, self._settings.lambda_dssim)
@@ -184,8 +191,8 @@ class _Residuals:
         """Return what is trained: of each kind, one tensor to a level."""
         return [leaf for kind in self._kinds for leaf in kind]
 
-    def rates(self, settings: MotionSettings, left: float) -> list[float]:
-        """Return the learning rate of each leaf, where a share of the rates is left."""
+    def learning_rates(self, settings: MotionSettings, left: float) -> list[float]:
+        """Learning rate of each leaf, with a decay factor applied."""
         translation = settings.translation_lr * self._steps[0] or settings.lr
         return [
             rate * left * settings.level_lr_factor**level
@@ -201,14 +208,14 @@ class _Residuals:
             parts.append(round_to_step(torch.cat(kind).clamp(-limit, limit), step))
         return torch.cat(parts, dim=1)
 
-    def price(self, settings: MotionSettings) -> Tensor:
-        """Return what the residuals cost, before rounding."""
+    def rate(self, settings: MotionSettings) -> Tensor:
+        """Estimated rate of the residuals before rounding; see `MotionSettings.rate_model`."""
         kinds = [torch.cat(kind) for kind in self._kinds]
         if settings.rate_model == "l1":
-            return settings.rd_lambda * torch.cat(kinds, dim=1).abs().mean()
+            return torch.cat(kinds, dim=1).abs().mean()
         steps = [kind / step for kind, step in zip(kinds, self._steps, strict=True)]
         norms = torch.cat(steps, dim=1).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
-        return settings.rd_lambda * torch.log1p(norms).mean()
+        return torch.log1p(norms).mean()
 
     def in_steps(self) -> Tensor:
         """Return `[A, c]` the residuals that the symbols stand for, in steps."""

@@ -1,82 +1,81 @@
-"""How dear bytes are, frame by frame, so that a stream meets its target (`--target-kb-per-frame`).
+"""The rate-distortion weight of a frame: quality dial, `--lambda` and rate control.
 
-All that it goes by is the target and the sizes of the frames written so far,
-so that a later encoder can go on from the file alone.
+Rate control depends only on the target and the sizes of the frames written so far, so a
+resumed encode continues with the same weights.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 from quarc_ref.encoder.settings.config import EncoderConfig
 
-# What the frames so far have spent too much or too little is made up for in so many frames.
+# Frames over which the bytes overspent or saved so far are made up for.
 _HORIZON = 8
-# Share of the way from the model of bytes so far to what the last frame says.
+# Weight of the last frame in the model of bytes.
 _LEARNING = 0.5
-# Share of the way from a frame's factor to the one that the model asks for: what a frame
-# was not told, the next has to tell, so that a factor that jumps makes sizes that swing.
+# Fraction of the way from the current factor to the one the model asks for. Below 1, because
+# a frame's size reacts late: full steps make the sizes oscillate.
 _STRIDE = 0.5
-# At the first of these every price is what the settings say; so much more quality halves it.
-_USUAL_QUALITY = 50.0
+_NEUTRAL_QUALITY = 50.0  # at which every weight is what the settings say
 _QUALITY_PER_DOUBLING = 20.0
-_MOST_AIM = 2.0
-_MOST_TURN = math.log(3)
-_MOST_WEIGHT = math.log(256)
+_MAX_AIM = 2.0
+_MAX_LOG_CHANGE = math.log(3)
+_MAX_LOG_FACTOR = math.log(256)
 
 
-def price_bytes(
-    config: EncoderConfig, sizes: Sequence[int], reference_loss: float = 1.0
-) -> EncoderConfig:
-    """Return the settings of the next frame, with every price on bytes multiplied.
+@dataclass(frozen=True, slots=True)
+class RateDistortion:
+    """What every rate-distortion weight of the settings is multiplied by in a frame.
+
+    Attributes:
+        factor: Product of quality dial, `--lambda` and rate control.
+        reference_loss: Mean loss of the training views at decoded frame 0. Weights are
+            relative to it, so that the same settings suit easy and hard captures.
+    """
+
+    factor: float = 1.0
+    reference_loss: float = 1.0
+
+    def absolute(self, weight: float) -> float:
+        """A weight that does not depend on the capture."""
+        return weight * self.factor
+
+    def relative(self, weight: float) -> float:
+        """A weight that is relative to the loss of frame 0."""
+        return weight * self.factor * self.reference_loss
+
+
+def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
+    """The factor of every rate-distortion weight in the next frame.
 
     Args:
-        config: Of the stream.
-        sizes: Bytes of the chunks of all frames since the first, canonical ones left out.
-        reference_loss: Mean loss of the training views when frame 0 is decoded: what prices
-            are shares of, so that the same ones suit captures that are easy and hard.
+        config: Quality, lambda and target.
+        sizes: Bytes of the frames so far, without keyframes.
     """
+    factor = config.rd_lambda * quality_factor(config.quality)
     target = config.target_kb_per_frame * 1024
-    weight = config.rd_lambda * weigh_quality(config.quality)
-    if target:
-        weight *= control_rate(sizes, target)
-    canonical, motion = config.canonical, config.motion
-    in_shares = 1.0 if motion.rate_model == "l1" else reference_loss  # the paper's is of no capture
-    return replace(
-        config,
-        canonical=replace(
-            canonical,
-            prune_rd_lambda=canonical.prune_rd_lambda * weight,
-            code_rd_lambda=canonical.code_rd_lambda * weight,
-        ),
-        motion=replace(motion, rd_lambda=motion.rd_lambda * weight * in_shares),
-        updates=replace(
-            config.updates,
-            rd_lambda=config.updates.rd_lambda * weight * reference_loss,
-            min_gain=config.updates.min_gain * weight * reference_loss,
-        ),
-        births=replace(config.births, rd_lambda=config.births.rd_lambda * weight * reference_loss),
-    )
+    return factor * control_rate(sizes, target) if target else factor
 
 
-def weigh_quality(quality: float) -> float:
-    """Return the factor of every price on bytes at a point of the quality dial (`--quality`)."""
-    return math.exp2((_USUAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
+def quality_factor(quality: float) -> float:
+    """The factor of every rate-distortion weight at a quality from 0 to 100."""
+    return math.exp2((_NEUTRAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
 def control_rate(sizes: Sequence[int], target: float) -> float:
-    """Return the factor of every price in the next frame.
+    """The factor that brings the mean frame size to a target.
 
-    A frame's bytes are taken to be inverse to the factor, up to a constant
-    that is learned on the way.
+    The model: bytes are a constant divided by the factor. The constant is learned from the
+    frames so far.
 
     Args:
-        sizes: Bytes of every frame so far, each coded under the factor that
-            this function gave for those before it.
-        target: Bytes that a frame is to have, in the mean.
+        sizes: Bytes of every frame so far, each coded with the factor that this function
+            returned for the frames before it.
+        target: Mean bytes per frame.
 
     Returns:
-        Within 1/256 to 256.
+        A factor from 1/256 to 256, at most 3 times larger or smaller than for the previous frame.
     """
     factor, constant, spent = 0.0, math.log(target), 0.0
     for done, size in enumerate(sizes, start=1):
@@ -84,7 +83,7 @@ def control_rate(sizes: Sequence[int], target: float) -> float:
         constant += (seen - constant) * (1.0 if done == 1 else _LEARNING)
         spent += size
         owed = (done * target - spent) / _HORIZON
-        aim = min(max(target + owed, target / _MOST_AIM), target * _MOST_AIM)
-        wanted = min(max(constant - math.log(aim), -_MOST_WEIGHT), _MOST_WEIGHT)
-        factor += min(max(_STRIDE * (wanted - factor), -_MOST_TURN), _MOST_TURN)
+        aim = min(max(target + owed, target / _MAX_AIM), target * _MAX_AIM)
+        wanted = min(max(constant - math.log(aim), -_MAX_LOG_FACTOR), _MAX_LOG_FACTOR)
+        factor += min(max(_STRIDE * (wanted - factor), -_MAX_LOG_CHANGE), _MAX_LOG_CHANGE)
     return math.exp(factor)

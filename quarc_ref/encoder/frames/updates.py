@@ -1,8 +1,8 @@
 """Updates of single Gaussians, trained together with the motion (SPEC 7.8).
 
-At first every Gaussian may change on its own. When most of the way is gone those
-stay that take more off the loss than an update must, and are trained to the end;
-all others are as if they had never been. A Gaussian that has been faded out leaves.
+At first every Gaussian may change on its own. Partway, the updates that lower the loss enough
+are selected and trained to the end; the others are reset to zero. A Gaussian that an update
+has faded out is deleted.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
@@ -23,12 +24,12 @@ from quarc_ref.rendering.rasterizer import Rendering
 
 
 def add_residuals(moved: Attributes, residuals: Tensor, header: StreamHeader) -> Attributes:
-    """Return attributes after the motion, with residuals added.
+    """Add residuals to attributes (SPEC 7.8).
 
     Args:
-        moved: Of the scene.
+        moved: Attributes after the motion.
         residuals: `[N, RESIDUAL_ROWS]` in steps.
-        header: The steps.
+        header: Header of the stream: the quantization steps.
     """
     scales, opacity, color = (
         residuals[:, UPDATE_FIELDS[name]] for name in ("log-scales", "opacity", "SH DC")
@@ -44,68 +45,74 @@ def add_residuals(moved: Attributes, residuals: Tensor, header: StreamHeader) ->
 
 
 class TrainedUpdates:
-    """What is added to every Gaussian of a frame, and its quantizer.
+    """Residuals of every Gaussian of a frame in training, and their quantizer.
 
     Args:
-        count: Gaussians of the scene.
-        header: The steps.
-        settings: Rate and price.
-        device: Where they are trained.
+        count: Number of Gaussians of the scene.
+        header: Header of the stream: the quantization steps.
+        settings: Learning rate, rate-distortion weight and selection.
+        device: Device of the residuals.
+        rd: Scale of the rate-distortion weights.
     """
 
     def __init__(
-        self, count: int, header: StreamHeader, settings: UpdateSettings, device: torch.device
+        self,
+        count: int,
+        header: StreamHeader,
+        settings: UpdateSettings,
+        device: torch.device,
+        rd: RateDistortion = RateDistortion(),  # noqa: B008, immutable
     ) -> None:
-        self._header, self._settings = header, settings
+        self._header, self._settings, self._rd = header, settings, rd
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
         self._kept = torch.ones((count, 1), device=device)
         self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
-    def rate(self, left: float) -> float:
-        """Return the learning rate, in steps, where a share of it is left."""
-        return self._settings.lr * left
+    def learning_rate(self, decay: float) -> float:
+        """Learning rate in steps, with a decay factor applied."""
+        return self._settings.lr * decay
 
     def added_to(self, moved: Attributes) -> Attributes:
-        """Return attributes after the motion, with the updates, straight through."""
+        """Attributes after the motion plus the quantized updates (straight-through gradients)."""
         return add_residuals(moved, self._quantized(), self._header)
 
-    def price(self) -> Tensor:
-        """Return what the updates cost, before rounding: ln(1 + norm of a Gaussian's residuals)."""
+    def penalty(self) -> Tensor:
+        """Weighted rate of the updates before rounding: mean of ln(1 + norm of residuals)."""
         norms = (self.leaf * self._kept).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
-        return self._settings.rd_lambda * torch.log1p(norms).mean()
+        return self._rd.relative(self._settings.rd_lambda) * torch.log1p(norms).mean()
 
-    def choose(
+    def select(
         self,
         moved: Attributes,
-        lose: Callable[[Attributes, int], tuple[Rendering, Tensor]],
+        render: Callable[[Attributes, int], tuple[Rendering, Tensor]],
         view_count: int,
     ) -> None:
-        """Keep the updates that gain enough; the others are nothing from now on.
+        """Keep the updates that gain enough and reset the others for good.
 
-        What an update gains is told by the gradient where there is none: of what that
-        promises, half is gained by the time that it has come to nothing.
+        The gain of an update is estimated from the gradient at zero residuals: half of what
+        it predicts linearly, because the gradient falls to about 0 at the trained residuals.
 
         Args:
             moved: Attributes after the motion.
-            lose: Draws attributes in a view, and gives the loss.
-            view_count: How many views there are.
+            render: Renders attributes in a view and returns the loss too.
+            view_count: Number of views.
         """
         nothing = torch.zeros_like(self.leaf, requires_grad=True)
         slope = torch.zeros_like(self.leaf)
         for view in range(view_count):
-            _, loss = lose(add_residuals(moved, nothing, self._header), view)
+            _, loss = render(add_residuals(moved, nothing, self._header), view)
             slope += torch.autograd.grad(loss, nothing)[0] / view_count
         with torch.no_grad():
             gains = -0.5 * (slope * self._quantized()).sum(dim=1)
-            least = self._settings.min_gain / gains.numel()
+            least = self._rd.relative(self._settings.min_gain) / gains.numel()
             self._kept = (gains > least).to(self.leaf.dtype)[:, None]
 
     def updates(self, before: Attributes) -> Updates:
-        """Return the updates of a frame.
+        """The updates of a frame, quantized.
 
         Args:
-            before: The attributes that they are added to.
+            before: Attributes that they are added to.
         """
         with torch.no_grad():
             residuals = self._quantized()
@@ -120,7 +127,7 @@ class TrainedUpdates:
         return Updates(chosen, dies, rows[:, chosen] * ~dies)
 
     def _quantized(self) -> Tensor:
-        """Return `[N, RESIDUAL_ROWS]` the residuals of those kept, in steps, straight through."""
+        """Quantized residuals of the kept updates, in steps, `[N, RESIDUAL_ROWS]`."""
         return round_to_step(torch.clamp(self.leaf, -self._limits, self._limits), 1.0) * self._kept
 
 

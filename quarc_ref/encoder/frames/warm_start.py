@@ -1,8 +1,7 @@
-"""Where a frame's residuals start: from the decoded motion of the frame before.
+"""Initial motion residuals of a frame, from the decoded motion of the previous one.
 
-Only what the decoder knows of the last frame is used, so that a frame can be
-trained anew from its file. A residual starts from the identity where there was
-no motion.
+They depend on the decoder's state alone, so that a resumed encode continues exactly. Where
+there was no motion, residuals start at the identity.
 """
 
 import numpy as np
@@ -19,26 +18,27 @@ from quarc_ref.format.arrays import Int64
 _NEIGHBORS = 3
 
 
-def start_symbols(before: FrameState, begun: FrameState, settings: MotionSettings) -> Tensor:
-    """Return `[A, c]` where the residuals of a frame start, in steps, not rounded.
+def start_symbols(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
+    """Initial residuals of a frame, in steps, not rounded, `[A, c]`.
 
     Args:
-        before: Of the frame before.
-        begun: After `begin_frame`.
-        settings: Which rule, and its momentum.
+        previous: State of the previous frame.
+        start: State after `begin_frame`.
+        settings: Rule and momentum.
     """
-    start = _project(begun) if settings.warm_start == "projection" else _carry(before, begun)
-    return torch.tensor(start * settings.momentum, dtype=torch.float32)
+    is_projected = settings.warm_start == "projection"
+    symbols = _project(start) if is_projected else _carry(previous, start)
+    return torch.tensor(symbols * settings.momentum, dtype=torch.float32)
 
 
-def _project(begun: FrameState) -> NDArray[np.float64]:
-    """Hand each Gaussian's last motion down the levels, from coarse to fine.
+def _project(start: FrameState) -> NDArray[np.float64]:
+    """Fit each Gaussian's previous motion level by level, from coarse to fine.
 
-    An anchor starts at the mean of what its Gaussians have left to explain.
+    An anchor starts at the mean of its Gaussians' motion that coarser levels leave over.
     """
-    left = begun.motion.astype(np.float64)
+    left = start.motion.astype(np.float64)
     starts = []
-    levels = zip(begun.known_anchors.levels, begun.known_anchors.binding, strict=True)
+    levels = zip(start.known_anchors.levels, start.known_anchors.binding, strict=True)
     for level, binding in reversed(list(levels)):
         followers = np.maximum(np.bincount(binding, minlength=level.owners.size), 1)
         sums = [np.bincount(binding, row, minlength=level.owners.size) for row in left]
@@ -48,13 +48,13 @@ def _project(begun: FrameState) -> NDArray[np.float64]:
     return np.concatenate(starts[::-1])
 
 
-def _carry(before: FrameState, begun: FrameState) -> NDArray[np.float64]:
-    """Take over the anchors' last symbols; where they are new, the mean of the nearest old."""
-    new_levels = begun.known_anchors.levels
-    if before.anchors is None:
+def _carry(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
+    """The anchors' previous symbols; of resampled anchors, the mean of the nearest old ones."""
+    new_levels = start.known_anchors.levels
+    if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)
-        return np.zeros((count, begun.motion.shape[0]))
-    old_levels = zip(before.anchors.levels, before.symbols, strict=True)
+        return np.zeros((count, start.motion.shape[0]))
+    old_levels = zip(previous.anchors.levels, previous.symbols, strict=True)
     return np.concatenate(
         [
             _carry_level(old, symbols, new)

@@ -1,20 +1,22 @@
 """Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
 
-Noise on the positions (paper section 3) keeps the scene from fitting its views
-to the pixel; along each Gaussian's own axes it says that a place within the
-Gaussian is as good as another. Opacities fade all the while, so that only what
-the pictures ask for again and again stays: haze before a camera goes first.
-Halfway through densification, and when it is over, the Gaussians that the
-pictures would not miss go; what is left has time to take their place, and trains
-the faster. The first iterations may use pictures of half the size
-(`half_resolution_until_iter`). The last part of the schedule is fine-tuning: all attributes pass
-through the quantizer, so that what is written is what was trained, but for
-Gaussians hardly there (`final_prune_opacity`).
+What differs from 3DGS, all of it set by `CanonicalSettings`:
+
+- Noise on positions (paper section 3) keeps the scene from overfitting its views; noise along
+  each Gaussian's own axes tells training that positions within a Gaussian are equivalent.
+- Opacities decay, so that only Gaussians that the pictures keep asking for survive. Haze in
+  front of the cameras disappears first.
+- Gaussians that contribute little are pruned halfway through densification and after it. The
+  others have time to take their place, and train faster.
+- The first iterations may use pictures of half the size.
+- The last part is fine-tuning: all attributes pass through the quantizer, so what is trained
+  is what will be written.
 """
 
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -31,37 +33,81 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.pruning import prune_by_contribution
-from quarc_ref.encoder.training.regularizers import code_rate_penalty, opacity_scale_penalty
+from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
 from quarc_ref.format.records import StreamHeader
 
-_OPACITY_AT_START = 0.1
+_INITIAL_OPACITY = 0.1
 _NEIGHBORS = 3
-_LEAST_SPACING = 1e-7
-_CODES_EVERY = 2  # steps between two that price codes, at so many times the price: it takes long
+_MIN_SPACING = 1e-7
+_RATE_EVERY = 2  # iterations per evaluation of the code rate, at twice the weight: it is slow
+
+
+@dataclass(frozen=True, slots=True)
+class CanonicalObjective:
+    """What a canonical frame is trained for.
+
+    Attributes:
+        settings: Schedule, thresholds and weights.
+        header: Header of the stream: the quantization steps to end on.
+        rd_lambda: Factor of the settings' rate-distortion weights.
+    """
+
+    settings: CanonicalSettings
+    header: StreamHeader
+    rd_lambda: float = 1.0
+
+    @property
+    def fine_step(self) -> int:
+        """The first iteration of fine-tuning, which quantizes."""
+        return math.ceil(self.settings.quantize_from * self.settings.iterations)
+
+    def densifies_at(self, step: int) -> bool:
+        """Whether an iteration ends with densification."""
+        settings = self.settings
+        is_within = settings.densify_from_iter <= step < settings.densify_until_iter
+        return is_within and step % settings.densification_interval == 0
+
+    def decays_opacity_at(self, step: int) -> bool:
+        """Whether an iteration decays the opacities of the Gaussians it rendered."""
+        settings = self.settings
+        return bool(settings.opacity_decay) and settings.densify_from_iter <= step < self.fine_step
+
+    def prune_weight_at(self, step: int) -> float:
+        """The contribution that a Gaussian needs to survive an iteration; 0 to prune none.
+
+        Halfway it is half the weight: new Gaussians have not found their place yet.
+        """
+        weight = self.settings.prune_rd_lambda * self.rd_lambda
+        last = min(self.settings.densify_until_iter, self.fine_step)
+        if step == last // 2:
+            return weight / 2
+        return weight if step == last else 0.0
 
 
 def train_canonical(
     context: TrainingContext,
     points: Points,
-    settings: CanonicalSettings,
-    header: StreamHeader,
+    objective: CanonicalObjective,
     checkpoint: Checkpoint | None = None,
 ) -> Attributes:
-    """Return the trained attributes of frame 0, on the grid of the format.
+    """Train frame 0.
 
     Args:
-        context: Views, renderer and draws.
+        context: Training views, renderer and random numbers.
         points: Initial points.
-        settings: Schedule and thresholds.
-        header: The steps to end on.
-        checkpoint: Where the training is kept, every minute and when it is interrupted,
-            and gone on from; None for nowhere.
+        objective: Schedule, weights and quantization steps.
+        checkpoint: File to save the training in, every minute and when it is interrupted, and
+            to resume it from; None for no file.
+
+    Returns:
+        The attributes, quantized.
 
     Raises:
         OSError: The checkpoint cannot be written.
     """
-    training = _Training(context, points, settings, header)
+    settings = objective.settings
+    training = _Training(context, points, objective)
     if checkpoint is not None:
         training.restore(checkpoint)
     with _save_on_interrupt(training, checkpoint):
@@ -73,26 +119,23 @@ def train_canonical(
             context.progress.advance("canonical", training.step, settings.iterations)
         if checkpoint is not None:  # until the frame is written, which takes a while
             checkpoint.save(training.describe)
-    final = training.attributes.quantized(header)
+    final = training.attributes.quantized(objective.header)
     return final.rows(torch.sigmoid(final.opacities) >= settings.final_prune_opacity)
 
 
 class _Training:
-    """Frame 0 in training.
+    """Training of frame 0 in progress.
 
     Attributes:
-        step: The next one.
+        step: Index of the next iteration.
     """
 
     def __init__(
-        self,
-        context: TrainingContext,
-        points: Points,
-        settings: CanonicalSettings,
-        header: StreamHeader,
+        self, context: TrainingContext, points: Points, objective: CanonicalObjective
     ) -> None:
+        settings = objective.settings
         self.step = 0
-        self._context, self._settings, self._header = context, settings, header
+        self._context, self._objective = context, objective
         self._halved = context.halved() if settings.half_resolution_until_iter else context
         self._generator = context.generator(0, "canonical")
         self._views = context.views.shuffled(self._generator)
@@ -102,25 +145,27 @@ class _Training:
 
     @property
     def attributes(self) -> Attributes:
-        """What there is so far."""
+        """The attributes so far."""
         return self._trainer.attributes.detached()
 
     def take_step(self) -> None:
-        """Compare one view, and go down the slope; at times, drop and add Gaussians."""
-        context, settings, trainer, step = self._context, self._settings, self._trainer, self.step
-        price = _price_at(settings, step)
-        if price:
-            prune_by_contribution(trainer, context, price, self._generator)
+        """One iteration: prune if due, train on one view, densify if due."""
+        context, objective, trainer = self._context, self._objective, self._trainer
+        settings, step = objective.settings, self.step
+        weight = objective.prune_weight_at(step)
+        if weight:
+            prune_by_contribution(trainer, context, weight, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
-        trainer.set_learning_rates(learning_rates_at(settings, context.extent, step))
-        self._compare(self._halved if step < settings.half_resolution_until_iter else context)
-        if _densifies(settings, step):
+        trainer.set_learning_rates(learning_rates_at(objective, context.extent, step))
+        is_halved = step < settings.half_resolution_until_iter
+        self._train_view(self._halved if is_halved else context)
+        if objective.densifies_at(step):
             densify(trainer, self._statistics, settings, context.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
         self.step += 1
 
     def describe(self) -> Arrays:
-        """Return all that the next step needs."""
+        """Everything that the next iteration depends on, as arrays."""
         tensors = {
             "generator": self._generator.get_state(),
             "gains": self._context.exposures.gains,
@@ -131,12 +176,13 @@ class _Training:
         return arrays | {"step": np.array(self.step), "left": np.array(self._views.left, np.int64)}
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Go on from what a checkpoint holds of this training, if it holds anything."""
+        """Continue from a checkpoint, if it holds a state that this training can have."""
         of_gaussians = {**self._trainer.state(), **self._statistics.state()}
+        settings = self._objective.settings
         bounds = Bounds(
-            gaussians=max(self._settings.max_gaussians, self._trainer.count),
-            views=len(self._context.views.cameras),
-            iterations=self._settings.iterations,
+            gaussians=max(settings.max_gaussians, self._trainer.count),
+            views=self._context.view_count,
+            iterations=settings.iterations,
         )
         saved = checkpoint.load(bounds.describe_layout(self.describe(), of_gaussians))
         if saved is None or not bounds.allow(saved):
@@ -149,10 +195,11 @@ class _Training:
         self._trainer.restore(tensors)
         self._statistics.restore(tensors)
 
-    def _compare(self, context: TrainingContext) -> None:
-        """Compare the next view with its picture, and take the step."""
-        settings, header, trainer, step = self._settings, self._header, self._trainer, self.step
-        attributes = _as_drawn(trainer.attributes, settings, header, step, self._generator)
+    def _train_view(self, context: TrainingContext) -> None:
+        """Render the next view and take an optimizer step down its loss."""
+        objective, trainer, step = self._objective, self._trainer, self.step
+        settings = objective.settings
+        attributes = _as_rendered(trainer.attributes, objective, step, self._generator)
         view = next(self._views)
         rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
@@ -160,13 +207,12 @@ class _Training:
             context.exposures.observe(view, rendering.image, picture, settings.exposure_lr)
         loss = photometric_loss(rendering.image, context.truth(view, 0), settings.lambda_dssim)
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
-        if step % _CODES_EVERY == 0:
-            dear = _CODES_EVERY * loss.detach()
-            loss = loss + dear * code_rate_penalty(trainer.attributes, settings, header)
+        weight = settings.code_rd_lambda * objective.rd_lambda
+        if weight and step % _RATE_EVERY == 0:
+            nats = code_rate_nats(trainer.attributes, objective.header)
+            loss = loss + _RATE_EVERY * loss.detach() * (weight * nats)
         gradient = trainer.step(loss, rendering.means2d)
-        if settings.opacity_decay and settings.densify_from_iter <= step < _first_fine_step(
-            settings
-        ):
+        if objective.decays_opacity_at(step):
             trainer.fade(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, context.camera(view))
         place = (0, step + 1, settings.iterations)
@@ -175,7 +221,7 @@ class _Training:
 
 @contextmanager
 def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
-    """Save a training that is interrupted between two of its steps."""
+    """Save a training that is interrupted between two iterations."""
     try:
         yield
     except KeyboardInterrupt:
@@ -188,9 +234,9 @@ def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> It
 def start_from_points(
     points: Points, settings: CanonicalSettings, generator: torch.Generator, device: torch.device
 ) -> Attributes:
-    """Return a Gaussian for every initial point, or for a draw of them if they are too many.
+    """A Gaussian for every initial point, or for a random subset if there are too many.
 
-    A Gaussian is as large as its point is far from its nearest three.
+    Its size is the distance of the point to its three nearest neighbors, as in 3DGS.
     """
     count = min(points.positions.shape[0], settings.initial_gaussians)
     chosen = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()
@@ -198,7 +244,7 @@ def start_from_points(
     log_scales = np.log(_measure_spacing(positions))
     colors = points.colors[chosen] / 255
     quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
-    opacity = math.log(_OPACITY_AT_START / (1 - _OPACITY_AT_START))
+    opacity = math.log(_INITIAL_OPACITY / (1 - _INITIAL_OPACITY))
     attributes = (
         torch.tensor(positions, dtype=torch.float32),
         quaternion.repeat(count, 1),
@@ -211,17 +257,17 @@ def start_from_points(
 
 
 def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return `[n]` the root mean square distance of points to their nearest three."""
+    """Root mean square distance of each point to its three nearest neighbors, `[n]`."""
     neighbors = list(range(2, 2 + min(_NEIGHBORS, positions.shape[0] - 1)))
     if not neighbors:
         return np.ones(positions.shape[0])
     distances, _ = cKDTree(positions).query(positions, k=neighbors)
     spacing: NDArray[np.float64] = np.sqrt(np.mean(np.square(distances), axis=1))
-    return np.maximum(spacing, _LEAST_SPACING)
+    return np.maximum(spacing, _MIN_SPACING)
 
 
 def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
-    """Return the learning rates in the order of `Attributes`."""
+    """Initial learning rates, in the order of `Attributes`."""
     return (
         settings.position_lr * extent,
         settings.rotation_lr,
@@ -232,61 +278,44 @@ def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tupl
     )
 
 
-def learning_rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[float]:
-    """Return the rates of a step; those of positions fall all along, all fall in fine-tuning."""
+def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -> list[float]:
+    """Learning rates of an iteration, in the order of `Attributes`.
+
+    That of positions decays exponentially all along; all decay during fine-tuning.
+    """
+    settings = objective.settings
     share = step / settings.iterations
     first, last = math.log(settings.position_lr), math.log(settings.position_lr_final)
     position_lr = math.exp(first + (last - first) * share) * extent
-    fine = step - _first_fine_step(settings)
-    left = 1.0
+    fine = step - objective.fine_step
+    decay = 1.0
     if fine >= 0:
-        left = cosine_decay(fine, settings.iterations - step + fine, settings.lr_end_factor)
-    return [left * rate for rate in (position_lr, *canonical_learning_rates(settings, extent)[1:])]
+        decay = cosine_decay(fine, settings.iterations - step + fine, settings.lr_end_factor)
+    others = canonical_learning_rates(settings, extent)[1:]
+    return [decay * lr for lr in (position_lr, *others)]
 
 
-def _price_at(settings: CanonicalSettings, step: int) -> float:
-    """Return what a Gaussian must be good for to be there from a step on, or 0.
-
-    Halfway it is half of the price: who has come late has not found a place yet.
-    """
-    last = min(settings.densify_until_iter, _first_fine_step(settings))
-    if step == last // 2:
-        return settings.prune_rd_lambda / 2
-    return settings.prune_rd_lambda if step == last else 0.0
-
-
-def _first_fine_step(settings: CanonicalSettings) -> int:
-    """Return the first step that goes through the quantizer."""
-    return math.ceil(settings.quantize_from * settings.iterations)
-
-
-def _as_drawn(
+def _as_rendered(
     attributes: Attributes,
-    settings: CanonicalSettings,
-    header: StreamHeader,
+    objective: CanonicalObjective,
     step: int,
     generator: torch.Generator,
 ) -> Attributes:
-    """Return what a step draws: noisy, without SH at first, and quantized at last."""
+    """What an iteration renders: with noise, at first without SH, at last quantized."""
+    settings, header, fine = objective.settings, objective.header, objective.fine_step
     noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
     noise = noise.to(attributes.means.device)
-    fine = _first_fine_step(settings)
     if step < fine and settings.axis_noise:
         spread = settings.axis_noise * (1 - step / fine)
         noise = noise + draw_within(attributes.detached(), spread, generator)
     if step >= fine:
         attributes = attributes.quantized(header)
-    with_sh = header.sh_degree > 0 and step >= settings.sh_from_iter
+    has_sh = header.sh_degree > 0 and step >= settings.sh_from_iter
     return Attributes(
         attributes.means + noise,
         attributes.rotations,
         attributes.log_scales,
         attributes.opacities,
         attributes.sh_dc,
-        attributes.sh_rest if with_sh else torch.zeros_like(attributes.sh_rest),
+        attributes.sh_rest if has_sh else torch.zeros_like(attributes.sh_rest),
     )
-
-
-def _densifies(settings: CanonicalSettings, step: int) -> bool:
-    within = settings.densify_from_iter <= step < settings.densify_until_iter
-    return within and step % settings.densification_interval == 0

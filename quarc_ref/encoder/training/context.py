@@ -46,6 +46,11 @@ class TrainingContext:
         """Return the context with pictures of half the width and half the height."""
         return replace(self, views=self.views.halved())
 
+    @property
+    def view_count(self) -> int:
+        """Number of training views."""
+        return len(self.views.cameras)
+
     def camera(self, view: int) -> Camera:
         """Return the camera of a view."""
         return self.views.cameras[view]

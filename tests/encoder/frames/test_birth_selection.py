@@ -1,16 +1,20 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
 
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.encoder.frames.birth_selection import BirthObjective, measure_gains, select_births
+from quarc_ref.encoder.frames.birth_selection import (
+    BirthObjective,
+    ByteCost,
+    measure_gains,
+    select_births,
+)
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.trainable import Attributes, from_splats, to_sh_dc
 from quarc_ref.format.coding.gaussian_planes import write_births
+from quarc_ref.format.records import Births, Gaussians
 from quarc_ref.rendering.pictures import render_picture
 from tests.encoder.toys import SMALL, make_context, make_splats
 
@@ -45,18 +49,21 @@ def objective(monkeypatch) -> BirthObjective:
         truths = [context.render(drawn, view).image for view in range(len(context.views.cameras))]
     monkeypatch.setattr(type(context), "truth", lambda *asked: truths[asked[1]])
     return BirthObjective(
-        context,
-        SMALL,
-        state,
-        FixedScene(context, scene),
-        lambda births: write_births(births, state.birth_counts).byte_count(),
+        context, FixedScene(context, scene), state.scene, SMALL.motion.lambda_dssim
     )
 
 
-def _priced(objective: BirthObjective, price: float) -> BirthObjective:
-    """The objective where a byte must take so much off the loss."""
-    births = replace(objective.config.births, rd_lambda=price * objective.state.scene.count)
-    return replace(objective, config=replace(objective.config, births=births))
+def _count_bytes(objective: BirthObjective, births: Births) -> int:
+    gaussians = Gaussians(
+        *(np.zeros((rows, 1), np.int64) for rows in (3, 4, SMALL.stream.code_planes))
+    )
+    counts = begin_canonical(objective.decoded.header, 0, gaussians).birth_counts
+    return write_births(births, counts).byte_count()
+
+
+def _cost(objective: BirthObjective, weight: float) -> ByteCost:
+    """The cost of births where a byte must lower the loss by so much."""
+    return ByteCost(weight, lambda births: _count_bytes(objective, births))
 
 
 def test_what_is_missing_is_worth_most_and_what_is_wrong_less_than_nothing(objective):
@@ -73,39 +80,44 @@ def test_a_newborns_worth_is_near_to_what_the_loss_falls_by(objective):
 
 
 def test_those_that_do_not_pay_are_left_out_and_the_others_stay(objective):
-    births = select_births(_priced(objective, 1e-9), _blobs(), _PARENTS)
+    births = select_births(objective, _blobs(), _PARENTS, _cost(objective, 1e-9))
 
     assert births is not None
     assert births.parents.tolist() == [3, 20]
 
 
 def test_no_one_is_born_where_bytes_are_too_dear(objective):
-    assert select_births(_priced(objective, 1.0), _blobs(), _PARENTS) is None
+    assert select_births(objective, _blobs(), _PARENTS, _cost(objective, 1.0)) is None
 
 
 def test_all_stay_or_none_where_bytes_cost_nothing(objective):
-    births = select_births(_priced(objective, 0), _blobs(), _PARENTS)
+    births = select_births(objective, _blobs(), _PARENTS, _cost(objective, 0))
     wrong = torch.tensor([1])
 
     assert births is not None
     assert births.parents.tolist() == _PARENTS.tolist()
-    assert select_births(_priced(objective, 0), _blobs().rows(wrong), _PARENTS[wrong]) is None
+    assert (
+        select_births(objective, _blobs().rows(wrong), _PARENTS[wrong], _cost(objective, 0)) is None
+    )
 
 
 def test_what_they_gain_is_set_against_the_bytes_of_their_section(objective):
     red = _blobs().rows(torch.tensor([0, 2]))
-    born = select_births(objective, red, _PARENTS[[0, 2]])
+    born = select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.0))
     assert born is not None
     gain = objective.mean_loss_without() - objective.mean_loss(red)
-    even = gain / write_births(born, objective.state.birth_counts).byte_count()
+    even = gain / _count_bytes(objective, born)
 
     first = torch.tensor([0])
-    assert select_births(_priced(objective, 1.5 * even), red.rows(first), _PARENTS[first]) is None
-    assert select_births(_priced(objective, 0.2 * even), red, _PARENTS[[0, 2]]) is not None
+    assert (
+        select_births(objective, red.rows(first), _PARENTS[first], _cost(objective, 1.5 * even))
+        is None
+    )
+    assert select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.2 * even)) is not None
 
 
 def test_the_scene_is_as_the_decoder_has_it(objective):
-    splats = dequantize(objective.state.scene)
+    splats = dequantize(objective.decoded)
     picture = render_picture(splats, objective.context.camera(0))
 
-    assert np.allclose(objective.scene.backdrop(0).image.numpy(), picture, atol=1e-4)
+    assert np.allclose(objective.background.backdrop(0).image.numpy(), picture, atol=1e-4)

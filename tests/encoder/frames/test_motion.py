@@ -9,6 +9,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
+from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.encoder.training.context import TrainingContext
@@ -71,7 +72,7 @@ def _eight_times_as_far(context: TrainingContext) -> TrainingContext:
 
 
 def _fit(context: TrainingContext, state: State, settings: MotionSettings) -> Int64:
-    fitted = fit_motion(context, state, begin_frame(state, 0), settings)
+    fitted = fit_motion(context, FrameStart(state, begin_frame(state, 0), 0), settings)
     return np.concatenate(fitted.symbols, axis=1)
 
 
@@ -108,11 +109,11 @@ def test_the_dearer_symbols_are_the_fewer_there_are():
 
 def test_residuals_are_the_symbols_unless_nothing_is_rounded():
     context, state = make_context(), _make_state()
-    begun = begin_frame(state, 0)
+    start = FrameStart(state, begin_frame(state, 0), 0)
 
-    rounded = fit_motion(context, state, begun, _MOTION)
+    rounded = fit_motion(context, start, _MOTION)
     with without_rounding():
-        free = fit_motion(context, state, begun, _MOTION)
+        free = fit_motion(context, start, _MOTION)
 
     symbols = np.concatenate(rounded.symbols, axis=1).T
     assert np.allclose(rounded.residuals.numpy(), symbols, atol=1e-4)

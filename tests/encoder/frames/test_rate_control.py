@@ -1,12 +1,11 @@
 import math
 import random
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.encoder.frames.rate_control import control_rate, price_bytes
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda, control_rate
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 
 sizes_so_far = st.lists(st.integers(0, 1 << 30), max_size=60)
@@ -54,59 +53,32 @@ def test_the_first_frame_costs_what_the_settings_say(target):
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_without_a_target_the_sizes_do_not_matter(name):
-    config = choose_preset(name)
-
-    assert price_bytes(config, [1, 1 << 20]) == config
+    assert choose_lambda(choose_preset(name), [1, 1 << 20]) == 1
 
 
-def test_rate_weight_multiplies_every_price_of_a_frame():
-    config = change_setting(choose_preset("main"), "births.rd_lambda", "1e-6")
-    priced = price_bytes(change_setting(config, "rd_lambda", "3"), [])
+def test_lambda_is_a_factor_and_so_is_the_target():
+    config = change_setting(choose_preset("main"), "rd_lambda", "3")
+    assert choose_lambda(config, []) == 3
 
-    assert priced.motion.rd_lambda == pytest.approx(3 * config.motion.rd_lambda)
-    assert priced.births.rd_lambda == pytest.approx(3e-6)
-
-
-def test_prices_are_shares_of_the_loss_of_frame_0_but_the_papers():
-    main, paper = (
-        price_bytes(choose_preset(name), [], reference_loss=0.01) for name in ("main", "paper")
-    )
-
-    assert main.motion.rd_lambda == pytest.approx(0.01 * choose_preset("main").motion.rd_lambda)
-    assert main.births.rd_lambda == pytest.approx(0.01 * choose_preset("main").births.rd_lambda)
-    assert paper.motion.rd_lambda == choose_preset("paper").motion.rd_lambda
+    config = change_setting(config, "target_kb_per_frame", "2")
+    assert choose_lambda(config, [4096] * 3) == 3 * control_rate([4096] * 3, 2048)
 
 
 @pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("30", 2), ("90", 0.25), ("10", 4)])
-def test_twenty_more_of_quality_halve_every_price(quality, factor):
-    config = choose_preset("main")
+def test_twenty_more_of_quality_halve_lambda(quality, factor):
+    config = change_setting(choose_preset("main"), "quality", quality)
 
-    priced = price_bytes(change_setting(config, "quality", quality), [])
-
-    assert priced.motion.rd_lambda == pytest.approx(factor * config.motion.rd_lambda)
-    assert priced.births.rd_lambda == pytest.approx(factor * config.births.rd_lambda)
-    assert priced.updates.rd_lambda == pytest.approx(factor * config.updates.rd_lambda)
-    assert priced.updates.min_gain == pytest.approx(factor * config.updates.min_gain)
-    assert priced.canonical.code_rd_lambda == pytest.approx(
-        factor * config.canonical.code_rd_lambda
-    )
-    assert priced.canonical.prune_rd_lambda == pytest.approx(
-        factor * config.canonical.prune_rd_lambda
-    )
+    assert choose_lambda(config, []) == pytest.approx(factor)
 
 
-def test_too_large_frames_make_the_next_one_dearer():
+def test_too_large_frames_raise_lambda_for_the_next_one():
     config = change_setting(choose_preset("main"), "target_kb_per_frame", "2")
 
-    dear, cheap = (price_bytes(config, [size] * 3).motion.rd_lambda for size in (4096, 1024))
-    assert dear > config.motion.rd_lambda > cheap
+    assert choose_lambda(config, [4096] * 3) > 1 > choose_lambda(config, [1024] * 3)
 
 
-def test_canonical_prices_are_as_dear_as_bytes():
-    config = change_setting(choose_preset("main"), "rd_lambda", "3")
-    config = change_setting(config, "canonical.prune_rd_lambda", "0.5")
-    config = change_setting(config, "canonical.code_rd_lambda", "0.01")
+def test_weights_are_relative_to_the_loss_of_frame_0_or_absolute():
+    rd = RateDistortion(3.0, 0.01)
 
-    priced = price_bytes(config, []).canonical
-
-    assert priced == replace(config.canonical, prune_rd_lambda=1.5, code_rd_lambda=0.03)
+    assert rd.relative(0.5) == pytest.approx(0.015)
+    assert rd.absolute(0.5) == 1.5

@@ -9,6 +9,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.decoder.state import State
 from quarc_ref.decoder.updates import update
+from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.motion import FittedMotion, fit_motion
 from quarc_ref.encoder.frames.updates import TrainedUpdates
 from quarc_ref.encoder.settings.frames import UpdateSettings
@@ -37,7 +38,9 @@ def _with_codes(state: State, row: int, gaussians: list[int], more: int) -> Stat
 
 
 def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMotion:
-    return fit_motion(make_context(), state, begin_frame(state, 0), _MOTION, settings)
+    return fit_motion(
+        make_context(), FrameStart(state, begin_frame(state, 0), 0), _MOTION, settings
+    )
 
 
 def test_what_is_drawn_in_training_is_what_the_decoder_makes_of_it():

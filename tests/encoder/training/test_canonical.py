@@ -8,6 +8,7 @@ import torch
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical import (
+    CanonicalObjective,
     learning_rates_at,
     start_from_points,
     train_canonical,
@@ -72,7 +73,7 @@ def test_training_comes_nearer_to_the_pictures_and_ends_on_the_grid():
     points = make_capture().points
     before = start_from_points(points, SMALL.canonical, torch.Generator().manual_seed(0), _CPU)
 
-    after = train_canonical(context, points, SMALL.canonical, header)
+    after = train_canonical(context, points, CanonicalObjective(SMALL.canonical, header))
 
     assert np.mean(_errors(context, after)) < 0.25 * np.mean(_errors(context, before))
     again = after.quantized(header)
@@ -95,7 +96,7 @@ def test_half_the_pixels_at_first_and_all_at_last(monkeypatch):
     settings = replace(SMALL.canonical, half_resolution_until_iter=10)
     before = start_from_points(points, settings, torch.Generator().manual_seed(0), _CPU)
 
-    after = train_canonical(context, points, settings, StreamHeader())
+    after = train_canonical(context, points, CanonicalObjective(settings, StreamHeader()))
 
     whole = context.camera(0).width
     assert widths == 10 * [whole // 2] + (settings.iterations - 10) * [whole]
@@ -106,7 +107,8 @@ def test_the_same_seed_gives_the_same_scene_to_the_bit():
     points, header = make_capture().points, StreamHeader()
 
     first, second, other = (
-        train_canonical(make_context(seed), points, SMALL.canonical, header) for seed in (0, 0, 1)
+        train_canonical(make_context(seed), points, CanonicalObjective(SMALL.canonical, header))
+        for seed in (0, 0, 1)
     )
 
     assert all(torch.equal(a, b) for a, b in zip(first.tensors(), second.tensors(), strict=True))
@@ -116,7 +118,9 @@ def test_the_same_seed_gives_the_same_scene_to_the_bit():
 def test_without_spherical_harmonics_none_are_trained():
     header = StreamHeader(sh_degree=0)
 
-    after = train_canonical(make_context(), make_capture().points, SMALL.canonical, header)
+    after = train_canonical(
+        make_context(), make_capture().points, CanonicalObjective(SMALL.canonical, header)
+    )
 
     assert not after.sh_rest.any()
 
@@ -127,7 +131,7 @@ def test_haze_is_thinned_out_where_opacity_and_size_have_a_price():
     priced = replace(SMALL.canonical, opacity_reg=1.0, scale_reg=1.0)
 
     free, thin = (
-        train_canonical(context, points, settings, SMALL.stream)
+        train_canonical(context, points, CanonicalObjective(settings, SMALL.stream))
         for settings in (SMALL.canonical, priced)
     )
 
@@ -140,7 +144,7 @@ def test_what_the_pictures_do_not_ask_for_fades_away():
     fading = replace(SMALL.canonical, opacity_decay=0.02)
 
     lasting, faded = (
-        train_canonical(context, points, settings, SMALL.stream)
+        train_canonical(context, points, CanonicalObjective(settings, SMALL.stream))
         for settings in (SMALL.canonical, fading)
     )
 
@@ -161,7 +165,9 @@ def test_noise_along_the_axes_changes_training_and_is_gone_in_fine_tuning(monkey
     )
     settings = replace(SMALL.canonical, position_noise=0.0, axis_noise=0.5)
 
-    train_canonical(make_context(), make_capture().points, settings, StreamHeader())
+    train_canonical(
+        make_context(), make_capture().points, CanonicalObjective(settings, StreamHeader())
+    )
 
     quantized = StreamHeader()
     step = position_step(quantized)
@@ -176,7 +182,7 @@ def test_what_the_pictures_would_not_miss_is_gone_where_gaussians_have_a_price()
     priced = replace(SMALL.canonical, prune_rd_lambda=0.02)
 
     free, few = (
-        train_canonical(context, points, settings, SMALL.stream)
+        train_canonical(context, points, CanonicalObjective(settings, SMALL.stream))
         for settings in (SMALL.canonical, priced)
     )
 
@@ -188,7 +194,8 @@ def test_rates_fall_to_their_end_over_fine_tuning_alone():
     settings = replace(SMALL.canonical, lr_end_factor=0.1, quantize_from=0.8)
 
     shares = [
-        learning_rates_at(settings, 1.0, step)[1] / settings.rotation_rate
+        learning_rates_at(CanonicalObjective(settings, SMALL.stream), 1.0, step)[1]
+        / settings.rotation_rate
         for step in (0, 79, 80, 90, 100)
     ]
 
@@ -200,7 +207,10 @@ def test_codes_are_smaller_where_they_have_a_price():
     priced = replace(SMALL.canonical, code_rd_lambda=0.01)
 
     free, cheap = (
-        quantize_gaussians(train_canonical(context, points, settings, SMALL.stream), SMALL.stream)
+        quantize_gaussians(
+            train_canonical(context, points, CanonicalObjective(settings, SMALL.stream)),
+            SMALL.stream,
+        )
         for settings in (SMALL.canonical, priced)
     )
 

@@ -13,7 +13,7 @@ from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.resume.array_file import write_arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.settings.config import make_header
-from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
 from tests.encoder.resume.saved import read_saved
 from tests.encoder.toys import SMALL, make_capture, make_context
 
@@ -47,7 +47,10 @@ def _train(path, last=None):
     context = replace(make_context(), progress=steps)
     header = make_header(SMALL, 30.0, 160)
     trained = train_canonical(
-        context, make_capture().points, _CONFIG, header, Checkpoint(path, "toy")
+        context,
+        make_capture().points,
+        CanonicalObjective(_CONFIG, header),
+        Checkpoint(path, "toy"),
     )
     return trained, steps.first
 

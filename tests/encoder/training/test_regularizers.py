@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.regularizers import code_rate_penalty, opacity_scale_penalty
+from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import StreamHeader
 
@@ -21,8 +21,7 @@ _BLANK = Attributes(
 
 
 def _codes(**changed: torch.Tensor) -> float:
-    settings = CanonicalSettings(code_rd_lambda=2.0)
-    return float(code_rate_penalty(replace(_BLANK, **changed), settings, _HEADER))
+    return float(code_rate_nats(replace(_BLANK, **changed), _HEADER))
 
 
 def test_haze_costs_the_mean_opacity_and_the_mean_scale():
@@ -31,9 +30,8 @@ def test_haze_costs_the_mean_opacity_and_the_mean_scale():
     assert float(opacity_scale_penalty(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
 
 
-def test_nothing_costs_anything_without_a_price():
+def test_haze_costs_nothing_without_a_weight():
     assert opacity_scale_penalty(_BLANK, CanonicalSettings()) == 0
-    assert code_rate_penalty(_BLANK, CanonicalSettings(), _HEADER) == 0
 
 
 def test_alike_codes_are_free_and_so_is_the_component_that_is_not_coded():
@@ -44,13 +42,13 @@ def test_a_code_of_sh_rest_costs_its_logarithm():
     rest = torch.zeros(2, 3, 3)
     rest[1, 2, 0] = -0.75
 
-    assert _codes(sh_rest=rest) == pytest.approx(2.0 * math.log(1 + 3) / 2)
+    assert _codes(sh_rest=rest) == pytest.approx(math.log(1 + 3) / 2)
 
 
 def test_a_turn_costs_the_logarithm_of_its_smaller_components():
     rotations = torch.tensor([[2.0, 0, 0, 0], [0.6, 0, 0, -0.8]])
 
-    assert _codes(rotations=rotations) == pytest.approx(2.0 * math.log(1 + 0.6 * 16) / 2)
+    assert _codes(rotations=rotations) == pytest.approx(math.log(1 + 0.6 * 16) / 2)
 
 
 def test_scales_and_colors_cost_the_logarithm_of_their_spread_in_every_row():
@@ -58,14 +56,14 @@ def test_scales_and_colors_cost_the_logarithm_of_their_spread_in_every_row():
     colors = torch.tensor([[0.0, 0, 3.0], [0, 0, -1.0]])[:, None]
 
     spread = math.log(1 + 0.5 * 16) + math.log(1 + 2.0 * 32)
-    assert _codes(log_scales=log_scales, sh_dc=colors) == pytest.approx(2.0 * spread)
+    assert _codes(log_scales=log_scales, sh_dc=colors) == pytest.approx(spread)
 
 
 def test_turning_less_is_the_way_down():
     rotations = torch.tensor([[1.0, 0.2, -0.1, 0]]).requires_grad_()
     attributes = replace(_BLANK.rows(torch.tensor([0])), rotations=rotations)
 
-    loss = code_rate_penalty(attributes, CanonicalSettings(code_rd_lambda=1.0), _HEADER)
+    loss = code_rate_nats(attributes, _HEADER)
     (gradient,) = torch.autograd.grad(loss, rotations)
 
     assert gradient[0, 1] > 0 > gradient[0, 2]

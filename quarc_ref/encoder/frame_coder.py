@@ -1,0 +1,240 @@
+"""Frames as values: started, moved, then coded and ready to be written.
+
+FrameState ──start──> FrameStart ──move──> MovedFrame ──with_births──> CodedFrame
+
+Every step codes what the encoder chose and decodes it with the decoder's engine, so the
+states here are the decoder's. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from quarc_ref.decoder.engine import Engine, FrameState
+from quarc_ref.decoder.state import Reference
+from quarc_ref.encoder.requantize import requantize
+from quarc_ref.format import container, wire
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.coding.gaussian_planes import sort_canonical
+from quarc_ref.format.coding.snapshot_planes import write_snapshot
+from quarc_ref.format.errors import EncodeError, EntropyError, StateError
+from quarc_ref.format.records import (
+    Births,
+    CanonicalChunk,
+    FrameChunk,
+    Gaussians,
+    Section,
+    SnapshotChunk,
+    StreamHeader,
+)
+from quarc_ref.format.updates import Updates
+
+EMPTY = Section(np.zeros(0, dtype=np.uint32))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameStart:
+    """A frame before its motion: deaths applied, every Gaussian bound to anchors (SPEC 7.4).
+
+    Attributes:
+        previous: State of the previous frame.
+        state: State of this frame.
+        death_count: Gaussians deleted.
+    """
+
+    previous: FrameState
+    state: FrameState
+    death_count: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedFrame:
+    """A frame after its motion and updates (SPEC 7.5, 7.8), before its births.
+
+    Attributes:
+        previous: State of the previous frame.
+        state: State of this frame.
+        chunk: Its chunk so far, without births and state CRC.
+    """
+
+    previous: FrameState
+    state: FrameState
+    chunk: FrameChunk
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CodedFrame:
+    """A frame ready to be written.
+
+    Attributes:
+        kind: Chunk type: CANO, SNAP or FRAM.
+        payload: Payload of the chunk.
+        state: State that decoding the chunk must give.
+        previous: State of the previous frame; None if it does not depend on one.
+        chunk: The chunk of a FRAM, whose sections have been decoded; None otherwise.
+    """
+
+    kind: bytes
+    payload: bytes
+    state: FrameState
+    previous: FrameState | None = None
+    chunk: FrameChunk | None = None
+
+
+class FrameCoder:
+    """Codes frames and decodes them, section by section.
+
+    Args:
+        engine: The decoder's engine.
+        header: Header of the stream.
+    """
+
+    def __init__(self, engine: Engine[Any], header: StreamHeader) -> None:
+        self._engine = engine
+        self._header = header
+
+    def canonical(self, gaussians: Gaussians, frame: int) -> CodedFrame:
+        """Code a canonical frame (SPEC 5.4).
+
+        Args:
+            gaussians: On the grid of canonical frames, in any order.
+            frame: Index of the frame in the stream.
+
+        Raises:
+            StateError: A Gaussian is out of the format's range.
+        """
+        origin, axis_bits, ordered = sort_canonical(gaussians)
+        state = self._engine.begin_canonical(self._header, frame, ordered)
+        chunk = CanonicalChunk(
+            frame,
+            ordered.count,
+            origin,
+            axis_bits,
+            self._engine.write_canonical(ordered, origin),
+            self._engine.state_crc(state),
+        )
+        return CodedFrame(container.CANO, wire.build_canonical(chunk), state)
+
+    def start(self, previous: FrameState, death_count: int) -> FrameStart:
+        """Start the next frame: delete the faintest Gaussians and bind the rest (SPEC 7.4)."""
+        return FrameStart(previous, self._engine.begin_frame(previous, death_count), death_count)
+
+    def move(
+        self, start: FrameStart, symbols: list[Int64], updates: Updates | None = None
+    ) -> MovedFrame:
+        """Code and apply the motion of a frame, then its updates.
+
+        The contexts of the previous frame are used where they save bytes (SPEC 8.5).
+
+        Args:
+            start: The frame.
+            symbols: `[c, a]` motion symbols of each level, level 1 first.
+            updates: Updates of single Gaussians; must be None if the stream has none.
+
+        Raises:
+            EncodeError: A symbol, a residual or a Gaussian is out of the format's range.
+        """
+        sections = {
+            previous: self._engine.write_motion(start.state, symbols, previous=previous)
+            for previous in (True, False)
+        }
+        previous = sections[True].byte_count() < sections[False].byte_count()
+        chunk = FrameChunk(
+            start.state.scene.phase, previous, start.death_count, 0, sections[previous], EMPTY, 0
+        )
+        chunk = wire.parse_frame(wire.build_frame(chunk))
+        try:
+            state = self._engine.decode_motion(start.state, chunk.motion, previous=previous)
+            if self._header.updates:
+                section = EMPTY if updates is None else self._engine.write_updates(state, updates)
+                state = self._engine.decode_updates(state, section)
+                chunk = replace(chunk, updates=section)
+        except (StateError, EntropyError) as error:
+            raise EncodeError(str(error)) from error
+        return MovedFrame(start.previous, state, chunk)
+
+    def birth_bytes(self, moved: MovedFrame, births: Births) -> int:
+        """Size of the births' section, if they were coded into this frame."""
+        return self._engine.write_births(moved.state, births).byte_count()
+
+    def with_births(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
+        """Code the births of a frame, and so complete it (SPEC 7.6).
+
+        Raises:
+            EncodeError: A new Gaussian is out of the format's range.
+        """
+        state, section = self._append(moved, births)
+        chunk = replace(
+            moved.chunk,
+            birth_count=state.scene.count - moved.state.scene.count,
+            births=section,
+            state_crc=self._engine.state_crc(state),
+        )
+        return CodedFrame(container.FRAM, wire.build_frame(chunk), state, moved.previous, chunk)
+
+    def as_canonical(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
+        """Code a fitted frame as a canonical one.
+
+        Its scene is requantized to the grid of canonical frames (SPEC 7.2). Ids start anew:
+        nothing that was known by id or index stays valid.
+
+        Raises:
+            EncodeError: A Gaussian is out of the format's range.
+        """
+        scene = self._append(moved, births)[0].scene
+        try:
+            return self.canonical(requantize(scene), scene.frame)
+        except StateError as error:
+            raise EncodeError(str(error)) from error
+
+    def as_snapshot(
+        self, moved: MovedFrame, births: Births | None, reference: Reference, roots: Int64
+    ) -> CodedFrame:
+        """Code a fitted frame as a snapshot: its changes since a canonical frame (SPEC 5.10).
+
+        Args:
+            moved: The frame.
+            births: Its births.
+            reference: The last CANO.
+            roots: `[n]` index in it of each Gaussian of the last canonical frame, by id; -1 of
+                those that it has not.
+
+        Raises:
+            EncodeError: A Gaussian is out of the format's range.
+        """
+        scene = self._append(moved, births)[0].scene
+        scene_roots = np.full(scene.count, -1, dtype=np.int64)
+        is_old = scene.ids < roots.size  # the others were born after the last canonical frame
+        scene_roots[is_old] = roots[scene.ids[is_old]]
+        try:
+            coded = write_snapshot(reference.gaussians, requantize(scene), scene_roots)
+            state = self._engine.begin_canonical(self._header, scene.frame, coded.gaussians)
+        except StateError as error:
+            raise EncodeError(str(error)) from error
+        chunk = SnapshotChunk(
+            scene.frame,
+            reference.frame,
+            coded.newborn_count,
+            coded.origin,
+            coded.axis_bits,
+            coded.survivors,
+            coded.sections,
+            self._engine.state_crc(state),
+        )
+        return CodedFrame(container.SNAP, wire.build_snapshot(chunk), state)
+
+    def _append(self, moved: MovedFrame, births: Births | None) -> tuple[FrameState, Section]:
+        """The state with the births of a frame, and their section.
+
+        Raises:
+            EncodeError: A new Gaussian is out of the format's range.
+        """
+        section, count = EMPTY, 0
+        if births is not None:
+            section = self._engine.write_births(moved.state, births)
+            count = births.newborn.count
+        try:
+            return self._engine.decode_births(moved.state, section, count), section
+        except StateError as error:
+            raise EncodeError(str(error)) from error
