@@ -28,12 +28,12 @@ def requantize(scene: Scene) -> Gaussians:
         raise EncodeError(message)
     return Gaussians(
         positions,
-        _code_rotations(scene.rotations.astype(np.int64), header.rotation_bits),
+        code_rotations(scene.rotations.astype(np.int64), header.rotation_bits),
         scene.codes.astype(np.int64),
     )
 
 
-def _code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
+def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
     """Return `[4, n]` index of the largest component and the other three, it being positive."""
     count = rotations.shape[1]
     largest = np.argmax(np.abs(rotations), axis=0)

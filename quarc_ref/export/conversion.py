@@ -1,24 +1,26 @@
-"""A PLY in another program's format, by the library gaussforge."""
+"""Files of single frames from one format to another, by the library gaussforge."""
 
 from quarc_ref.export.errors import ExportError
 
 
-def convert_ply(data: bytes, form: str, **options: int) -> bytes:
-    """Return a 3DGS PLY as a file of another format.
+def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
+    """Return a file of Gaussians in another format.
 
     Args:
-        data: The PLY.
-        form: `spz` or `sog`.
+        data: The file.
+        source: Its format: `ply`, `spz` or `sog`.
+        target: The format to make.
         options: Of the library.
 
     Raises:
-        ExportError: The library refuses it.
+        ExportError: The library rejects it.
+        ImportError: The library is not installed.
     """
     from gaussforge import GaussForge
 
-    result = GaussForge().convert(data, "ply", form, **options)
+    result = GaussForge().convert(data, source, target, **options)
     if "error" in result:
-        message = f"gaussforge makes no {form.upper()} of the frame: {result['error']}"
+        message = f"gaussforge makes no {target.upper()} of it: {result['error']}"
         raise ExportError(message)
     converted: bytes = result["data"]
     return converted

@@ -1,17 +1,22 @@
-"""Frames as a `.4dgs` file of keyframes and deltas, by the library fourdgs.
+"""Frames as a `.4dgs` file of keyframes and deltas, and such files read, by the library fourdgs.
 
 The temporal model `keyframe-delta` has no harmonics beyond the base color: the
 view-dependent part of colors is left out. Errors are bounded by the library's
 profile `fine`.
 """
 
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from quarc_ref.export.activate import base_colors_of, opacities_of, scales_of, xyzw_of
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.export.activate import SH_BASE, base_colors_of, opacities_of, scales_of, xyzw_of
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
+from quarc_ref.format.arrays import Int64
 
 _NEVER_FADES = 1e9  # seconds; this temporal model takes no infinity
 
@@ -80,3 +85,123 @@ def make_sample(frame: Frame, seconds: float) -> Any:  # noqa: ANN401
         win_hi=np.full(count, np.inf),
     )
     return Sample(seconds, frame.scene.ids, gaussians)
+
+
+@dataclass(frozen=True, slots=True)
+class FourdgsFrames:
+    """The frames of a `.4dgs` file.
+
+    Attributes:
+        count: How many.
+        frames_per_second: Their pace.
+        read: Yields each, and the ids of its Gaussians `[N]`.
+    """
+
+    count: int
+    frames_per_second: float
+    read: Callable[[], Iterator[tuple[Splats, Int64]]]
+
+
+def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFrames:
+    """Return the frames of a `.4dgs` file, sampled in the middle of each.
+
+    Args:
+        data: The whole file.
+        frames_per_second: At which it is sampled; None for its states, if it has some, and
+            else for 30.
+
+    Raises:
+        ValueError: It is no such file, or has more frames than a stream.
+        ImportError: fourdgs is not installed.
+    """
+    from fourdgs.exceptions import FourdgsError
+
+    try:
+        duration, pace, at = _open(data)
+    except (FourdgsError, IndexError, OverflowError, MemoryError) as error:
+        message = f"fourdgs does not read it: {error}"
+        raise ValueError(message) from error
+    pace = frames_per_second or pace
+    count = round(duration * pace)
+    if not (0 < duration < np.inf and 0 < count <= _MOST_FRAMES):
+        message = f"it lasts {duration} seconds: {count} frames at {pace:.6g} per second"
+        raise ValueError(message)
+
+    def read() -> Iterator[tuple[Splats, Int64]]:
+        for number in range(count):
+            yield at((number + 0.5) / pace)
+
+    return FourdgsFrames(count, pace, read)
+
+
+_At = Callable[[float], tuple[Splats, Int64]]
+
+
+def _open(data: bytes) -> tuple[float, float, _At]:
+    """Return the seconds that a file lasts, its pace, and what gives its state at a time."""
+    import fourdgs
+    from fourdgs.keyframe_delta_file import decode_streamed, render_at
+
+    try:
+        decoded = decode_streamed(data)
+    except fourdgs.FourdgsError:
+        scene = fourdgs.read(data)
+        return float(scene.header.duration_sec), _USUAL_PACE, lambda time: _sample(scene, time)
+
+    def at(time: float) -> tuple[Splats, Int64]:
+        state = render_at(decoded, time)
+        splats = _as_splats(
+            state["centers"], state["scales"], state["rotations"], state["rgb"], state["opacity"]
+        )
+        return splats, state["ids"].astype(np.int64)
+
+    duration = float(decoded.header.duration_sec)
+    return duration, len(decoded.chunks) / max(duration, 1e-9), at
+
+
+def _sample(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
+    """Return what a scene of Gaussians that move along lines shows at a time."""
+    gaussians = scene.gaussians
+    state = gaussians.state_at(time)
+    rows = state["indices"]
+    splats = _as_splats(
+        state["centers"],
+        gaussians.scales[rows],
+        state["orientations"],
+        gaussians.colors[rows, :3],
+        state["opacity"],
+    )
+    return splats, rows.astype(np.int64)
+
+
+def _as_splats(
+    centers: NDArray[Any],
+    scales: NDArray[Any],
+    rotations: NDArray[Any],
+    colors: NDArray[Any],
+    opacities: NDArray[Any],
+) -> Splats:
+    """Return activated numbers as 3DGS stores them; opacities of 0 and 1 become nearly that.
+
+    Raises:
+        ValueError: A number is not finite.
+    """
+    opacities = np.clip(opacities, _NEARLY, 1 - _NEARLY)
+    splats = Splats(
+        np.asarray(centers, np.float32),
+        np.roll(np.asarray(rotations, np.float32), 1, axis=1),
+        np.log(np.maximum(scales, _TINY)).astype(np.float32),
+        np.log(opacities / (1 - opacities)).astype(np.float32),
+        ((np.asarray(colors, np.float32) - 0.5) / SH_BASE)[:, None].astype(np.float32),
+    )
+    if not all(np.isfinite(getattr(splats, name)).all() for name in _NUMBERS):
+        message = "a number is not finite"
+        raise ValueError(message)
+    return splats
+
+
+_NUMBERS = ("positions", "rotations", "log_scales", "opacities", "sh")
+_MOST_FRAMES = 1 << 20
+_USUAL_PACE = 30.0
+_NEARLY = 1e-4
+_TINY = 1e-12

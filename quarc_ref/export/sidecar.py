@@ -1,12 +1,17 @@
 """What exported frames do not say of themselves: `sequence.json`, beside them."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
-from quarc_ref.export.clip import Clip
+from quarc_ref.export.clip import AXES, Clip
+from quarc_ref.format.cameras import Camera
 
 NAME = "sequence.json"
+_SCHEMA = "quarc-ref/sequence/1"
+_MOST_CAMERAS = 1 << 12
+_MOST_BYTES = 1 << 24
+_MOST_PACE = 1e6
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
@@ -19,7 +24,7 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
     """
     header = clip.header
     told: dict[str, Any] = {
-        "schema": "quarc-ref/sequence/1",
+        "schema": _SCHEMA,
         "files": pattern,
         "first_frame": first_frame,
         "frames_per_second": header.frames_per_second,
@@ -34,3 +39,78 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
         "metadata": clip.metadata,
     }
     return (json.dumps(told, indent=2) + "\n").encode()
+
+
+@dataclass(frozen=True, slots=True)
+class Sidecar:
+    """What `sequence.json` tells of frames, as a stream's header has it.
+
+    Attributes:
+        frames_per_second: Their pace; None where nothing tells it.
+        up_axis: 0 unknown, else 1 to 6.
+        right_handed: Whether the frame is.
+        meters_per_unit: 0 where unknown.
+        cameras: Of the stream that the frames come from.
+        metadata: Of that stream.
+    """
+
+    frames_per_second: float | None = None
+    up_axis: int = 0
+    right_handed: bool = True
+    meters_per_unit: float = 0.0
+    cameras: tuple[Camera, ...] = ()
+    metadata: dict[str, str] = field(default_factory=dict)
+
+
+def parse_sidecar(data: bytes) -> Sidecar:
+    """Return what a `sequence.json` tells.
+
+    Raises:
+        ValueError: It is no such file.
+    """
+    if len(data) > _MOST_BYTES:
+        message = "it is too long"
+        raise ValueError(message)
+    try:
+        told = json.loads(data)
+        _require(told["schema"] == _SCHEMA, "schema")
+        _require(len(told["cameras"]) <= _MOST_CAMERAS, "cameras")
+        pace, metadata = float(told["frames_per_second"]), told["metadata"]
+        _require(0 < pace < _MOST_PACE, "frames_per_second")
+        _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
+        return Sidecar(
+            pace,
+            1 + AXES.index(told["up"]) if told["up_is_known"] else 0,
+            bool(told["right_handed"]),
+            float(told["meters_per_unit"] or 0),
+            tuple(map(_parse_camera, told["cameras"])),
+            dict(metadata),
+        )
+    except (
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        OverflowError,
+        RecursionError,
+    ) as error:
+        message = f"it is not as quarc-ref writes it: {error or _SCHEMA}"
+        raise ValueError(message) from err
+
+
+def _parse_camera(told: dict[str, Any]) -> Camera:
+    """Return a camera; raise one of the errors that `parse_sidecar` expects."""
+    values = {each.name: told[each.name] for each in fields(Camera)}
+    for name in ("rotation", "translation"):
+        values[name] = tuple(map(float, values[name]))
+    for name in ("fx", "fy", "cx", "cy", "near"):
+        values[name] = float(values[name])
+    for name in ("width", "height"):
+        _require(0 < int(values[name]) < 1 << 32, name)
+        values[name] = int(values[name])
+    return Camera(**{**values, "name": str(told["name"])[:255], "held_out": bool(told["held_out"])})
+
+
+def _require(condition: bool, name: str) -> None:
+    if not condition:
+        raise ValueError(name)

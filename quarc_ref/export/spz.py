@@ -1,16 +1,26 @@
-"""A frame as SPZ, version 3, by the library gaussforge.
+"""A frame as SPZ, version 3, by the library gaussforge; versions 1 to 4 are read.
 
 SPZ has its axes fixed: x right, y up, z back. Positions are in steps of 2^-12
 and within 2048 of the origin, all else is 8 bits or fewer.
 """
 
+import zlib
+
+from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.conversion import convert_ply
+from quarc_ref.export.conversion import convert
 from quarc_ref.export.errors import ExportError
-from quarc_ref.export.gaussian_ply import build_ply
+from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from quarc_ref.export.upright import rotate_upright
 
+UP_AXIS = 3  # +y, as in a stream's header
 _FARTHEST = 2048 - 2**-12
+_MAGIC = b"NGSP"
+_GZIP = b"\x1f\x8b"
+_HEADER_BYTES = 16
+_MOST_GAUSSIANS = 1 << 24
+_LEAST_BYTES = 16  # of a Gaussian, before compression: 9 of a position, 7 of the rest and more
+_MOST_RATIO = 1032  # of what deflate takes apart
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
@@ -23,4 +33,34 @@ def build(frame: Frame, clip: Clip) -> bytes:
     if abs(upright.positions).max() > _FARTHEST:
         message = f"frame {frame.scene.frame} reaches beyond {_FARTHEST:.0f} units: SPZ does not"
         raise ExportError(message)
-    return convert_ply(build_ply(upright), "spz", spz_version=3)
+    return convert(build_ply(upright), "ply", "spz", spz_version=3)
+
+
+def parse_spz(data: bytes) -> Splats:
+    """Return the Gaussians of an SPZ file, in the frame of the file: +y is up.
+
+    Args:
+        data: The whole file.
+
+    Raises:
+        ValueError: It is no such file.
+        ImportError: gaussforge is not installed.
+    """
+    head = data[:_HEADER_BYTES]
+    if head[:2] == _GZIP:
+        try:
+            head = zlib.decompressobj(wbits=31).decompress(data, _HEADER_BYTES)
+        except zlib.error as error:
+            message = f"it is no SPZ: {error}"
+            raise ValueError(message) from error
+    if len(head) < _HEADER_BYTES or head[:4] != _MAGIC:
+        message = "it does not begin as an SPZ does"
+        raise ValueError(message)
+    count = int.from_bytes(head[8:12], "little")
+    if not 0 < count <= min(_MOST_GAUSSIANS, len(data) * _MOST_RATIO // _LEAST_BYTES):
+        message = f"it cannot hold the {count} Gaussians that it claims"
+        raise ValueError(message)
+    try:
+        return parse_ply(convert(data, "spz", "ply"))
+    except ExportError as error:
+        raise ValueError(str(error)) from error

@@ -250,6 +250,10 @@ class UnusableCaptureError(EncodeError):
     """No picture can come of a capture: its cameras see too little."""
 
 
+class BoundError(EncodeError):
+    """A decoded frame is farther from what was given than its bounds allow: our fault."""
+
+
 class ResumeError(QuarcError):
     """The partial stream was encoded with different inputs."""
 

@@ -38,6 +38,16 @@ from quarc_ref.format.records import (
 )
 
 
+def order_canonical(positions: Int64) -> Int64:
+    """Return `[n]` the indices of Gaussians in the order in which CANO wants them.
+
+    Args:
+        positions: `[3, n]` position steps, each axis within 2^20 of each other.
+    """
+    offsets = positions - positions.min(axis=1)[:, None]
+    return np.argsort(interleave(offsets), kind="stable")
+
+
 def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
     """Return origin, axis bits and the Gaussians in Morton order, as CANO wants them.
 
@@ -45,13 +55,13 @@ def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gau
         gaussians: In any order, each axis of positions within 2^20 steps.
     """
     least = gaussians.positions.min(axis=1)
-    offsets = gaussians.positions - least[:, None]
-    order = np.argsort(interleave(offsets), kind="stable")
+    order = order_canonical(gaussians.positions)
     ordered = Gaussians(
         gaussians.positions[:, order], gaussians.rotations[:, order], gaussians.codes[:, order]
     )
     x, y, z = least.tolist()
-    return (x, y, z), int(offsets.max()).bit_length(), ordered
+    extent = int(np.ptp(gaussians.positions, axis=1).max())
+    return (x, y, z), extent.bit_length(), ordered
 
 
 def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple[Section, ...]:

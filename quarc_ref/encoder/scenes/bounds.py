@@ -1,0 +1,68 @@
+"""How far a stream may be from the Gaussians that it is made of, attribute by attribute."""
+
+from dataclasses import asdict, dataclass, fields, replace
+
+import numpy as np
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.format.errors import EncodeError
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The largest error per attribute, of any Gaussian in any frame.
+
+    Attributes:
+        position: On each axis, world units; 0 for `position_share`.
+        rotation: Angle of the turn between the two, radians.
+        log_scale: Of each natural logarithm of a standard deviation.
+        opacity: Of the logit.
+        sh_dc: Of each coefficient of degree 0.
+        sh_rest: Of each coefficient of degree 1.
+        position_share: The bound of positions in shares of the median scale of the first
+            frame, where `position` is 0.
+    """
+
+    position: float = 0.0
+    rotation: float = 0.02
+    log_scale: float = 1 / 32
+    opacity: float = 1 / 16
+    sh_dc: float = 1 / 64
+    sh_rest: float = 1 / 64
+    position_share: float = 0.05
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (0 <= value < np.inf and (value or field.name == "position")):
+                message = f"the bound of {field.name} is {value}, not a positive number"
+                raise ValueError(message)
+
+    def settled(self, splats: Splats) -> "Bounds":
+        """Return the bounds with that of positions in world units.
+
+        Args:
+            splats: The first frame.
+
+        Raises:
+            EncodeError: The scales of the scene are no measure of it.
+        """
+        if self.position:
+            return self
+        median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
+        if not 0 < median < np.inf:
+            message = "the median scale of the Gaussians is no measure: give a bound of positions"
+            raise EncodeError(message)
+        return replace(self, position=self.position_share * median)
+
+    def __str__(self) -> str:
+        return " ".join(f"{name}={value:.6g}" for name, value in self.listed().items())
+
+    def listed(self) -> dict[str, float]:
+        """Return the bounds by name, once they are settled."""
+        named = asdict(self)
+        del named["position_share"]
+        return named
+
+
+PROFILES = {"fine": Bounds(), "coarse": Bounds(rotation=0.04, position_share=0.15)}

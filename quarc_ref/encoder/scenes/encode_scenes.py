@@ -1,0 +1,261 @@
+"""Gaussians of others to a stream: no pictures, no training, every error bounded.
+
+frame 0 ──> canonical frame
+frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
+
+A frame of which more than half is new is a canonical frame.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import chain, islice, pairwise
+from typing import BinaryIO
+
+import numpy as np
+
+from quarc_ref import __version__
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.progress import NullProgress, Progress
+from quarc_ref.encoder.scenes.bounds import Bounds
+from quarc_ref.encoder.scenes.fit_births import fit_births
+from quarc_ref.encoder.scenes.fit_motion import Tolerances, fit_motion
+from quarc_ref.encoder.scenes.fit_updates import (
+    CodeBounds,
+    bound_codes,
+    find_recolored,
+    fit_updates,
+)
+from quarc_ref.encoder.scenes.matching import Match, match_ids, match_order
+from quarc_ref.encoder.scenes.steps import choose_steps
+from quarc_ref.encoder.scenes.targets import Target, make_target
+from quarc_ref.encoder.scenes.verify import Errors, measure_errors, require_bounds
+from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.coding.gaussian_planes import order_canonical
+from quarc_ref.format.constants import LEVELS
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import OPACITY, StreamHeader
+from quarc_ref.format.updates import Updates
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GivenFrame:
+    """A frame that others made.
+
+    Attributes:
+        splats: Its Gaussians, as 3DGS stores them; SH of degree 0 to 3, of which a
+            stream keeps degree 1.
+        ids: `[N]` which Gaussian each is, the same in all frames; None where their
+            order tells.
+    """
+
+    splats: Splats
+    ids: Int64 | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SceneOptions:
+    """How to encode given Gaussians.
+
+    Attributes:
+        bounds: What errors are allowed.
+        frames_per_second: Pace of the frames.
+        keyframe_interval: Frames from a canonical frame to the next; 0 for as few as possible.
+        cameras: For the stream; they take no part in the encoding.
+        metadata: For the stream, besides `encoder` and `bounds`.
+        header: For what the Gaussians do not tell: axes, scale, seed, anchors.
+        progress: Is told of every frame.
+        frame_count: How many frames there are, for the progress; 0 where nobody knows.
+    """
+
+    bounds: Bounds = field(default_factory=Bounds)
+    frames_per_second: float = 30.0
+    keyframe_interval: int = 0
+    cameras: tuple[Camera, ...] = ()
+    metadata: dict[str, str] = field(default_factory=dict)
+    header: StreamHeader = field(
+        default_factory=lambda: StreamHeader(
+            updates=True, gaussians_per_anchor=4, resample_interval=1
+        )
+    )
+    progress: Progress = field(default_factory=NullProgress)
+    frame_count: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class SceneReport:
+    """What has become of given Gaussians.
+
+    Attributes:
+        frames: How many were written.
+        bounds: What errors were allowed.
+        errors: The largest that there are, of all frames, as decoded.
+        dropped_sh_degree: The highest SH degree that was left out; 0 for none.
+    """
+
+    frames: int
+    bounds: Bounds
+    errors: Errors
+    dropped_sh_degree: int
+
+
+def encode_scenes(
+    scenes: Iterable[Splats | GivenFrame], sink: BinaryIO, options: SceneOptions | None = None
+) -> SceneReport:
+    """Encode given Gaussians into a stream of format 1.1.
+
+    Every frame is decoded as it is written, and held against what was given: what
+    the report says of errors holds for what any decoder makes of the stream.
+
+    Args:
+        scenes: The frames, in order; read one by one, three of them ahead.
+        sink: Is written to by appending.
+        options: Bounds and what else is to be said.
+
+    Raises:
+        EncodeError: The Gaussians are none that a stream can hold within the bounds.
+    """
+    options = options or SceneOptions()
+    given = map(_as_given, scenes)
+    ahead = list(islice(given, _AHEAD))
+    if not ahead:
+        message = "there are no frames"
+        raise EncodeError(message)
+    encoding = _Encoding(sink, options, ahead)
+    for frame in chain(ahead, given):
+        encoding.add(frame)
+    return encoding.finish()
+
+
+def _as_given(scene: Splats | GivenFrame) -> GivenFrame:
+    return GivenFrame(scene) if isinstance(scene, Splats) else scene
+
+
+class _Encoding:
+    """A stream in the making.
+
+    Args:
+        sink: Is written to.
+        options: As given to `encode_scenes`.
+        ahead: The first frames, by which steps are chosen.
+    """
+
+    def __init__(self, sink: BinaryIO, options: SceneOptions, ahead: list[GivenFrame]) -> None:
+        self._options = options
+        self._bounds = bounds = options.bounds.settled(ahead[0].splats)
+        self._header = _make_header(options, bounds, ahead)
+        told = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
+        metadata = {**options.metadata, **told}
+        self._loop = ClosedLoop(sink, self._header, options.cameras, metadata)
+        self._errors = Errors()
+        self._count = 0
+        self._last = ahead[0]
+        self._rows = np.zeros(0, dtype=np.int64)  # of the last frame, of each Gaussian in the state
+        self._dropped = 0
+        scale = self._header.translation_step * 2.0**-self._header.lattice_exponent
+        turn = self._header.rotation_unity * self._header.level_count / 2
+        self._tolerances = Tolerances(bounds.position / scale, bounds.rotation * turn)
+
+    def add(self, given: GivenFrame) -> None:
+        """Write a frame."""
+        frame, self._count = self._count, self._count + 1
+        try:
+            target = make_target(given.splats, self._header)
+            self._write(frame, given, target)
+        except EncodeError as error:
+            message = f"frame {frame}: {error}"
+            raise EncodeError(message) from error
+        self._last = given
+        degree = round(given.splats.sh.shape[1] ** 0.5) - 1
+        self._dropped = max(self._dropped, degree if degree > 1 else 0)
+        errors = measure_errors(self._loop.state.scene, target, self._rows)
+        require_bounds(errors, self._bounds, frame)
+        self._errors = self._errors.joined(errors)
+        self._options.progress.advance("frames", self._count, self._options.frame_count)
+
+    def finish(self) -> SceneReport:
+        """Write the end of the stream."""
+        self._loop.finish()
+        return SceneReport(self._count, self._bounds, self._errors, self._dropped)
+
+    def _write(self, frame: int, given: GivenFrame, target: Target) -> None:
+        interval = self._options.keyframe_interval
+        if frame == 0 or (interval and frame % interval == 0):
+            self._write_canonical(frame, target)
+            return
+        match = match_frames(self._last, given)
+        successors = np.full(len(self._last.splats.positions), -1, dtype=np.int64)
+        successors[match.before] = match.after
+        rows = successors[self._rows]
+        rows[find_recolored(self._loop.state, target, rows, self._code_bounds)] = -1
+        new = target.count - np.count_nonzero(rows >= 0)
+        if new > min(target.count // 2, self._header.limits.births):
+            self._write_canonical(frame, target)
+        else:
+            self._write_frame(target, rows)
+
+    @property
+    def _code_bounds(self) -> CodeBounds:
+        return bound_codes(self._bounds, self._header)
+
+    def _write_canonical(self, frame: int, target: Target) -> None:
+        coded = target.coded(np.arange(target.count))
+        self._rows = order_canonical(coded.positions)
+        self._loop.commit_canonical(coded, frame)
+
+    def _write_frame(self, target: Target, rows: Int64) -> None:
+        gone = _count_faint_deaths(self._loop.state, rows < 0)
+        begun = self._loop.begin_frame(gone.size)
+        rows = np.delete(rows, gone)
+        symbols = fit_motion(begun, target, rows, self._tolerances)
+        leaving = np.zeros(0, dtype=np.bool_)
+
+        def update(moved: FrameState) -> Updates:
+            nonlocal leaving
+            updates, leaving = fit_updates(moved, target, rows, self._bounds)
+            return updates
+
+        updated = self._loop.commit_motion(symbols, update)
+        rows = rows[~leaving]
+        is_new = np.ones(target.count, dtype=np.bool_)
+        is_new[rows] = False
+        births, newborn = fit_births(updated, target, np.flatnonzero(is_new))
+        self._loop.commit_births(births)
+        self._rows = np.concatenate([rows, newborn])
+
+
+def match_frames(before: GivenFrame, after: GivenFrame) -> Match:
+    """Return which Gaussians of two frames are the same, by ids if both have them."""
+    if before.ids is not None and after.ids is not None:
+        return match_ids(before.ids, after.ids)
+    return match_order(before.splats, after.splats)
+
+
+def _make_header(options: SceneOptions, bounds: Bounds, ahead: list[GivenFrame]) -> StreamHeader:
+    clock = Fraction(options.frames_per_second).limit_denominator(_CLOCK_LIMIT)
+    most = _ROOM * max(len(each.splats.positions) for each in ahead)
+    fitting = [level for level, limits in LEVELS.items() if most <= limits.gaussians]
+    header = replace(
+        options.header,
+        level=min(fitting, default=max(LEVELS)),
+        timescale=clock.numerator,
+        frame_ticks=clock.denominator,
+        updates=True,
+    )
+    matches = [match_frames(before, after) for before, after in pairwise(ahead)]
+    return choose_steps(header, bounds, [each.splats for each in ahead], matches)
+
+
+def _count_faint_deaths(state: FrameState, dying: Bits) -> Int64:
+    """Return the indices of those that leave as the faintest of all, which costs no bits."""
+    order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
+    stays = np.flatnonzero(~dying[order])
+    return order[: stays[0] if stays.size else 0]
+
+
+_AHEAD = 3
+_ROOM = 2  # how many times as many Gaussians there may be later
+_CLOCK_LIMIT = 1001

@@ -1,0 +1,55 @@
+"""Gaussians that are new in a frame, by parents that are near: SPEC 7.6."""
+
+import numpy as np
+
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.scenes.targets import Target
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import CODE_LIMIT, LATTICE_OFFSET
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.morton import interleave
+from quarc_ref.format.records import Births, Gaussians
+
+_KEY_SHIFT = 3  # a coordinate of the lattice has 24 bits, one of a Morton key 21
+
+
+def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births | None, Int64]:
+    """Return the births of a frame, and the rows of the target in their order.
+
+    Args:
+        updated: After motion and updates.
+        target: The frame.
+        rows: `[n]` rows of the target that are new.
+
+    Raises:
+        EncodeError: A newborn is farther off all others than the format carries.
+    """
+    if not rows.size:
+        return None, rows
+    parents = _find_parents(updated.scene.positions, target.positions[:, rows])
+    order = np.argsort(parents, kind="stable")
+    parents, rows = parents[order], rows[order]
+    coded = target.coded(rows)
+    apart = target.positions[:, rows] - updated.scene.positions[:, parents]
+    places = np.rint(apart / target.header.position_step).astype(np.int64)
+    if np.abs(places).max() > CODE_LIMIT:
+        message = f"a new Gaussian is beyond {CODE_LIMIT} steps from others: allow larger errors"
+        raise EncodeError(message)
+    return Births(parents, Gaussians(places, coded.rotations, coded.codes)), rows
+
+
+def _find_parents(positions: Int64, newborn: np.ndarray) -> Int64:
+    """Return `[n]` the index of a near Gaussian: the nearer of two neighbors in Morton order."""
+    keys = _keys(positions.astype(np.int64))
+    order = np.argsort(keys, kind="stable")
+    places = np.searchsorted(keys[order], _keys(np.rint(newborn).astype(np.int64)))
+    candidates = order[np.clip(places + np.arange(-_REACH, _REACH)[:, None], 0, order.size - 1)]
+    apart = np.abs(positions[:, candidates] - newborn[:, None, :]).max(axis=0)
+    return candidates[apart.argmin(axis=0), np.arange(newborn.shape[1])]
+
+
+def _keys(positions: Int64) -> Int64:
+    return interleave((positions + LATTICE_OFFSET) >> _KEY_SHIFT)
+
+
+_REACH = 4

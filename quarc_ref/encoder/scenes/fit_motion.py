@@ -1,0 +1,130 @@
+"""The symbols of anchors that move Gaussians to where they are to be.
+
+From the coarsest level to the finest, each anchor takes the median, in steps, of
+what its Gaussians still lack: most of them move alike, and the others are
+better left to the levels below, and to updates, than followed halfway as by a
+mean. A second sweep fits each level to what the others have left. An anchor takes
+nothing where all of its Gaussians are close enough without it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quarc_ref.decoder.anchors import Anchors
+from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.scenes.rotations import Float64, turns_between
+from quarc_ref.encoder.scenes.targets import Target
+from quarc_ref.format.arrays import Int32, Int64
+from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
+
+_SWEEPS = 2
+_MOST_TURN = 190.0  # what three levels of symbols can do
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What may be left of an error, in steps of the motion.
+
+    Attributes:
+        translation: On an axis.
+        rotation: Of a residual of rotation.
+    """
+
+    translation: float
+    rotation: float
+
+    def groups(self) -> tuple[tuple[slice, float], ...]:
+        """Return the channels of symbols that go together, and their tolerance."""
+        return ((slice(0, 3), self.translation), (slice(3, 6), self.rotation))
+
+
+def fit_motion(
+    begun: FrameState, target: Target, rows: Int64, tolerances: Tolerances
+) -> list[Int64]:
+    """Return `[6, a]` symbols of each level, level 1 first.
+
+    Args:
+        begun: After the deaths.
+        target: The frame.
+        rows: `[N]` row of the target for each Gaussian; -1 for those that are about to leave.
+        tolerances: What may be left.
+    """
+    alive = np.flatnonzero(rows >= 0)
+    lacking = _measure(begun, target, rows, alive)
+    symbols = _sweep(begun.known_anchors, lacking, alive)
+    return _drop_needless(begun.known_anchors, symbols, lacking, alive, tolerances)
+
+
+def _measure(begun: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
+    """Return `[6, n]` the sums of symbols that would bring Gaussians to the target."""
+    scene, header = begun.scene, begun.scene.header
+    wanted = rows[alive]
+    apart = target.positions[:, wanted] - scene.positions[:, alive]
+    turns = turns_between(scene.rotations[:, alive] / ROTATION_ONE, target.rotations[:, wanted])
+    identity = header.rotation_unity * header.level_count
+    turning = identity * turns[1:] / np.maximum(turns[0], 1e-6)
+    return np.concatenate(
+        [apart / header.translation_step, np.clip(turning, -_MOST_TURN, _MOST_TURN)]
+    )
+
+
+def _sweep(anchors: Anchors, lacking: Float64, alive: Int64) -> list[Int64]:
+    """Fit level by level, from the coarsest on, more than once."""
+    symbols = [np.zeros((6, level.owners.size), dtype=np.int64) for level in anchors.levels]
+    left = lacking.copy()
+    for _ in range(_SWEEPS):
+        for number in reversed(range(len(symbols))):
+            followed = anchors.binding[number, alive]
+            left += symbols[number][:, followed]
+            medians = find_medians(left, followed, symbols[number].shape[1])
+            symbols[number] = np.clip(np.rint(medians), -SYMBOL_LIMIT, SYMBOL_LIMIT).astype(int)
+            left -= symbols[number][:, followed]
+    return symbols
+
+
+def find_medians(values: Float64, followed: Int32, count: int) -> Float64:
+    """Return `[c, count]` the median of the values `[c, n]` of each anchor's followers.
+
+    Of two in the middle it is the nearer to 0, and 0 between two of different signs, or none.
+
+    Args:
+        values: A column to each Gaussian.
+        followed: `[n]` the anchor of each.
+        count: How many anchors there are.
+    """
+    sizes = np.bincount(followed, minlength=count)
+    starts = np.cumsum(sizes) - sizes
+    some = sizes > 0
+    starts, sizes = starts[some], sizes[some]
+    medians = np.zeros((len(values), count))
+    for row, median in zip(values, medians, strict=True):
+        ordered = row[np.lexsort((row, followed))]
+        low, high = ordered[starts + (sizes - 1) // 2], ordered[starts + sizes // 2]
+        nearer = np.where(np.abs(low) < np.abs(high), low, high)
+        median[some] = np.where(low * high < 0, 0, nearer)
+    return medians
+
+
+def _drop_needless(
+    anchors: Anchors,
+    symbols: list[Int64],
+    lacking: Float64,
+    alive: Int64,
+    tolerances: Tolerances,
+) -> list[Int64]:
+    """Return the symbols without those that no Gaussian needs, the finest first."""
+    bindings = anchors.binding[:, alive]
+    left = lacking - sum(level[:, bound] for level, bound in zip(symbols, bindings, strict=True))
+    kept = [level.copy() for level in symbols]
+    for level, bound in zip(kept, bindings, strict=True):
+        for group, limit in tolerances.groups():
+            without = left[group] + level[group][:, bound]
+            is_needed = np.zeros(level.shape[1], dtype=np.bool_)
+            worse = (np.abs(without).max(axis=0) > limit) & (
+                np.abs(left[group]).max(axis=0) <= limit
+            )
+            is_needed[bound[worse]] = True
+            level[group] *= is_needed
+            left[group] = without - level[group][:, bound]
+    return kept

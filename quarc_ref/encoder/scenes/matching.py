@@ -1,0 +1,136 @@
+"""Which Gaussians of a frame are which of the next: by their ids, or by their order.
+
+Without ids, rows in the same order are the same Gaussians. Where their numbers
+differ, rows that are equal but for position and rotation, and unlike all others,
+show where the order goes on; between two of these, runs of equal length are
+taken to be the same. What is left over has died or was born.
+"""
+
+from bisect import bisect_left
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.format.arrays import Bits, Int64
+
+_FAR = 10.0  # scales of a Gaussian that it hardly moves by in a frame
+_RECOLORED = 1.0  # of SH DC, more than half of what there is
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """Rows of the same Gaussians in two frames.
+
+    Attributes:
+        before: `[m]` rows of the first frame.
+        after: `[m]` rows of the second, no row twice.
+    """
+
+    before: Int64
+    after: Int64
+
+
+def match_ids(before: Int64, after: Int64) -> Match:
+    """Return the rows that have the same ids; each id is there at most once in a frame."""
+    _, first, second = np.intersect1d(before, after, assume_unique=True, return_indices=True)
+    order = np.argsort(first)
+    return Match(first[order], second[order])
+
+
+def match_order(before: Splats, after: Splats) -> Match:
+    """Return the rows that are the same Gaussians by their order."""
+    count = len(before.positions)
+    if count == len(after.positions):
+        rows = np.arange(count)
+        if np.mean(_is_plausible(before, rows, after, rows)) > 0.5:
+            return Match(rows, rows)
+    first, second = _match_landmarks(before, after)
+    borders = zip(
+        np.concatenate([[-1], first]),
+        np.concatenate([first, [count]]),
+        np.concatenate([[-1], second]),
+        np.concatenate([second, [len(after.positions)]]),
+        strict=True,
+    )
+    pairs = [(first, second)]
+    for low, high, other_low, other_high in borders:
+        if high - low > 1 and other_high - other_low > 1:
+            pairs.append(_match_gap(before, (low + 1, high), after, (other_low + 1, other_high)))
+    rows, others = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    order = np.argsort(rows)
+    return Match(rows[order], others[order])
+
+
+def _match_landmarks(before: Splats, after: Splats) -> tuple[Int64, Int64]:
+    """Return rows that are alone in both frames in what they are, in the same order."""
+    keys = np.concatenate([_describe(before), _describe(after)])
+    _, names, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    names = names.reshape(-1)
+    split = len(before.positions)
+    singles = [
+        np.flatnonzero(np.bincount(part, minlength=counts.size)[part] == 1)
+        for part in (names[:split], names[split:])
+    ]
+    _, first, second = np.intersect1d(
+        names[:split][singles[0]], names[split:][singles[1]], return_indices=True
+    )
+    rows, others = singles[0][first], singles[1][second]
+    order = np.argsort(rows)
+    kept = _longest_ascent(others[order])
+    return rows[order][kept], others[order][kept]
+
+
+def _describe(splats: Splats) -> NDArray[np.void]:
+    """Return `[N]` all of each Gaussian but its position and rotation, as one item."""
+    table = np.hstack(
+        [splats.log_scales, splats.opacities[:, None], splats.sh.reshape(len(splats.sh), -1)]
+    )
+    packed = np.ascontiguousarray(table, dtype="<f4") + np.float32(0)  # -0 is 0
+    return packed.view(np.dtype((np.void, packed.itemsize * packed.shape[1]))).reshape(-1)
+
+
+def _longest_ascent(numbers: Int64) -> Int64:
+    """Return the indices of a longest ascending subsequence."""
+    if np.all(np.diff(numbers) > 0):
+        return np.arange(numbers.size)
+    ends: list[int] = []
+    last: list[int] = []
+    links = np.full(numbers.size, -1, dtype=np.int64)
+    for index, number in enumerate(numbers.tolist()):
+        place = bisect_left(ends, number)
+        if place:
+            links[index] = last[place - 1]
+        if place == len(ends):
+            ends.append(number)
+            last.append(index)
+        else:
+            ends[place], last[place] = number, index
+    chain = [last[-1]] if last else []
+    while chain and links[chain[-1]] >= 0:
+        chain.append(int(links[chain[-1]]))
+    return np.array(chain[::-1], dtype=np.int64)
+
+
+def _match_gap(
+    before: Splats, rows: tuple[int, int], after: Splats, others: tuple[int, int]
+) -> tuple[Int64, Int64]:
+    """Return the rows between two landmarks that go on in order, from the front."""
+    first, second = np.arange(*rows), np.arange(*others)
+    count = min(first.size, second.size)
+    first, second = first[:count], second[:count]
+    if rows[1] - rows[0] == others[1] - others[0]:
+        kept = _is_plausible(before, first, after, second)
+    else:
+        kept = np.logical_and.accumulate(_is_plausible(before, first, after, second))
+    return first[kept], second[kept]
+
+
+def _is_plausible(before: Splats, rows: Int64, after: Splats, others: Int64) -> Bits:
+    """Return `[n]` whether Gaussians may be the same by where they are and by their color."""
+    moved = np.abs(after.positions[others] - before.positions[rows]).max(axis=1)
+    reach = _FAR * np.exp(np.minimum(before.log_scales[rows].max(axis=1), 30.0))
+    recolored = np.abs(after.sh[others, 0] - before.sh[rows, 0]).max(axis=1)
+    plausible: Bits = (moved <= reach) & (recolored <= _RECOLORED)
+    return plausible

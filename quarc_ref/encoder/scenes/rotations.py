@@ -1,0 +1,42 @@
+"""Quaternions in floats, `[4, n]` wxyz: what turns one into another, and by how much."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.format.errors import EncodeError
+
+Float64 = NDArray[np.float64]
+
+
+def normalize(rotations: Float64) -> Float64:
+    """Return unit quaternions.
+
+    Raises:
+        EncodeError: One is 0.
+    """
+    lengths = np.sqrt((rotations * rotations).sum(axis=0))
+    if not lengths.all():
+        message = "a rotation is the quaternion 0"
+        raise EncodeError(message)
+    return rotations / lengths
+
+
+def turns_between(before: Float64, after: Float64) -> Float64:
+    """Return the unit quaternions that turn `before` into `after` from the right, w >= 0."""
+    aw, ax, ay, az = before[0], -before[1], -before[2], -before[3]
+    bw, bx, by, bz = after
+    turn = np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ]
+    )
+    return np.where(turn[0] < 0, -turn, turn)
+
+
+def angles_between(first: Float64, second: Float64) -> Float64:
+    """Return `[n]` the angles between rotations, radians."""
+    turn = turns_between(first, second)
+    return 2 * np.arctan2(np.sqrt((turn[1:] ** 2).sum(axis=0)), turn[0])

@@ -1,0 +1,82 @@
+"""A frame that a stream is to come close to, in the steps of the stream."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.encoder.requantize import code_rotations
+from quarc_ref.encoder.scenes.rotations import Float64, normalize
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, ROTATION_ONE
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import Gaussians, StreamHeader
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """Gaussians in steps, not rounded; a column to each.
+
+    Attributes:
+        header: Of the stream.
+        positions: `[3, N]` lattice units.
+        rotations: `[4, N]` unit quaternions wxyz.
+        codes: `[code_planes, N]` attributes in their steps, in the order of the state's codes.
+    """
+
+    header: StreamHeader
+    positions: Float64
+    rotations: Float64
+    codes: Float64
+
+    @property
+    def count(self) -> int:
+        """Number of Gaussians, N."""
+        return int(self.positions.shape[1])
+
+    def coded(self, rows: Int64) -> Gaussians:
+        """Return Gaussians as a canonical frame codes them, rounded."""
+        header = self.header
+        fixed = np.rint(self.rotations[:, rows] * ROTATION_ONE).astype(np.int64)
+        return Gaussians(
+            np.rint(self.positions[:, rows] / header.position_step).astype(np.int64),
+            code_rotations(fixed, header.rotation_bits),
+            np.rint(self.codes[:, rows]).astype(np.int64),
+        )
+
+
+def make_target(splats: Splats, header: StreamHeader) -> Target:
+    """Return a frame in the steps of a stream; of its SH, no more than the stream's degree.
+
+    Raises:
+        EncodeError: A number is not finite, or beyond what the format carries.
+    """
+    for field in fields(splats):
+        if not np.isfinite(getattr(splats, field.name)).all():
+            message = f"a number of {field.name} is not finite"
+            raise EncodeError(message)
+    count, coefficients = len(splats.positions), (header.sh_degree and 4) or 1
+    if not count or splats.sh.shape[1] < coefficients:
+        message = "there are no Gaussians" if not count else "a frame has a lower SH degree"
+        raise EncodeError(message)
+    codes = [
+        splats.log_scales / np.float64(header.log_scale_step),
+        splats.opacities[:, None] / np.float64(header.opacity_step),
+        splats.sh[:, 0] / np.float64(header.sh_dc_step),
+        splats.sh[:, 1:coefficients].reshape(count, -1) / np.float64(header.sh_rest_step),
+    ]
+    target = Target(
+        header,
+        splats.positions.T.astype(np.float64) * 2.0**header.lattice_exponent,
+        normalize(splats.rotations.T.astype(np.float64)),
+        np.hstack(codes).T,
+    )
+    _require(target.positions, POSITION_LIMIT - header.position_step, "a position")
+    _require(target.codes, CODE_LIMIT - 1, "an attribute")
+    return target
+
+
+def _require(numbers: Float64, limit: int, what: str) -> None:
+    if np.abs(numbers).max() > limit:
+        message = f"{what} is beyond {limit} steps: allow larger errors"
+        raise EncodeError(message)

@@ -1,0 +1,68 @@
+"""A decoded frame held against the Gaussians that it was made of."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.encoder.scenes.bounds import Bounds
+from quarc_ref.encoder.scenes.rotations import angles_between
+from quarc_ref.encoder.scenes.targets import Target
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import ROTATION_ONE
+from quarc_ref.format.errors import BoundError
+from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
+
+_ROUNDING = 1 + 1e-5  # of floats and of Q22
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """The largest errors of a frame, in the units of `Bounds`."""
+
+    position: float = 0.0
+    rotation: float = 0.0
+    log_scale: float = 0.0
+    opacity: float = 0.0
+    sh_dc: float = 0.0
+    sh_rest: float = 0.0
+
+    def joined(self, other: "Errors") -> "Errors":
+        """Return the larger of each."""
+        names = [field.name for field in fields(self)]
+        return Errors(*(max(getattr(self, name), getattr(other, name)) for name in names))
+
+
+def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
+    """Return how far a decoded frame is from its target.
+
+    Args:
+        scene: As decoded.
+        target: The frame.
+        rows: `[N]` row of the target of each Gaussian of the scene.
+    """
+    header = scene.header
+    apart = np.abs(target.positions[:, rows] - scene.positions).max()
+    turned = angles_between(scene.rotations / ROTATION_ONE, target.rotations[:, rows]).max()
+    codes = np.abs(target.codes[:, rows] - scene.codes).max(axis=1)
+    return Errors(
+        float(apart * 2.0**-header.lattice_exponent),
+        float(turned),
+        float(codes[LOG_SCALES].max() * header.log_scale_step),
+        float(codes[OPACITY].max() * header.opacity_step),
+        float(codes[SH_DC].max() * header.sh_dc_step),
+        float(codes[SH_REST].max(initial=0) * header.sh_rest_step),
+    )
+
+
+def require_bounds(errors: Errors, bounds: Bounds, frame: int) -> None:
+    """Hold the errors of a frame against the bounds.
+
+    Raises:
+        BoundError: One is beyond its bound.
+    """
+    for field in fields(errors):
+        error, bound = getattr(errors, field.name), getattr(bounds, field.name)
+        if error > bound * _ROUNDING:
+            message = f"frame {frame}: an error of {field.name} is {error:.6g}, beyond {bound:.6g}"
+            raise BoundError(message)

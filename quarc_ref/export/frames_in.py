@@ -1,0 +1,113 @@
+"""Frames that others made, read from a folder of files or from one file.
+
+A folder has a file per frame, PLY or SPZ, in the order of the numbers in their
+names. `sequence.json` beside them, as `decode` writes it, tells rate, axes and
+cameras; what is read of it is checked like anything else.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.export.errors import UnreadableFramesError
+from quarc_ref.export.fourdgs_file import read_4dgs
+from quarc_ref.export.gaussian_ply import parse_ply
+from quarc_ref.export.sidecar import NAME, Sidecar, parse_sidecar
+from quarc_ref.export.spz import UP_AXIS as SPZ_UP_AXIS
+from quarc_ref.export.spz import parse_spz
+from quarc_ref.format.arrays import Int64
+
+_PARSERS: dict[str, Callable[[bytes], Splats]] = {".ply": parse_ply, ".spz": parse_spz}
+_WHOLE = ".4dgs"
+_NUMBER = re.compile(r"(\d+)")
+KINDS = ", ".join([*_PARSERS, _WHOLE])
+
+
+@dataclass(frozen=True, slots=True)
+class FramesIn:
+    """Frames that can be read, one after the other.
+
+    Attributes:
+        count: How many.
+        read: Yields each with the ids of its Gaussians, `[N]`, or None where it has none.
+        frames_per_second: Their pace; None where nothing tells it.
+        sidecar: What is told of them; nothing in particular where nothing is.
+        up_axis: As in a stream's header, where the format fixes it; 0 where it does not.
+    """
+
+    count: int
+    read: Callable[[], Iterator[tuple[Splats, Int64 | None]]]
+    frames_per_second: float | None = None
+    sidecar: Sidecar = field(default_factory=Sidecar)
+    up_axis: int = 0
+
+
+def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
+    """Return the frames of a file or of a folder.
+
+    Args:
+        path: A `.ply` or `.spz` file, which is one frame, a folder of them, or a
+            `.4dgs` file.
+        frames_per_second: At which a `.4dgs` file is sampled; None for its own pace.
+
+    Raises:
+        UnreadableFramesError: There is nothing that can be read.
+        ImportError: The library for the format is not installed.
+        OSError: A file cannot be read.
+    """
+    if path.suffix.lower() == _WHOLE:
+        with _naming(path):
+            whole = read_4dgs(path.read_bytes(), frames_per_second)
+        return FramesIn(whole.count, whole.read, whole.frames_per_second)
+    paths = [path] if path.is_file() else _list_frames(path)
+    kind = paths[0].suffix.lower()
+    if kind not in _PARSERS:
+        message = f"{path}: frames are read from {KINDS} files"
+        raise UnreadableFramesError(message)
+    beside = (path if path.is_dir() else path.parent) / NAME
+    sidecar = Sidecar()
+    if path.is_dir() and beside.is_file():
+        with _naming(beside):
+            sidecar = parse_sidecar(beside.read_bytes())
+
+    def read() -> Iterator[tuple[Splats, Int64 | None]]:
+        for each in paths:
+            with _naming(each):
+                splats = _PARSERS[kind](each.read_bytes())
+            yield splats, None
+
+    up_axis = SPZ_UP_AXIS if kind == ".spz" else 0
+    return FramesIn(len(paths), read, sidecar.frames_per_second, sidecar, up_axis)
+
+
+def _list_frames(folder: Path) -> list[Path]:
+    """Return the frames of a folder in the order of their numbers.
+
+    Raises:
+        UnreadableFramesError: There are none, or of several kinds.
+    """
+    paths = [path for path in folder.iterdir() if path.suffix.lower() in _PARSERS]
+    kinds = sorted({path.suffix.lower() for path in paths})
+    if len(kinds) != 1:
+        found = f"both {' and '.join(kinds)}" if kinds else f"no {' or '.join(_PARSERS)}"
+        message = f"{folder} has {found} files: it takes one kind, a file per frame"
+        raise UnreadableFramesError(message)
+    return sorted(paths, key=_count_up)
+
+
+def _count_up(path: Path) -> list[tuple[int, str]]:
+    parts = _NUMBER.split(path.stem)
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name a file in what is wrong with it: UnreadableFramesError in place of ValueError."""
+    try:
+        yield
+    except ValueError as error:
+        message = f"{path}: {error}"
+        raise UnreadableFramesError(message) from error
