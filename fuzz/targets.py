@@ -9,6 +9,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 
 from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
@@ -20,7 +21,10 @@ from quarc_ref.datasets.opencv_yaml import parse_yaml
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header
 from quarc_ref.encoder.resume.array_file import ArrayFileError, Layout, read_arrays
+from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
+from quarc_ref.export.sidecar import parse_sidecar
+from quarc_ref.export.spz import check_header
 from quarc_ref.files import MARKER, OutputPathError, growing_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
@@ -101,6 +105,24 @@ def gaussians(data: bytes) -> None:
     """Read a PLY of Gaussians."""
     with suppress(ValueError):
         parse_ply(data)
+
+
+def spz(data: bytes) -> None:
+    """Hold the header of an SPZ against its size; what is behind it a process apart reads."""
+    with suppress(ValueError):
+        check_header(data)
+
+
+def fourdgs(data: bytes) -> None:
+    """Read a `.4dgs` file, and its first frames."""
+    with suppress(ValueError, ImportError):
+        list(islice(read_4dgs(data).read(), 2))
+
+
+def sidecar(data: bytes) -> None:
+    """Read a `sequence.json`."""
+    with suppress(ValueError):
+        parse_sidecar(data)
 
 
 def transforms(data: bytes) -> None:
@@ -191,6 +213,9 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "poses": poses,
     "ply": ply,
     "gaussians": gaussians,
+    "spz": spz,
+    "fourdgs": fourdgs,
+    "sidecar": sidecar,
     "transforms": transforms,
     "notes": notes,
     "opencv_yaml": opencv_yaml,

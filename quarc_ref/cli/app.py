@@ -22,6 +22,7 @@ from quarc_ref.cli.verbs import (
     inspect,
     publish,
     render,
+    scenes,
     stream,
     view,
 )
@@ -35,6 +36,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("encode", cls=Verb)(encode.encode)
+app.command("import", cls=Verb)(scenes.import_frames)
 app.command("decode", cls=Verb)(decode.decode_frames)
 app.command("verify", cls=Verb)(stream.verify)
 app.command("info", cls=Verb)(stream.info)

@@ -3,19 +3,49 @@
     with open("out.quarc", "wb") as sink:
         encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("main")))
 
-torch is loaded with the names below and not before: what writes a stream from
+Gaussians of other methods become a stream without pictures, and without torch:
+
+    report = encode_scenes(frames, sink, SceneOptions(frames_per_second=30))
+
+torch is loaded with `encode` and its options, and not before: what writes a stream from
 given records (`closed_loop`) does without it.
 """
 
 import os
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.encode_options import EncodeOptions
     from quarc_ref.encoder.encode_stream import encode
+    from quarc_ref.encoder.scenes.encode_scenes import (
+        GivenFrame,
+        SceneOptions,
+        SceneReport,
+        encode_scenes,
+    )
     from quarc_ref.encoder.settings.presets import change_setting, choose_preset
 
-__all__ = ["EncodeOptions", "change_setting", "choose_preset", "encode"]
+__all__ = [
+    "EncodeOptions",
+    "GivenFrame",
+    "SceneOptions",
+    "SceneReport",
+    "change_setting",
+    "choose_preset",
+    "encode",
+    "encode_scenes",
+]
+_MODULES = {
+    "EncodeOptions": "encode_options",
+    "GivenFrame": "scenes.encode_scenes",
+    "SceneOptions": "scenes.encode_scenes",
+    "SceneReport": "scenes.encode_scenes",
+    "change_setting": "settings.presets",
+    "choose_preset": "settings.presets",
+    "encode": "encode_stream",
+    "encode_scenes": "scenes.encode_scenes",
+}
 
 # Threads that wait without spinning: on few cores, spinning starves the other pool.
 # Must be set before torch loads its OpenMP.
@@ -27,7 +57,4 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401
     if name not in __all__:
         message = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(message)
-    from quarc_ref.encoder import encode_stream
-    from quarc_ref.encoder.settings import presets
-
-    return getattr(encode_stream if hasattr(encode_stream, name) else presets, name)
+    return getattr(import_module(f"quarc_ref.encoder.{_MODULES[name]}"), name)

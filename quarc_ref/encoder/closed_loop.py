@@ -12,7 +12,13 @@ import numpy as np
 from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.decoder.scene import Scene
-from quarc_ref.encoder.frame_coder import CodedFrame, FrameCoder, FrameStart, MovedFrame
+from quarc_ref.encoder.frame_coder import (
+    CodedFrame,
+    FrameCoder,
+    FrameStart,
+    GivenUpdates,
+    MovedFrame,
+)
 from quarc_ref.encoder.loop_decoder import LoopDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
@@ -24,7 +30,6 @@ from quarc_ref.format.errors import (
     ResumeError,
 )
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
-from quarc_ref.format.updates import Updates
 from quarc_ref.streams.stream_writer import StreamWriter
 
 
@@ -98,7 +103,7 @@ class ClosedLoop:
         return self._coder.start(self.state, death_count)
 
     def move_frame(
-        self, start: FrameStart, symbols: list[Int64], updates: Updates | None = None
+        self, start: FrameStart, symbols: list[Int64], updates: GivenUpdates = None
     ) -> MovedFrame:
         """Code the motion and updates of a frame; see `FrameCoder.move`."""
         return self._coder.move(start, symbols, updates)

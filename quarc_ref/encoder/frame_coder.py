@@ -6,6 +6,7 @@ Every step codes what the encoder chose and decodes it with the decoder's engine
 states here are the decoder's. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +31,7 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import Updates
 
+GivenUpdates = Updates | Callable[[FrameState], Updates] | None
 EMPTY = Section(np.zeros(0, dtype=np.uint32))
 
 
@@ -121,7 +123,7 @@ class FrameCoder:
         return FrameStart(previous, self._engine.begin_frame(previous, death_count), death_count)
 
     def move(
-        self, start: FrameStart, symbols: list[Int64], updates: Updates | None = None
+        self, start: FrameStart, symbols: list[Int64], updates: GivenUpdates = None
     ) -> MovedFrame:
         """Code and apply the motion of a frame, then its updates.
 
@@ -130,7 +132,8 @@ class FrameCoder:
         Args:
             start: The frame.
             symbols: `[c, a]` motion symbols of each level, level 1 first.
-            updates: Updates of single Gaussians; must be None if the stream has none.
+            updates: Updates of single Gaussians, or a function that finds them, given the
+                state after the motion; must be None if the stream has none.
 
         Raises:
             EncodeError: A symbol, a residual or a Gaussian is out of the format's range.
@@ -147,7 +150,8 @@ class FrameCoder:
         try:
             state = self._engine.decode_motion(start.state, chunk.motion, previous=previous)
             if self._header.updates:
-                section = EMPTY if updates is None else self._engine.write_updates(state, updates)
+                found = updates(state) if callable(updates) else updates
+                section = EMPTY if found is None else self._engine.write_updates(state, found)
                 state = self._engine.decode_updates(state, section)
                 chunk = replace(chunk, updates=section)
         except (StateError, EntropyError) as error:

@@ -94,8 +94,8 @@ def parse_sidecar(data: bytes) -> Sidecar:
         OverflowError,
         RecursionError,
     ) as error:
-        message = f"it is not as quarc-ref writes it: {error or _SCHEMA}"
-        raise ValueError(message) from err
+        message = f"it is not as quarc-ref writes it: {error}"
+        raise ValueError(message) from error
 
 
 def _parse_camera(told: dict[str, Any]) -> Camera:

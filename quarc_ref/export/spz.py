@@ -6,13 +6,17 @@ and within 2048 of the origin, all else is 8 bits or fewer.
 
 import zlib
 
+import numpy as np
+
+from quarc_ref.datasets.ply_table import parse_ply_header
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.conversion import convert
+from quarc_ref.export.conversion import convert, convert_apart
 from quarc_ref.export.errors import ExportError
 from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from quarc_ref.export.upright import rotate_upright
 
+_FIRMEST = 10.0  # logit of an opacity that is nearly 1
 UP_AXIS = 3  # +y, as in a stream's header
 _FARTHEST = 2048 - 2**-12
 _MAGIC = b"NGSP"
@@ -39,12 +43,31 @@ def build(frame: Frame, clip: Clip) -> bytes:
 def parse_spz(data: bytes) -> Splats:
     """Return the Gaussians of an SPZ file, in the frame of the file: +y is up.
 
+    Opacities of 0 and 1, of which there are no logits, become nearly that.
+
     Args:
         data: The whole file.
 
     Raises:
         ValueError: It is no such file.
         ImportError: gaussforge is not installed.
+    """
+    check_header(data)
+    try:
+        table = convert_apart(data, "spz", "ply")
+    except ExportError as error:
+        raise ValueError(str(error)) from error
+    header = parse_ply_header(table)
+    rows = np.frombuffer(table, header.row, header.count, header.start).copy()
+    rows["opacity"] = np.clip(rows["opacity"], -_FIRMEST, _FIRMEST)
+    return parse_ply(table[: header.start] + rows.tobytes())
+
+
+def check_header(data: bytes) -> None:
+    """Hold the number of Gaussians that a file claims against its size.
+
+    Raises:
+        ValueError: It is no SPZ, or cannot hold so many.
     """
     head = data[:_HEADER_BYTES]
     if head[:2] == _GZIP:
@@ -60,7 +83,3 @@ def parse_spz(data: bytes) -> Splats:
     if not 0 < count <= min(_MOST_GAUSSIANS, len(data) * _MOST_RATIO // _LEAST_BYTES):
         message = f"it cannot hold the {count} Gaussians that it claims"
         raise ValueError(message)
-    try:
-        return parse_ply(convert(data, "spz", "ply"))
-    except ExportError as error:
-        raise ValueError(str(error)) from error

@@ -14,6 +14,7 @@ from tests.cli.commands import TINY_OPTIONS
 _PUSH = "quarc_ref.streams.decode_stream.StreamDecoder.push"
 _WRITE = "quarc_ref.streams.stream_writer.StreamWriter.write"
 _WRITE_FRAME = "quarc_ref.files.OutputFolder.write"
+_PLY = shlex.quote(str(Path(__file__).parents[1] / "hostile/seeds/gaussians/degree-1.ply"))
 _TINY = shlex.join(TINY_OPTIONS)
 
 
@@ -50,6 +51,7 @@ VERBS = {
     "encode": Verb(
         f"{{capture}} -o {{out}} --frames 2 {_TINY}", "file", _WRITE, leaves=("out.part",)
     ),
+    "import": Verb(f"{_PLY} -o {{out}}", "file", _WRITE),
     "decode": Verb("{stream} -o {out}", "folder", _WRITE_FRAME),
     "verify": Verb("{stream}", None, _PUSH),
     "info": Verb("{stream}", None, _PUSH),

@@ -21,7 +21,10 @@ from quarc_ref.decoder.frames import decode_motion
 from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.resume.array_file import write_arrays
+from quarc_ref.export.clip import Clip, Frame
+from quarc_ref.export.fourdgs_file import Sequence
 from quarc_ref.export.gaussian_ply import build_ply
+from quarc_ref.export.sidecar import build_sidecar
 from quarc_ref.files.marker import append_line, begin_marker
 from quarc_ref.format import container, wire
 from quarc_ref.format.coding.gaussian_planes import write_births
@@ -37,6 +40,8 @@ from tests.small_streams import (
     make_updates,
     rebuild_stream,
 )
+
+_SPZ_HEADER = b"NGSP" + bytes([4, 0, 0, 0, 2, 0, 0, 0, 0, 12, 0, 0, 0, 0, 0, 0])
 
 FOLDER = Path(__file__).parent / "seeds"
 
@@ -69,6 +74,13 @@ def _make(
             loop.commit_frame(moved, newborn)
     loop.finish()
     return sink.getvalue()
+
+
+def _make_fourdgs(clip: Clip) -> bytes:
+    sequence = Sequence(clip)
+    for state in decode_states(_make(_TINY, 4, 3, births=1)):
+        sequence.add(Frame.of(state.scene))
+    return sequence.finish()
 
 
 def _make_splats(coefficients: int) -> Splats:
@@ -166,6 +178,10 @@ def files() -> Iterator[tuple[str, bytes]]:
     yield "ply/ascii.ply", _ASCII_PLY
     yield "gaussians/degree-0.ply", build_ply(_make_splats(1))
     yield "gaussians/degree-1.ply", build_ply(_make_splats(4))
+    yield "spz/v4.spz", _SPZ_HEADER + bytes(48)
+    clip = Clip(StreamHeader(sh_degree=0, up_axis=3), (CAMERA,), {"title": "seed"})
+    yield "sidecar/all.json", build_sidecar(clip, "frame_{frame:04}.ply", 0)
+    yield "fourdgs/three.4dgs", _make_fourdgs(clip)
     yield "ply/binary.ply", _BINARY_PLY + bytes(range(15)) + bytes(15)
     yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
     pictures = scenes.picture_document(shots, frames=1)

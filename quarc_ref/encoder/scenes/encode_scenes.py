@@ -36,7 +36,7 @@ from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.coding.gaussian_planes import order_canonical
 from quarc_ref.format.constants import LEVELS
-from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.errors import EncodeError, StateError
 from quarc_ref.format.records import OPACITY, StreamHeader
 from quarc_ref.format.updates import Updates
 
@@ -204,26 +204,29 @@ class _Encoding:
     def _write_canonical(self, frame: int, target: Target) -> None:
         coded = target.coded(np.arange(target.count))
         self._rows = order_canonical(coded.positions)
-        self._loop.commit_canonical(coded, frame)
+        try:
+            self._loop.commit_canonical(coded, frame)
+        except StateError as error:
+            raise EncodeError(str(error)) from error
 
     def _write_frame(self, target: Target, rows: Int64) -> None:
         gone = _count_faint_deaths(self._loop.state, rows < 0)
-        begun = self._loop.begin_frame(gone.size)
+        start = self._loop.start_frame(gone.size)
         rows = np.delete(rows, gone)
-        symbols = fit_motion(begun, target, rows, self._tolerances)
+        symbols = fit_motion(start.state, target, rows, self._tolerances)
         leaving = np.zeros(0, dtype=np.bool_)
 
-        def update(moved: FrameState) -> Updates:
+        def update(state: FrameState) -> Updates:
             nonlocal leaving
-            updates, leaving = fit_updates(moved, target, rows, self._bounds)
+            updates, leaving = fit_updates(state, target, rows, self._bounds)
             return updates
 
-        updated = self._loop.commit_motion(symbols, update)
+        moved = self._loop.move_frame(start, symbols, update)
         rows = rows[~leaving]
         is_new = np.ones(target.count, dtype=np.bool_)
         is_new[rows] = False
-        births, newborn = fit_births(updated, target, np.flatnonzero(is_new))
-        self._loop.commit_births(births)
+        births, newborn = fit_births(moved.state, target, np.flatnonzero(is_new))
+        self._loop.commit_frame(moved, births)
         self._rows = np.concatenate([rows, newborn])
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.scenes.rotations import Float64
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, LATTICE_OFFSET
@@ -10,6 +11,7 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import Births, Gaussians
 
+_REACH = 4  # neighbors on each side
 _KEY_SHIFT = 3  # a coordinate of the lattice has 24 bits, one of a Morton key 21
 
 
@@ -26,11 +28,12 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
     """
     if not rows.size:
         return None, rows
-    parents = _find_parents(updated.scene.positions, target.positions[:, rows])
+    positions = updated.scene.positions.astype(np.int64)
+    parents = _find_parents(positions, target.positions[:, rows])
     order = np.argsort(parents, kind="stable")
     parents, rows = parents[order], rows[order]
     coded = target.coded(rows)
-    apart = target.positions[:, rows] - updated.scene.positions[:, parents]
+    apart = target.positions[:, rows] - positions[:, parents]
     places = np.rint(apart / target.header.position_step).astype(np.int64)
     if np.abs(places).max() > CODE_LIMIT:
         message = f"a new Gaussian is beyond {CODE_LIMIT} steps from others: allow larger errors"
@@ -38,18 +41,16 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
     return Births(parents, Gaussians(places, coded.rotations, coded.codes)), rows
 
 
-def _find_parents(positions: Int64, newborn: np.ndarray) -> Int64:
-    """Return `[n]` the index of a near Gaussian: the nearer of two neighbors in Morton order."""
-    keys = _keys(positions.astype(np.int64))
+def _find_parents(positions: Int64, newborn: Float64) -> Int64:
+    """Return `[n]` the index of a near Gaussian: the nearest of some neighbors in Morton order."""
+    keys = _keys(positions)
     order = np.argsort(keys, kind="stable")
     places = np.searchsorted(keys[order], _keys(np.rint(newborn).astype(np.int64)))
     candidates = order[np.clip(places + np.arange(-_REACH, _REACH)[:, None], 0, order.size - 1)]
     apart = np.abs(positions[:, candidates] - newborn[:, None, :]).max(axis=0)
-    return candidates[apart.argmin(axis=0), np.arange(newborn.shape[1])]
+    parents: Int64 = candidates[apart.argmin(axis=0), np.arange(newborn.shape[1])]
+    return parents
 
 
 def _keys(positions: Int64) -> Int64:
     return interleave((positions + LATTICE_OFFSET) >> _KEY_SHIFT)
-
-
-_REACH = 4

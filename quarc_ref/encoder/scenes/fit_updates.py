@@ -16,7 +16,7 @@ from quarc_ref.format.constants import (
     ROTATION_UNITY_LIMIT,
 )
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST, StreamHeader
-from quarc_ref.format.updates import TRANSLATION, TURN, UPDATE_FIELDS, Updates
+from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 
 _ROUNDING = 1 + 1e-6  # of floats, in what is held against a bound
 _FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
@@ -85,7 +85,9 @@ def fit_updates(
     off = np.abs(apart).max(axis=0) * 2.0**-header.lattice_exponent > bounds.position * _ROUNDING
     residuals[TRANSLATION, kept] = np.rint(apart / header.translation_step) * off
     turned = scene.rotations[:, kept] / ROTATION_ONE
-    residuals[TURN, kept], lost = _fit_turns(turned, target.rotations[:, wanted], bounds, header)
+    residuals[ROTATION, kept], lost = _fit_turns(
+        turned, target.rotations[:, wanted], bounds, header
+    )
     limits = bound_codes(bounds, header)
     for name, planes in _FIELDS.items():
         errors = target.codes[planes, wanted] - scene.codes[planes, kept]

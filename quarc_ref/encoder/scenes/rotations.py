@@ -18,7 +18,8 @@ def normalize(rotations: Float64) -> Float64:
     if not lengths.all():
         message = "a rotation is the quaternion 0"
         raise EncodeError(message)
-    return rotations / lengths
+    unit: Float64 = rotations / lengths
+    return unit
 
 
 def turns_between(before: Float64, after: Float64) -> Float64:
@@ -33,10 +34,12 @@ def turns_between(before: Float64, after: Float64) -> Float64:
             aw * bz + ax * by - ay * bx + az * bw,
         ]
     )
-    return np.where(turn[0] < 0, -turn, turn)
+    near: Float64 = np.where(turn[0] < 0, -turn, turn)
+    return near
 
 
 def angles_between(first: Float64, second: Float64) -> Float64:
     """Return `[n]` the angles between rotations, radians."""
     turn = turns_between(first, second)
-    return 2 * np.arctan2(np.sqrt((turn[1:] ** 2).sum(axis=0)), turn[0])
+    angles: Float64 = 2 * np.arctan2(np.sqrt((turn[1:] ** 2).sum(axis=0)), turn[0])
+    return angles

@@ -1,0 +1,168 @@
+"""The verb that makes streams of Gaussians of others: import."""
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.options import STANDARD_STREAM, AsJson, Force, Quiet
+from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
+from quarc_ref.cli.targets import written_stream
+
+if TYPE_CHECKING:
+    from quarc_ref.encoder.scenes.bounds import Bounds
+    from quarc_ref.encoder.scenes.encode_scenes import GivenFrame, SceneOptions, SceneReport
+    from quarc_ref.export.frames_in import FramesIn
+
+_UP = ("+x", "-x", "+y", "-y", "+z", "-z")
+
+
+def import_frames(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A folder of PLY or SPZ files, one per frame, or a .4dgs file, or one PLY or SPZ.",
+            show_default=False,
+            exists=True,
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Stream to write; - for standard output."
+        ),
+    ],
+    profile: Annotated[
+        Literal["fine", "coarse"],
+        typer.Option(
+            "--profile",
+            help="Errors allowed: coarse has three times those of positions, and fewer bytes.",
+        ),
+    ] = "fine",
+    bound: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--bound",
+            metavar="NAME=VALUE",
+            help="The largest error of an attribute: position (world units), rotation (radians), "
+            "log_scale, opacity (logit), sh_dc, sh_rest.",
+        ),
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1e-3,
+            max=1e3,
+            help="Frames per second.",
+            show_default="as the source says, else 30",
+        ),
+    ] = None,
+    interval: Annotated[
+        int,
+        typer.Option(
+            "--keyframe-interval",
+            min=0,
+            help="Frames from a canonical frame to the next; 0 for as few as possible.",
+        ),
+    ] = 0,
+    up: Annotated[
+        Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None,
+        typer.Option("--up", help="Axis that is up.", show_default="as the source says"),
+    ] = None,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Make a stream of Gaussians that others trained, without pictures.
+
+    Ids, or the order of the rows, tell which Gaussian is which from frame to frame. Every
+    frame is decoded and held against what was given: no error is beyond its bound.
+    """
+    with report_errors(), TerminalProgress(quiet=quiet) as progress:
+        from quarc_ref.encoder.scenes.bounds import PROFILES
+        from quarc_ref.encoder.scenes.encode_scenes import encode_scenes
+        from quarc_ref.export.frames_in import open_frames
+
+        if as_json and str(output) == STANDARD_STREAM:
+            message = "-o - and --json both write to standard output"
+            raise UsageError(message)
+        bounds = _change_bounds(PROFILES[profile], bound or [])
+        frames = open_frames(source, fps)
+        options = _describe(frames, fps, up)
+        options = replace(options, bounds=bounds, keyframe_interval=interval, progress=progress)
+        with written_stream(output, force=force) as sink:
+            report = encode_scenes(_read(frames), sink, options)
+        if report.dropped_sh_degree:
+            degree = report.dropped_sh_degree
+            print_message(f"SH degrees 2 to {degree} are left out: a stream carries degree 1")
+        _show(output, report, as_json=as_json)
+
+
+def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
+    from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
+
+    for splats, ids in frames.read():
+        yield GivenFrame(splats, ids)
+
+
+def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOptions":
+    """Return what the source, and the command line before it, say of the stream."""
+    from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
+
+    options, told = SceneOptions(), frames.sidecar
+    stated = _UP.index(up) + 1 if up else 0
+    return replace(
+        options,
+        frames_per_second=fps or frames.frames_per_second or options.frames_per_second,
+        frame_count=frames.count,
+        cameras=told.cameras,
+        metadata=told.metadata,
+        header=replace(
+            options.header,
+            up_axis=stated or frames.up_axis or told.up_axis,
+            right_handed=told.right_handed,
+            meters_per_unit=told.meters_per_unit,
+        ),
+    )
+
+
+def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
+    """Return the bounds with some changed.
+
+    Raises:
+        UsageError: One is not of the form, or no number that a bound takes.
+    """
+    names = [field.name for field in fields(bounds)]
+    for change in changes:
+        name, _, text = change.partition("=")
+        if name not in names:
+            message = f"--bound {change}: it takes NAME=VALUE, NAME of {', '.join(names)}"
+            raise UsageError(message)
+        try:
+            bounds = replace(bounds, **{name: float(text)})
+        except ValueError as error:
+            message = f"--bound {change}: {error}"
+            raise UsageError(message) from error
+    return bounds
+
+
+def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
+    """Print what was written, unless that is where it went."""
+    from dataclasses import asdict
+
+    if str(output) == STANDARD_STREAM:
+        return
+    size, errors, bounds = output.stat().st_size, asdict(report.errors), report.bounds.listed()
+    if as_json:
+        told = {"file": str(output), "frames": report.frames, "bytes": size}
+        dropped = {"dropped_sh_degree": report.dropped_sh_degree}
+        print_json("import/1", {**told, "bounds": bounds, "errors": errors, **dropped})
+        return
+    rows = {"frames": f"{report.frames}", "whole stream": f"{size:,} bytes"}
+    rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}
+    print_table(output.name, rows)

@@ -1,0 +1,75 @@
+"""`import`: from files of others to a stream."""
+
+import pytest
+
+from quarc_ref.export.clip import Frame
+from quarc_ref.export.gaussian_ply import build_ply
+from quarc_ref.streams import decode
+from quarc_ref.streams.prologue import read_prologue
+from quarc_ref.streams.source import BytesSource
+from tests.cli.commands import list_names, run, run_json
+
+
+@pytest.fixture
+def folder(stream_file, tmp_path):
+    """What `decode` makes of a small stream, with its sidecar."""
+    assert run("decode", stream_file, "-o", tmp_path / "plys").exit_code == 0
+    return tmp_path / "plys"
+
+
+def test_what_decode_writes_import_reads(folder, tmp_path, made):
+    printed = run_json("import", folder, "-o", tmp_path / "again.quarc")
+    data = (tmp_path / "again.quarc").read_bytes()
+
+    assert (printed["frames"], printed["bytes"]) == (4, len(data))
+    assert [scene.count for scene in decode(data)] == [it.scene.count for it in made.states]
+    cameras, metadata = read_prologue(BytesSource(data))
+    assert [camera.name for camera in cameras] == ["cam00"]
+    assert metadata["bounds"].startswith("position=")
+    for name, error in printed["errors"].items():
+        assert error <= printed["bounds"][name] * 1.001
+
+
+def test_bounds_rate_axes_and_canonical_frames_are_chosen(folder, tmp_path):
+    options = ["--bound", "position=0.001", "--bound", "rotation=0.03"]
+    options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]
+    printed = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
+    scenes = list(decode((tmp_path / "a.quarc").read_bytes()))
+
+    assert printed["bounds"]["position"] == 0.001
+    assert printed["bounds"]["rotation"] == 0.03
+    assert scenes[0].header.frames_per_second == 24
+    assert scenes[0].header.up_axis == 5
+    assert [scene.phase for scene in scenes] == [0, 1, 0, 1]
+
+
+def test_one_file_is_one_frame(made, tmp_path):
+    ply = tmp_path / "one.ply"
+    ply.write_bytes(build_ply(Frame.of(made.states[0].scene).splats))
+
+    assert run_json("import", ply, "-o", tmp_path / "a.quarc")["frames"] == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        (["--bound", "color=1"], 2),
+        (["--bound", "sh_dc=0"], 2),
+        (["--bound", "sh_dc=x"], 2),
+        (["--fps", "0"], 2),
+        (["--bound", "position=1e-9"], 3),
+    ],
+)
+def test_what_cannot_be_done_leaves_nothing(options, code, folder, tmp_path):
+    result = run("import", folder, "-o", tmp_path / "a.quarc", *options)
+
+    assert result.exit_code == code
+    assert result.stderr
+    assert "a.quarc" not in list_names(tmp_path)
+
+
+def test_a_folder_without_frames_is_named(tmp_path):
+    result = run("import", tmp_path, "-o", tmp_path / "a.quarc")
+
+    assert result.exit_code == 3
+    assert "no .ply or .spz" in result.stderr

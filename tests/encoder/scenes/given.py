@@ -1,0 +1,45 @@
+"""Gaussians of nobody's stream: drawn, moved and recolored in floats."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from quarc_ref.decoder import Splats
+
+
+def make_splats(count=200, coefficients=4, seed=0):
+    """Gaussians in a box of one unit, of all shapes and colors, on no grid."""
+    rng = np.random.default_rng(seed)
+    rotations = rng.normal(size=(count, 4))
+    rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
+    return Splats(
+        rng.uniform(-0.5, 0.5, (count, 3)).astype(np.float32),
+        rotations.astype(np.float32),
+        rng.uniform(-4.5, -2.5, (count, 3)).astype(np.float32),
+        rng.uniform(-3, 5, count).astype(np.float32),
+        rng.uniform(-0.9, 0.9, (count, coefficients, 3)).astype(np.float32),
+    )
+
+
+def move(splats, shift, turn=0.0, share=0.5, seed=1):
+    """The same with some Gaussians shifted, and turned about z, radians."""
+    rng = np.random.default_rng(seed)
+    chosen = rng.random(len(splats.positions)) < share
+    positions, rotations = splats.positions.copy(), splats.rotations.copy()
+    positions[chosen] += np.asarray(shift, np.float32)
+    c, s = np.cos(turn / 2), np.sin(turn / 2)
+    w, x, y, z = splats.rotations[chosen].T
+    rotations[chosen] = np.stack([c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w], 1)
+    return replace(splats, positions=positions, rotations=rotations)
+
+
+def take(splats, rows):
+    """Some rows."""
+    names = ("positions", "rotations", "log_scales", "opacities", "sh")
+    return Splats(*(getattr(splats, name)[rows] for name in names))
+
+
+def join(*parts):
+    """Rows of one after those of the other."""
+    names = ("positions", "rotations", "log_scales", "opacities", "sh")
+    return Splats(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))

@@ -1,0 +1,219 @@
+"""Given Gaussians to a stream: what is decoded is what was given, within the bounds."""
+
+import io
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import dequantize
+from quarc_ref.encoder import GivenFrame, SceneOptions, encode_scenes
+from quarc_ref.encoder.scenes.bounds import Bounds
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.streams import decode
+from quarc_ref.streams.decode_stream import decode_states
+from tests.encoder.scenes.given import join, make_splats, move, take
+from tests.small_streams import make_stream
+
+_OPTIONS = SceneOptions(bounds=Bounds(position=0.002))
+
+
+def encode(scenes, options=_OPTIONS):
+    sink = io.BytesIO()
+    report = encode_scenes(scenes, sink, options)
+    return sink.getvalue(), report
+
+
+def find_nearest(decoded, given):
+    apart = np.linalg.norm(decoded.positions[:, None] - given.positions[None], axis=2)
+    return apart.argmin(axis=1), apart.min(axis=1)
+
+
+def assert_close(data, scenes, position=0.002):
+    """Every Gaussian decoded is one that was given, each once, within the default bounds."""
+    frames = [dequantize(scene) for scene in decode(data)]
+    assert len(frames) == len(scenes)
+    for decoded, given in zip(frames, scenes, strict=True):
+        rows, _ = find_nearest(decoded, given)
+        assert sorted(rows) == list(range(len(given.positions)))
+        chosen = take(given, rows)
+        slack = 1e-5
+        assert np.abs(decoded.positions - chosen.positions).max() <= position + slack
+        cosines = np.abs((decoded.rotations * chosen.rotations).sum(axis=1))
+        assert 2 * np.arccos(np.minimum(cosines, 1)).max() <= 0.02 + 1e-3
+        assert np.abs(decoded.log_scales - chosen.log_scales).max() <= 1 / 32 + slack
+        assert np.abs(decoded.opacities - chosen.opacities).max() <= 1 / 16 + slack
+        degree_one = chosen.sh[:, : decoded.sh.shape[1]]
+        assert np.abs(decoded.sh - degree_one).max() <= 1 / 64 + slack
+
+
+@pytest.mark.parametrize("coefficients", [1, 4, 9, 16])
+def test_one_frame_is_within_the_bounds(coefficients):
+    splats = make_splats(coefficients=coefficients)
+    data, report = encode([splats])
+
+    assert_close(data, [splats])
+    assert report.dropped_sh_degree == {1: 0, 4: 0, 9: 2, 16: 3}[coefficients]
+
+
+def test_what_moves_and_turns_keeps_its_identity():
+    first = make_splats()
+    scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.05, 0.01, 0), 0.15)]
+    data, _ = encode(scenes)
+
+    assert_close(data, scenes)
+    states = list(decode_states(data))
+    assert all(np.array_equal(state.scene.ids, states[0].scene.ids) for state in states)
+    assert any(np.any(level) for level in states[1].symbols)
+
+
+def test_what_is_recolored_is_updated_or_born_anew():
+    first = make_splats()
+    sh, rest = first.sh.copy(), first.sh.copy()
+    sh[10:15, 0] += 0.2
+    rest[20:25, 2] += 0.3  # which no update can change
+    scenes = [first, replace(first, sh=sh), replace(first, sh=rest)]
+    data, _ = encode(scenes)
+
+    assert_close(data, scenes)
+    states = list(decode_states(data))
+    assert states[1].births is None or states[1].births.newborn.count == 0
+    assert states[2].births.newborn.count == 5
+
+
+@pytest.mark.parametrize("with_ids", [True, False])
+def test_what_leaves_and_comes_is_told_by_ids_or_by_order(with_ids):
+    first, others = make_splats(), make_splats(12, seed=9)
+    kept = np.delete(np.arange(200), [3, 50, 51, 120])
+    second = join(move(take(first, kept), (0.02, 0, 0)), others)
+    ids = [np.arange(200), np.concatenate([kept, 500 + np.arange(12)])]
+    scenes = [first, second]
+    given = [GivenFrame(*pair) for pair in zip(scenes, ids, strict=True)] if with_ids else scenes
+    data, _ = encode(given)
+
+    assert_close(data, scenes)
+    last = list(decode_states(data))[-1]
+    assert last.births.newborn.count == 12
+    assert np.count_nonzero(last.scene.ids < 200) == 196
+
+
+def test_ids_tell_who_is_who_in_any_order():
+    first = make_splats()
+    shuffled = np.random.default_rng(2).permutation(200)
+    second = take(move(first, (0.01, 0, 0)), shuffled)
+    data, _ = encode([GivenFrame(first, np.arange(200)), GivenFrame(second, shuffled)])
+
+    assert_close(data, [first, second])
+    assert list(decode_states(data))[-1].scene.ids.max() == 199
+
+
+def test_a_frame_that_is_mostly_new_is_canonical():
+    scenes = [make_splats(), make_splats(seed=5)]
+    data, _ = encode(scenes)
+
+    assert_close(data, scenes)
+    assert [scene.phase for scene in decode(data)] == [0, 0]
+
+
+def test_canonical_frames_come_as_often_as_asked_for():
+    first = make_splats()
+    scenes = [first] * 5
+    data, _ = encode(scenes, replace(_OPTIONS, keyframe_interval=2))
+
+    assert_close(data, scenes)
+    assert [scene.phase for scene in decode(data)] == [0, 1, 0, 1, 0]
+
+
+def test_a_stream_that_is_decoded_and_encoded_again_loses_nothing_of_its_first_frame():
+    header = StreamHeader(seed=7, updates=True, rotation_bits=8)
+    original, _ = make_stream(header, 60)
+    scenes = [dequantize(scene) for scene in decode(original)]
+    data, report = encode(scenes, SceneOptions(bounds=Bounds(position=2**-10)))
+
+    again = dequantize(next(iter(decode(data))))
+    assert np.array_equal(again.positions, scenes[0].positions)
+    assert np.array_equal(again.log_scales, scenes[0].log_scales)
+    assert np.array_equal(again.sh, scenes[0].sh)
+    assert report.errors.log_scale == report.errors.sh_dc == 0
+
+
+def test_the_bounds_are_in_the_metadata_and_the_errors_keep_them():
+    first = make_splats()
+    data, report = encode([first, move(first, (0.02, 0, 0))])
+
+    assert b"position=0.002 rotation=0.02" in data
+    for name, bound in report.bounds.listed().items():
+        assert 0 <= getattr(report.errors, name) <= bound * 1.001
+
+
+def test_positions_are_bounded_by_the_scale_of_the_scene_where_nothing_else_is_said():
+    splats = make_splats()
+    _, report = encode([splats], SceneOptions())
+
+    median = np.exp(np.median(splats.log_scales.mean(axis=1)))
+    assert report.bounds.position == pytest.approx(0.05 * median, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"positions": np.full((200, 3), np.nan, np.float32)}, "not finite"),
+        ({"rotations": np.zeros((200, 4), np.float32)}, "quaternion 0"),
+        ({"log_scales": np.full((200, 3), 1e6, np.float32)}, "beyond|measure"),
+    ],
+)
+def test_what_no_stream_can_hold_is_rejected_with_its_frame(change, said):
+    splats = make_splats()
+
+    with pytest.raises(EncodeError, match=said):
+        encode([splats, replace(splats, **change)])
+
+
+def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
+    splats = make_splats()
+    wide = replace(splats, positions=splats.positions * 1e6)
+
+    with pytest.raises(EncodeError, match="finer than a stream can say"):
+        encode([wide], SceneOptions(bounds=Bounds(position=1e-3)))
+
+
+def test_nothing_is_rejected():
+    with pytest.raises(EncodeError, match="no frames"):
+        encode([])
+
+
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf"), 0.0])
+def test_a_bound_is_a_positive_number(value):
+    with pytest.raises(ValueError, match="sh_dc"):
+        Bounds(sh_dc=value)
+
+
+def test_frames_are_read_one_by_one():
+    first = make_splats()
+    read = []
+
+    def scenes():
+        for number in range(6):
+            read.append(number)
+            yield first
+
+    sink = io.BytesIO()
+    written = []
+
+    class Progress:
+        def advance(self, _stage, _done, _total):
+            written.append(max(read))
+
+    encode_scenes(scenes(), sink, replace(_OPTIONS, progress=Progress()))
+
+    assert written == [2, 2, 2, 3, 4, 5]
+
+
+def test_no_torch_is_loaded():
+    code = "import sys; from quarc_ref.encoder import encode_scenes; print('torch' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    assert done.stdout.strip() == "False"

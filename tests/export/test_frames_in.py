@@ -1,0 +1,154 @@
+"""Frames of others, from folders and files: what is read is what was written."""
+
+import numpy as np
+import pytest
+
+from quarc_ref.export.clip import Clip, Frame
+from quarc_ref.export.errors import UnreadableFramesError
+from quarc_ref.export.frames_in import open_frames
+from quarc_ref.export.sidecar import NAME, build_sidecar, parse_sidecar
+from quarc_ref.export.table import EXPORTS
+from quarc_ref.format.records import StreamHeader
+from tests.small_streams import CAMERA, make_stream
+
+_HEADER = StreamHeader(
+    seed=7,
+    gaussians_per_anchor=4,
+    sh_rest_step=1 / 128,
+    timescale=25,
+    up_axis=5,
+    meters_per_unit=0.5,
+)
+
+
+@pytest.fixture(scope="module")
+def clip_and_frames():
+    _, states = make_stream(_HEADER)
+    return Clip(_HEADER, (CAMERA,), {"title": "small"}), [Frame.of(it.scene) for it in states]
+
+
+def write_folder(folder, clip, frames, kind):
+    row = EXPORTS[kind]
+    if row.package:
+        pytest.importorskip(row.package)
+    folder.mkdir()
+    for number, frame in enumerate(frames):
+        (folder / f"f{number}.{kind}").write_bytes(row.builder()(frame, clip))
+
+
+def test_a_folder_of_ply_is_read_in_the_order_of_its_numbers(clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    write_folder(tmp_path / "in", clip, [frames[number % 4] for number in range(12)], "ply")
+    found = open_frames(tmp_path / "in")
+    read = [splats for splats, ids in found.read()]
+
+    assert found.count == 12
+    assert found.frames_per_second is None
+    for number, splats in enumerate(read):
+        assert np.array_equal(splats.positions, frames[number % 4].splats.positions)
+        assert np.array_equal(splats.sh, frames[number % 4].splats.sh)
+
+
+def test_a_sidecar_tells_rate_axes_and_cameras(clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    write_folder(tmp_path / "in", clip, frames, "ply")
+    (tmp_path / "in" / NAME).write_bytes(build_sidecar(clip, "f{frame}.ply", 0))
+    found = open_frames(tmp_path / "in")
+
+    assert found.frames_per_second == 25
+    assert (found.sidecar.up_axis, found.sidecar.meters_per_unit) == (5, 0.5)
+    assert found.sidecar.cameras == (CAMERA,)
+    assert found.sidecar.metadata == {"title": "small"}
+
+
+def test_spz_is_read_upright(clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    write_folder(tmp_path / "in", clip, frames, "spz")
+    found = open_frames(tmp_path / "in")
+    splats, ids = next(iter(found.read()))
+
+    assert ids is None
+    assert found.up_axis == 3
+    x, y, z = frames[0].splats.positions.T  # +z is up in the stream
+    assert splats.positions == pytest.approx(np.stack([x, z, -y], axis=1), abs=2**-12)
+
+
+def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    solid = frames[0].splats.opacities.copy()
+    solid[0] = 40.0
+    pytest.importorskip("gaussforge")
+    from dataclasses import replace
+
+    frame = Frame(frames[0].scene, replace(frames[0].splats, opacities=solid))
+    path = tmp_path / "one.spz"
+    path.write_bytes(EXPORTS["spz"].builder()(frame, clip))
+    splats, _ = next(iter(open_frames(path).read()))
+
+    assert np.isfinite(splats.opacities).all()
+    assert splats.opacities[0] > 5
+
+
+def test_4dgs_has_ids_and_its_own_pace(clip_and_frames, tmp_path):
+    pytest.importorskip("fourdgs")
+    clip, frames = clip_and_frames
+    sequence = EXPORTS["4dgs"].begin(clip)
+    for frame in frames:
+        sequence.add(frame)
+    path = tmp_path / "all.4dgs"
+    path.write_bytes(sequence.finish())
+    found = open_frames(path)
+
+    assert (found.count, found.frames_per_second) == (4, pytest.approx(25))
+    for (splats, ids), frame in zip(found.read(), frames, strict=True):
+        assert np.array_equal(ids, frame.scene.ids)
+        assert np.isfinite(splats.opacities).all()
+        bound = 0.04 * float(np.median(np.exp(frame.splats.log_scales)))
+        assert splats.positions == pytest.approx(frame.splats.positions, abs=bound)
+
+
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        ({}, "no .ply or .spz"),
+        ({"a.ply": b"", "b.spz": b""}, "both .ply and .spz"),
+        ({"a.ply": b"ply\n"}, "a.ply"),
+        ({"a.spz": b"\x1f\x8b not gzip"}, "a.spz"),
+        ({"a.spz": b"NGSP" + bytes([3, 0, 0, 0]) + b"\xff" * 8}, "cannot hold"),
+        ({"a.ply": b"ply\n", NAME: b"{"}, NAME),
+    ],
+)
+def test_what_cannot_be_read_is_named(files, said, tmp_path):
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+
+    with pytest.raises(UnreadableFramesError, match=said):
+        list(open_frames(tmp_path).read())
+
+
+@pytest.mark.parametrize("data", [b"", b"4dgs", bytes(200)])
+def test_a_4dgs_that_is_none_is_named(data, tmp_path):
+    pytest.importorskip("fourdgs")
+    (tmp_path / "a.4dgs").write_bytes(data)
+
+    with pytest.raises(UnreadableFramesError, match="a[.]4dgs"):
+        open_frames(tmp_path / "a.4dgs")
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ('"width": 64', '"width": -1'),
+        ('"near": 0.5', '"near": "x"'),
+        ('"frames_per_second": 25.0', '"frames_per_second": NaN'),
+        ('"cameras"', '"kameras"'),
+        ('"up": "+z"', '"up": "z"'),
+        ('"title": "small"', '"title": 1'),
+    ],
+)
+def test_a_sidecar_that_is_changed_is_rejected(before, after, clip_and_frames):
+    text = build_sidecar(clip_and_frames[0], "", 0).decode()
+    assert before in text
+
+    with pytest.raises(ValueError, match="not as quarc-ref writes it"):
+        parse_sidecar(text.replace(before, after).encode())
