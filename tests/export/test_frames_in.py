@@ -131,7 +131,7 @@ def test_a_4dgs_that_is_none_is_named(data, tmp_path):
     pytest.importorskip("fourdgs")
     (tmp_path / "a.4dgs").write_bytes(data)
 
-    with pytest.raises(UnreadableFramesError, match="a[.]4dgs"):
+    with pytest.raises(UnreadableFramesError, match=r"a[.]4dgs"):
         open_frames(tmp_path / "a.4dgs")
 
 
