@@ -5,8 +5,11 @@ import { QuarcPlayer } from "./component/quarc-player.js";
 export { DrawingError } from "./draw/programs.js";
 export { Player, type PlayerEvents, type PlayerOptions } from "./player.js";
 export type * from "./protocol.js";
+export { Splats } from "./splats.js";
 export type { Statistics } from "./statistics.js";
 export { StreamError } from "./stream-error.js";
+export { readFrames } from "./worker-frames.js";
+export type { FramesOptions } from "./decode/frames.js";
 export { QuarcPlayer };
 
 if (customElements.get("quarc-player") === undefined) {
