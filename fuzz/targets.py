@@ -28,12 +28,15 @@ from quarc_ref.export.spz import check_header
 from quarc_ref.files import MARKER, OutputPathError, growing_folder
 from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
+from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
 from quarc_ref.streams import Source, decode, recover
 from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.cut import cut
 from quarc_ref.streams.source import BytesSource
 from quarc_ref.streams.sources import PipeSource
+from quarc_ref.viewing.paths.keyframes import parse_keyframes
+from quarc_ref.viewing.paths.pose import PathError
 
 SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds"
 _REFUSALS = (BitstreamError, LimitError, SourceError, EditError)
@@ -123,6 +126,21 @@ def sidecar(data: bytes) -> None:
     """Read a `sequence.json`."""
     with suppress(ValueError):
         parse_sidecar(data)
+
+
+def keyframes(data: bytes) -> None:
+    """Read a camera path, and follow it."""
+    with suppress(PathError):
+        path = parse_keyframes(data, [_EYE], _EYE, 0)
+        if path.count_pictures(2.0) < _MOST_PICTURES:
+            path.at(2.0)
+            path.frames_at(2.0, 0, 9)
+
+
+_EYE = Camera(
+    "cam00", 8, 6, 5.0, 5.0, 4.0, 3.0, (1, 0, 0, 0, 0, -1, 0, 1, 0), (0, 0, 2), 0.1, False
+)
+_MOST_PICTURES = 1000
 
 
 def transforms(data: bytes) -> None:
@@ -216,6 +234,7 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "spz": spz,
     "fourdgs": fourdgs,
     "sidecar": sidecar,
+    "keyframes": keyframes,
     "transforms": transforms,
     "notes": notes,
     "opencv_yaml": opencv_yaml,

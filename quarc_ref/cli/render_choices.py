@@ -1,7 +1,7 @@
 """What `render` makes: the camera, the size and the form of its pictures."""
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from quarc_ref.cli.errors import UsageError
 
@@ -20,6 +20,15 @@ _X264_LARGE = _X264 | {
 }
 
 
+_VP9 = {"crf": "12", "b": "0", "deadline": "good", "cpu-used": "4", "row-mt": "1"}
+_OPTIONS = {
+    ("mp4", False): _X264,
+    ("mp4", True): _X264_LARGE,
+    ("webm", False): _VP9,
+    ("webm", True): _VP9 | {"lag-in-frames": "0"},
+}
+
+
 def choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
     """Return the camera asked for, its pictures `width` pixels wide.
 
@@ -29,7 +38,7 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
     from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
 
-    require = require_video_size if kind == "mp4" else require_picture_size
+    require = require_video_size if kind in ("mp4", "webm") else require_picture_size
     try:
         camera = find_camera(outline.cameras, name)
         wanted = width or camera.width
@@ -50,7 +59,9 @@ def require_pixels(camera: "Camera", most: int) -> None:
         raise UsageError(message)
 
 
-def choose_form(outline: "Outline", camera: "Camera", pixels: str) -> "VideoForm":
+def choose_form(
+    outline: "Outline", camera: "Camera", pixels: str, container: Literal["mp4", "webm"]
+) -> "VideoForm":
     """Return the form of a video of a camera's pictures, at the stream's pace.
 
     Raises:
@@ -69,5 +80,6 @@ def choose_form(outline: "Outline", camera: "Camera", pixels: str) -> "VideoForm
     if max(pace.as_integer_ratio()) > _MOST_OF_A_RATE:
         message = f"a video cannot have {pace} frames per second: choose --to png"
         raise UsageError(message)
-    x264 = _X264_LARGE if camera.width * camera.height > _LARGE else _X264
-    return VideoForm(camera.width, camera.height, pace, x264, pixels)
+    is_large = camera.width * camera.height > _LARGE
+    options = _OPTIONS[container, is_large]
+    return VideoForm(camera.width, camera.height, pace, options, pixels, container)

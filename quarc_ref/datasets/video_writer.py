@@ -7,16 +7,20 @@ say; it is written down all the same.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import BinaryIO
+from typing import BinaryIO, Literal, cast
 
 import av
+import numpy as np
 from av.video.reformatter import ColorRange, Colorspace, Interpolation
 from av.video.stream import VideoStream
+from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Image
 
 _BT709_PRIMARIES = 1  # which are sRGB's
 _SRGB_TRANSFER = 13
+_ENCODERS = {"mp4": "libx264", "webm": "libvpx-vp9"}
+_CODECS = {"mp4": "H.264", "webm": "VP9"}
 _JPEG_QUANTIZER = 3  # from 2, the best, to 31
 
 
@@ -28,20 +32,22 @@ class VideoForm:
         width: Pixels.
         height: Pixels.
         frames_per_second: Its pace.
-        x264: Options of the encoder.
+        options: Of the encoder.
         pixel_format: `yuv444p`, or `yuv420p`, which needs even sizes and
             halves the resolution of colors.
+        container: `mp4` holds H.264, `webm` VP9.
     """
 
     width: int
     height: int
     frames_per_second: Fraction
-    x264: Mapping[str, str] = field(default_factory=dict)
+    options: Mapping[str, str] = field(default_factory=dict)
     pixel_format: str = "yuv444p"
+    container: Literal["mp4", "webm"] = "mp4"
 
 
-def write_mp4(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int:
-    """Write pictures as an mp4 file.
+def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int:
+    """Write pictures as a video file.
 
     Args:
         sink: Of the file; must seek.
@@ -52,13 +58,17 @@ def write_mp4(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int
         How many there were.
 
     Raises:
-        OSError: FFmpeg has no H.264 encoder, or cannot write there.
+        OSError: FFmpeg has no such encoder, or cannot write there.
     """
     count = 0
     try:
-        with av.open(sink, "w", format="mp4", options={"fflags": "+bitexact"}) as container:
-            stream = container.add_stream(
-                "libx264", form.frames_per_second, options=dict(form.x264)
+        flags = {"fflags": "+bitexact"}
+        with av.open(sink, "w", format=form.container, options=flags) as container:
+            stream = cast(
+                "VideoStream",
+                container.add_stream(
+                    _ENCODERS[form.container], form.frames_per_second, options=dict(form.options)
+                ),
             )
             _describe(stream, form)
             for picture in pictures:
@@ -66,7 +76,7 @@ def write_mp4(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int
                 count += 1
             container.mux(stream.encode(None))
     except av.FFmpegError as error:
-        message = f"the video cannot be written as H.264: {error}"
+        message = f"the video cannot be written as {_CODECS[form.container]}: {error}"
         raise OSError(message) from error
     return count
 
@@ -74,6 +84,12 @@ def write_mp4(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm) -> int
 def build_png(picture: Image) -> bytes:
     """Return the bytes of a PNG file of a picture `[H, W, 3]` sRGB."""
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+    return _encode_still(av.CodecContext.create("png", "w"), frame)
+
+
+def build_depth_png(levels: NDArray[np.uint16]) -> bytes:
+    """Return the bytes of a PNG file of `[H, W]` levels of 16 bits."""
+    frame = av.VideoFrame.from_ndarray(levels, format="gray16le").reformat(format="gray16be")
     return _encode_still(av.CodecContext.create("png", "w"), frame)
 
 

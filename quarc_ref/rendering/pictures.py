@@ -1,6 +1,7 @@
 """Decoded frames to pictures, without torch: what evaluation and players draw with."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,6 +43,29 @@ def render_bands(splats: Splats, camera: Camera) -> Iterator[tuple[int, Float32]
     del splats  # which may be most of the memory
     for picture in draw_bands(nearest_first, camera):
         yield picture.top, picture.image
+
+
+def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
+    """Return the depth that a camera sees, and how opaque what it sees is.
+
+    Args:
+        splats: As for `render_picture`.
+        camera: As for `render_picture`.
+
+    Returns:
+        `[H, W]` the mean depth of the Gaussians along each pixel's ray, weighted as their
+        colors are: world units along the viewing axis, 0 where there is none. `[H, W]` the
+        opacity that they add up to, 0 to 1.
+    """
+    nearest_first = _project(splats, camera)
+    values = np.zeros_like(nearest_first.colors)
+    values[:, 0], values[:, 1] = nearest_first.depths, 1
+    sums = np.empty((camera.height, camera.width, 3), dtype=np.float32)
+    for part in draw_bands(replace(nearest_first, colors=values), camera):
+        sums[part.top : part.top + part.image.shape[0]] = part.image
+    weighted, opacity = sums[..., 0], np.ascontiguousarray(sums[..., 1])
+    depth = np.divide(weighted, opacity, out=np.zeros_like(opacity), where=opacity > 0)
+    return depth, opacity
 
 
 def _project(splats: Splats, camera: Camera) -> Projection:

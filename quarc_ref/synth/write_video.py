@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.datasets.video_writer import VideoForm, write_mp4
+from quarc_ref.datasets.video_writer import VideoForm, write_video_file
 from quarc_ref.files import atomic_file
 from quarc_ref.synth.options import SynthOptions
 
@@ -29,4 +29,4 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
     """
     form = VideoForm(options.width, options.height, Fraction(options.frames_per_second), _X264)
     with atomic_file(path) as sink:
-        write_mp4(sink, pictures, form)
+        write_video_file(sink, pictures, form)

@@ -1,18 +1,22 @@
-"""The frames of a stream as pictures of one of its cameras.
+"""The frames of a stream as cameras see them: pictures, or depth.
 
 They are drawn as evaluation draws them, so that a picture has the quality that
 `eval` states, less its rounding to 8 bits.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.decoder import Scene, dequantize
+from quarc_ref.decoder import Scene, Splats, dequantize
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_bands
 from quarc_ref.streams import Source, decode
+from quarc_ref.viewing.paths.pose import Shot
+
+Drawn = TypeVar("Drawn")
 
 
 def draw_frames(
@@ -34,13 +38,44 @@ def draw_frames(
         SourceError: What holds the stream does not give its bytes.
     """
     for scene in decode(source, start, stop):
-        yield scene.frame, _draw_picture(scene, camera)
+        yield scene.frame, draw_picture(dequantize(scene), camera)
 
 
-def _draw_picture(scene: Scene, camera: Camera) -> Image:
+def draw_shots(
+    source: Source,
+    shots: Sequence[Shot],
+    draw: Callable[[Splats, Camera], Drawn],
+    stop: int | None = None,
+) -> Iterator[Drawn]:
+    """Draw shots, whose frames must not go backwards.
+
+    Args:
+        source: A stream that has their frames.
+        shots: At least one.
+        draw: Returns what a camera sees of a frame.
+        stop: Ordinal after the last frame wanted; None for all. Damage before it is found,
+            even after the last shot.
+
+    Yields:
+        What is drawn of each shot.
+
+    Raises:
+        BitstreamError: What is wrong with the bytes.
+        SourceError: What holds the stream does not give its bytes.
+    """
+    scenes = decode(source, shots[0].frame, stop)
+    scene: Scene | None = None
+    for shot in shots:
+        while scene is None or scene.frame < shot.frame:
+            scene = next(scenes)
+        yield draw(dequantize(scene), shot.camera)
+    next(scenes, None)
+
+
+def draw_picture(splats: Splats, camera: Camera) -> Image:
     """Return a picture `[H, W, 3]`; only a band of it is ever there in floats."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
-    for top, rows in render_bands(dequantize(scene), camera):
+    for top, rows in render_bands(splats, camera):
         np.clip(rows, 0, 1, out=rows)
         rows *= 255
         rows += np.float32(0.5)

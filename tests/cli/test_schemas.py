@@ -85,7 +85,7 @@ def test_every_verb_has_a_schema():
 def test_every_object_that_is_printed_has_a_schema_of_its_version():
     package = Path(quarc_ref.__file__).parent
     modules = [*(package / "cli").rglob("*.py"), *(package / "export").rglob("*.py")]
-    modules += (package / "encoder").rglob("*.py")
+    modules += [*(package / "encoder").rglob("*.py"), *(package / "viewing").rglob("*.py")]
     named = {
         f"quarc-ref/{each}"
         for path in modules

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.video import VideoReader, read_still
-from quarc_ref.datasets.video_writer import VideoForm, build_jpeg, build_png, write_mp4
+from quarc_ref.datasets.video_writer import VideoForm, build_jpeg, build_png, write_video_file
 
 
 def _smooth_picture(width, height, shift=0):
@@ -16,7 +16,7 @@ def _smooth_picture(width, height, shift=0):
 def _write(path, form, count=4):
     pictures = [_smooth_picture(form.width, form.height, 5 * shift) for shift in range(count)]
     with path.open("wb") as sink:
-        assert write_mp4(sink, iter(pictures), form) == count
+        assert write_video_file(sink, iter(pictures), form) == count
     return pictures
 
 

@@ -83,6 +83,13 @@ def _make_fourdgs(clip: Clip) -> bytes:
     return sequence.finish()
 
 
+_PATH = b'{"schema": "quarc-ref/camera-path/1", "keyframes": [%s, %s]}'
+_AT_CAMERA = b'{"time": %d, "camera": "cam00", "frame": 1}'
+_AT_PLACE = (
+    b'{"time": 1.5, "position": [1, -2, 0.5], "target": [0, 0, 0], "up": [0, 0, 1], "fov": 40}'
+)
+
+
 def _make_splats(coefficients: int) -> Splats:
     """Return two Gaussians with so many harmonics."""
     rows = np.arange(6, dtype=np.float32).reshape(2, 3)
@@ -182,6 +189,8 @@ def files() -> Iterator[tuple[str, bytes]]:
     clip = Clip(StreamHeader(sh_degree=0, up_axis=3), (CAMERA,), {"title": "seed"})
     yield "sidecar/all.json", build_sidecar(clip, "frame_{frame:04}.ply", 0)
     yield "fourdgs/three.4dgs", _make_fourdgs(clip)
+    yield "keyframes/cameras.json", _PATH % (_AT_CAMERA % 0, _AT_CAMERA % 2)
+    yield "keyframes/places.json", _PATH % (_AT_CAMERA % 0, _AT_PLACE)
     yield "ply/binary.ply", _BINARY_PLY + bytes(range(15)) + bytes(15)
     yield "transforms/videos.json", json.dumps(scenes.video_document(shots, fps=30)).encode()
     pictures = scenes.picture_document(shots, frames=1)

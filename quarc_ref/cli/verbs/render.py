@@ -1,8 +1,8 @@
 """The verb `render`: what a camera of a stream sees, as a video or as pictures."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -10,18 +10,20 @@ from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.render_choices import choose_camera, choose_form, require_pixels
+from quarc_ref.cli.render_output import (
+    Kind,
+    choose_kind,
+    write_depths,
+    write_pictures,
+    write_video,
+)
 from quarc_ref.cli.seekable_stream import seekable_stream
-from quarc_ref.cli.targets import written_file, written_folder, written_frame
 
 if TYPE_CHECKING:
-    from quarc_ref.datasets.capture import Image
-    from quarc_ref.datasets.video_writer import VideoForm
     from quarc_ref.format.cameras import Camera
-    from quarc_ref.streams import Source
+    from quarc_ref.viewing.outline import Outline
+    from quarc_ref.viewing.paths.pose import Shot
 
-    _Pictures = Iterator[tuple[int, Image]]
-
-_ONE_PICTURE = ".png"
 _MOST_PIXELS = 6 << 20  # 2.7K has 5.5 million; a stream may name any size at no cost in bytes
 
 
@@ -33,8 +35,8 @@ def render(
             "--output",
             "-o",
             metavar="PATH",
-            help="What to make: .mp4 is a video, .png the picture of one frame, a name without a "
-            "suffix a folder of PNG files.",
+            help="What to make: .mp4 or .webm is a video, .png the picture of one frame, a name "
+            "without a suffix a folder of PNG files.",
         ),
     ],
     camera: Annotated[
@@ -44,13 +46,43 @@ def render(
         ),
     ] = None,
     to: Annotated[
-        Literal["mp4", "png"] | None,
+        Kind | None,
         typer.Option(
             "--to",
-            help="An H.264 video, or a PNG per frame, whatever PATH's name.",
+            help="An H.264 or VP9 video, a PNG per frame, or, of depth, NumPy archives, whatever "
+            "PATH's name.",
             show_default="as PATH's name ends",
         ),
     ] = None,
+    path: Annotated[
+        str | None,
+        typer.Option(
+            "--path",
+            metavar="orbit|spiral|interpolate|FILE",
+            help="Move the camera: about what the rig looks at, in a spiral before it, through "
+            "all cameras, or along the keyframes of a JSON file.",
+            show_default="the camera stands still",
+        ),
+    ] = None,
+    pictures: Annotated[
+        int | None,
+        typer.Option(
+            "--pictures",
+            min=1,
+            max=1 << 20,
+            metavar="N",
+            help="Pictures of a path; the frames are spread over them.",
+            show_default="one to a frame",
+        ),
+    ] = None,
+    depth: Annotated[
+        bool,
+        typer.Option(
+            "--depth",
+            help="Draw depth: a folder of 16-bit PNG or, with --to npz, float32; depth.json has "
+            "scales and cameras.",
+        ),
+    ] = False,
     frames: Frames = None,
     width: Annotated[
         int | None,
@@ -79,100 +111,106 @@ def render(
 ) -> None:
     """Draw what a camera of a stream sees, as `eval` does: a video, or a folder of PNG files.
 
-    Pictures are rounded to 8 bits and otherwise exact; a video is H.264 at CRF 6.
+    Pictures are rounded to 8 bits and otherwise exact; a video is H.264 at CRF 6, or VP9. With
+    --path the camera moves while the stream plays.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
+        from quarc_ref.rendering.pictures import render_depth
         from quarc_ref.streams import open_source
+        from quarc_ref.viewing.draw_frames import draw_picture, draw_shots
         from quarc_ref.viewing.outline import outline_stream
 
         wanted = parse_frames(frames)
-        kind = to or _choose_kind(output)
-        if kind == "png" and pixels:
-            message = "PNG files do not go with --pixels"
-            raise UsageError(message)
+        kind = to or choose_kind(output, depth=depth)
+        _reject_misfits(kind, depth, path, pixels, pictures)
         with open_source(file) as opened, seekable_stream(opened) as source:
             outline = outline_stream(source)
             eye = choose_camera(outline, camera, width, kind)
             require_pixels(eye, max_pixels)
-            drawn = _draw(source, eye, wanted, progress, outline.count_frames(*wanted))
-            if kind == "mp4":
-                form = choose_form(outline, eye, pixels or "yuv444p")
-                made = _write_video(drawn, output, form, force=force)
+            shots = _plan(outline, eye, wanted, path, pictures)
+            draw: Callable[..., Any] = render_depth if depth else draw_picture
+            stop = wanted[1] if path is None else shots[-1].frame + 1
+            drawn: Iterator[Any] = _counted(
+                draw_shots(source, shots, draw, stop), progress, len(shots)
+            )
+            if depth:
+                made = write_depths(zip(shots, drawn, strict=True), output, kind, force=force)
+            elif kind == "mp4" or kind == "webm":
+                form = choose_form(outline, eye, pixels or "yuv444p", kind)
+                made = write_video(enumerate(drawn), output, form, force=force)
             else:
-                made = _write_pictures(drawn, output, force=force)
-        _show(output, eye, made, as_json=as_json)
+                numbers = (each.frame for each in shots) if path is None else range(len(shots))
+                pairs = zip(numbers, drawn, strict=True)
+                made = write_pictures(pairs, output, force=force)
+        _show(output, shots, path, made, kind, as_json=as_json)
 
 
-def _choose_kind(output: Path) -> Literal["mp4", "png"]:
-    """Return what a name is for, where --to does not say it."""
-    suffix = output.suffix.lower()
-    if suffix == ".mp4":
-        return "mp4"
-    if suffix not in ("", _ONE_PICTURE):
-        message = (
-            f"{output} has a name neither for a video, which ends in .mp4, nor for the picture of "
-            "one frame, which ends in .png, nor for a folder of PNG files, without a suffix: "
-            "--to mp4 or --to png says which it is to be"
-        )
-        raise UsageError(message)
-    return "png"
+def _reject_misfits(
+    kind: Kind, depth: bool, path: str | None, pixels: str | None, pictures: int | None
+) -> None:
+    """Raise UsageError if options do not go together."""
+    misfits = {
+        "PNG files do not go with --pixels": kind not in ("mp4", "webm") and pixels,
+        "--to npz is for --depth": kind == "npz" and not depth,
+        f"--depth does not go with --to {kind}": depth and kind in ("mp4", "webm"),
+        "--pictures is for --path": pictures is not None and path is None,
+    }
+    for message, is_given in misfits.items():
+        if is_given:
+            raise UsageError(message)
 
 
-def _draw(
-    source: "Source",
+def _plan(
+    outline: "Outline",
     camera: "Camera",
     wanted: tuple[int, int | None],
-    progress: TerminalProgress,
-    total: int,
-) -> "_Pictures":
-    """Yield the pictures wanted, of which there must be one."""
-    from quarc_ref.viewing.draw_frames import draw_frames
+    path: str | None,
+    pictures: int | None,
+) -> "list[Shot]":
+    """Return what is to be drawn, of which there must be something."""
+    from quarc_ref.viewing.paths.pose import PathError, Shot
+    from quarc_ref.viewing.paths.shots import plan_shots
 
-    drawn = draw_frames(source, camera, *wanted)
-    picture = next(drawn, None)
-    if picture is None:
-        message = "the stream holds none of the frames asked for"
-        raise UsageError(message)
-    done = 0
-    while picture is not None:
-        done += 1
+    if path is None:
+        first = max(wanted[0], outline.first_frame)
+        shots = [Shot(first + place, camera) for place in range(outline.count_frames(*wanted))]
+        if not shots:
+            message = "the stream holds none of the frames asked for"
+            raise UsageError(message)
+        return shots
+    try:
+        return plan_shots(outline, path, camera, wanted, pictures)
+    except PathError as error:
+        message = f"--path: {error}"
+        raise UsageError(message) from error
+
+
+def _counted(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
+    """Pass on what is drawn, and show how far it is."""
+    for done, each in enumerate(drawn, start=1):
         progress.advance("render", done, total)
-        yield picture
-        picture = next(drawn, None)
+        yield each
 
 
-def _write_video(
-    drawn: "_Pictures", output: Path, form: "VideoForm", *, force: bool
-) -> dict[str, object]:
-    from quarc_ref.datasets.video_writer import write_mp4
-
-    with written_file(output, force=force) as sink:
-        count = write_mp4(sink, (picture for _, picture in drawn), form)
-    return {"file": str(output), "frames": count, "bytes": output.stat().st_size}
-
-
-def _write_pictures(drawn: "_Pictures", output: Path, *, force: bool) -> dict[str, object]:
-    from quarc_ref.datasets.video_writer import build_png
-
-    one = output.suffix.lower() == _ONE_PICTURE
-    with (written_frame if one else written_folder)(output, force=force) as target:
-        names = [
-            target.write(f"frame_{frame:04}.png", build_png(picture)).name
-            for frame, picture in drawn
-        ]
-    folder = output.parent if one else output
-    return {"folder": str(folder), "frames": len(names), "files": names}
-
-
-def _show(output: Path, camera: "Camera", made: dict[str, object], *, as_json: bool) -> None:
+def _show(
+    output: Path,
+    shots: "list[Shot]",
+    path: str | None,
+    made: dict[str, object],
+    kind: Kind,
+    *,
+    as_json: bool,
+) -> None:
+    camera = shots[0].camera
     if as_json:
         seen = {"camera": camera.name, "width": camera.width, "height": camera.height}
-        print_json("render/1", made | seen)
+        print_json("render/2", {**made, "path": path, **seen})
         return
     size = f"{camera.width} x {camera.height}"
     plural = "" if made["frames"] == 1 else "s"
     if "folder" in made:
-        lines = {"pictures": f"{made['frames']} PNG file{plural} of {size}"}
+        lines = {"pictures": f"{made['frames']} {kind.upper()} file{plural} of {size}"}
     else:
-        lines = {"video": f"{made['frames']} frame{plural} of {size}, H.264"}
-    print_table(str(output), lines | {"camera": camera.name})
+        codec = "H.264" if kind == "mp4" else "VP9"
+        lines = {"video": f"{made['frames']} frame{plural} of {size}, {codec}"}
+    print_table(str(output), lines | ({"path": path} if path else {"camera": camera.name}))

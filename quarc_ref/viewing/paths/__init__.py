@@ -1,0 +1,1 @@
+"""Cameras that move while a stream plays: orbits, spirals, tours, and keyframes of a file."""

@@ -1,0 +1,101 @@
+"""Paths that need nothing but the cameras of a stream."""
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from quarc_ref.format.cameras import Camera
+from quarc_ref.viewing.paths.interpolation import interpolate_poses
+from quarc_ref.viewing.paths.pose import (
+    Pose,
+    Vector,
+    find_center,
+    find_up,
+    look_at,
+    pose_of,
+)
+
+_SPIRAL_TURNS = 2
+_SPIRAL_REACH = 0.5  # of how far cameras are from their middle
+
+
+def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
+    """Return a full turn about what the cameras look at, at one height.
+
+    Args:
+        cameras: Of the stream.
+        first: Where the turn begins.
+        up_axis: From the stream's header.
+        count: How many poses; the last is the one before the first.
+
+    Raises:
+        PathError: There is no telling what is up, or the first camera is right above the center.
+    """
+    up, center, begin = find_up(cameras, up_axis), find_center(cameras), pose_of(first)
+    offset = begin.eye - center
+    height = (offset @ up) * up
+    radius = offset - height
+    aside = np.cross(up, radius)
+    return [
+        look_at(
+            center + height + math.cos(angle) * radius + math.sin(angle) * aside,
+            center,
+            up,
+            begin.view_angle,
+        )
+        for angle in (2 * math.pi * place / count for place in range(count))
+    ]
+
+
+def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
+    """Return a spiral before a rig whose cameras look the same way, all at one center.
+
+    Args:
+        cameras: Of the stream.
+        first: Whose angle of view is kept.
+        up_axis: From the stream's header.
+        count: How many poses.
+
+    Raises:
+        PathError: There is no telling what is up.
+    """
+    up, center = find_up(cameras, up_axis), find_center(cameras)
+    eyes = np.array([pose_of(camera).eye for camera in cameras])
+    middle = eyes.mean(axis=0)
+    axes = look_at(middle, center, up, 1.0).axes
+    reach = _SPIRAL_REACH * np.abs((eyes - middle) @ axes.T).max(axis=0)
+    poses = []
+    for place in range(count):
+        angle = 2 * math.pi * _SPIRAL_TURNS * place / count
+        turn: Vector = np.array([math.cos(angle), math.sin(angle), math.sin(angle / 2)])
+        poses.append(look_at(middle + (reach * turn) @ axes, center, up, pose_of(first).view_angle))
+    return poses
+
+
+def tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) -> list[Pose]:
+    """Return a smooth way through all cameras, from each to the nearest that is left.
+
+    Args:
+        cameras: Of the stream.
+        first: Where it begins.
+        count: How many poses; the last is that of the last camera.
+    """
+    left = [pose_of(camera) for camera in cameras if camera.name != first.name]
+    stops = [pose_of(first)]
+    while left:
+        distances = [float(np.linalg.norm(it.eye - stops[-1].eye)) for it in left]
+        stops.append(left.pop(int(np.argmin(distances))))
+    lengths = [float(np.linalg.norm(b.eye - a.eye)) for a, b in pairwise(stops)]
+    # Cameras in one place are passed in no time, and a spline cannot have that.
+    least = max(sum(lengths) * 1e-3, 1e-6)
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, least))])
+    return interpolate_poses(times, stops, np.linspace(0, times[-1], count))
+
+
+PATHS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {
+    "orbit": orbit,
+    "spiral": spiral,
+    "interpolate": tour,
+}

@@ -1,0 +1,48 @@
+"""The pictures of a path: which frame each shows, and who sees it."""
+
+from pathlib import Path
+
+from quarc_ref.format.cameras import Camera
+from quarc_ref.viewing.outline import Outline
+from quarc_ref.viewing.paths.automatic import PATHS
+from quarc_ref.viewing.paths.keyframes import read_keyframes
+from quarc_ref.viewing.paths.pose import PathError, Shot
+
+
+def plan_shots(
+    outline: Outline,
+    name: str,
+    like: Camera,
+    span: tuple[int, int | None],
+    pictures: int | None = None,
+) -> list[Shot]:
+    """Return the pictures of a path, in order.
+
+    Args:
+        outline: Of the stream.
+        name: `orbit`, `spiral`, `interpolate`, or a file of keyframes.
+        like: Whose size of pictures and angle of view the path has, and where it begins.
+        span: The first frame to show, and the one after the last; None for all.
+        pictures: How many; the frames are spread over them. None for one to a frame. Not
+            for keyframes, which have times.
+
+    Raises:
+        PathError: The path cannot be followed, or there is no such frame.
+        OSError: The file cannot be read.
+    """
+    first, count = max(span[0], outline.first_frame), outline.count_frames(*span)
+    if not count:
+        message = "the stream holds none of the frames asked for"
+        raise PathError(message)
+    if name in PATHS:
+        total = pictures or count
+        poses = PATHS[name](outline.cameras, like, outline.header.up_axis, total)
+        frames = [first + place * count // total for place in range(total)]
+    else:
+        if pictures is not None:
+            message = "a file of keyframes has times: it does not go with a number of pictures"
+            raise PathError(message)
+        found = read_keyframes(Path(name), outline.cameras, like, outline.header.up_axis)
+        pace = outline.header.frames_per_second
+        poses, frames = found.at(pace), found.frames_at(pace, first, first + count - 1)
+    return [Shot(frame, pose.as_camera(like)) for frame, pose in zip(frames, poses, strict=True)]

@@ -1,0 +1,110 @@
+import json
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.video import VideoReader
+from tests.cli.commands import list_names, run, run_json
+from tests.cli.schemas import validate
+
+
+def _read_png(path):
+    with av.open(str(path)) as opened:
+        return next(opened.decode(video=0)).to_ndarray()
+
+
+@pytest.fixture
+def stream(encoded):
+    """Three frames of four cameras."""
+    return encoded.file
+
+
+@pytest.mark.parametrize("name", ["orbit", "spiral", "interpolate"])
+def test_a_path_has_a_picture_to_each_frame(name, stream, tmp_path):
+    printed = run_json("render", stream, "-o", tmp_path / "o", "--path", name)
+    first, last = (_read_png(tmp_path / "o" / f"frame_{at:04}.png") for at in (0, 2))
+
+    assert printed["path"] == name
+    assert printed["files"] == [f"frame_{at:04}.png" for at in range(3)]
+    assert first.shape == (32, 48, 3)
+    assert not np.array_equal(first, last)
+
+
+def test_frames_are_spread_over_the_pictures_that_are_asked_for(stream, tmp_path):
+    printed = run_json(
+        "render", stream, "-o", tmp_path / "o.mp4", "--path", "orbit", "--pictures", 7,
+        "--frames", "1:2",
+    )  # fmt: skip
+
+    assert printed["frames"] == 7
+    assert VideoReader(tmp_path / "o.mp4").frame_count == 7
+
+
+def test_a_path_of_a_camera_of_the_stream_shows_what_that_camera_sees(stream, tmp_path):
+    path = tmp_path / "path.json"
+    keyframes = [{"time": 0, "camera": "cam03", "frame": 1}]
+    path.write_text(json.dumps({"schema": "quarc-ref/camera-path/1", "keyframes": keyframes}))
+    run_json("render", stream, "-o", tmp_path / "path", "--path", path, "--camera", "cam01")
+    run_json("render", stream, "-o", tmp_path / "cam.png", "--frames", "1", "--camera", "cam03")
+
+    moved, still = _read_png(tmp_path / "path" / "frame_0000.png"), _read_png(tmp_path / "cam.png")
+    assert np.abs(moved.astype(int) - still).max() <= 2
+
+
+def test_a_webm_video_has_the_frames_of_the_stream(stream, tmp_path):
+    printed = run_json("render", stream, "-o", tmp_path / "a.webm")
+    run_json("render", stream, "-o", tmp_path / "a", "--to", "png")
+
+    assert printed["bytes"] == (tmp_path / "a.webm").stat().st_size
+    with av.open(str(tmp_path / "a.webm")) as opened:
+        video = opened.streams.video[0]
+        assert video.codec_context.name in ("vp9", "libvpx-vp9")
+        assert video.average_rate == Fraction(30)
+        frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(video)]
+    assert len(frames) == 3
+    truth = _read_png(tmp_path / "a" / "frame_0001.png")
+    assert np.abs(frames[1].astype(int) - truth).mean() < 6
+
+
+def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_path):
+    levels = run_json("render", stream, "-o", tmp_path / "levels", "--depth")
+    run_json("render", stream, "-o", tmp_path / "floats", "--depth", "--to", "npz")
+    sidecar = json.loads((tmp_path / "levels" / "depth.json").read_text())
+    validate(sidecar)
+    validate(json.loads((tmp_path / "floats" / "depth.json").read_text()))
+
+    assert levels["files"] == [*(f"depth_{at:04}.png" for at in range(3)), "depth.json"]
+    assert [each["frame"] for each in sidecar["files"]] == [0, 1, 2]
+    assert sidecar["files"][0]["camera"]["name"] == "cam00"
+    scale = sidecar["files"][1]["scale"]
+    with np.load(tmp_path / "floats" / "depth_0001.npz", allow_pickle=False) as arrays:
+        depth, opacity = arrays["depth"], arrays["opacity"]
+    shown = opacity >= 0.5
+    read = _read_png(tmp_path / "levels" / "depth_0001.png").astype(np.float64) * scale
+    assert shown.any()
+    assert read[shown] == pytest.approx(depth[shown], abs=scale)
+    assert (read[~shown] == 0).all()
+    assert 2 < np.median(depth[shown]) < 8  # the cameras are four units before a plane
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--path", "none.json"], "none.json"),
+        (["--path", "{stream}"], "is not JSON"),
+        (["--path", "orbit", "--frames", "9:"], "none of the frames"),
+        (["--pictures", "3"], "--pictures is for --path"),
+        (["--to", "npz"], "--to npz is for --depth"),
+        (["--depth", "--to", "webm"], "--depth does not go with --to webm"),
+        (["--depth", "--pixels", "yuv444p"], "do not go with --pixels"),
+    ],
+)
+def test_what_does_not_fit_a_path_or_depth_is_explained(options, said, stream, tmp_path):
+    filled = [option.format(stream=stream) for option in options]
+    result = run("render", stream, "-o", tmp_path / "o", *filled)
+
+    assert result.exit_code in (2, 3)
+    assert said in result.stderr
+    assert list_names(tmp_path) == []

@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+
+from quarc_ref.viewing.paths.automatic import orbit, spiral, tour
+from quarc_ref.viewing.paths.interpolation import interpolate_poses
+from quarc_ref.viewing.paths.pose import PathError, find_center, find_up, look_at, pose_of
+from tests.viewing.paths.rigs import make_ring
+
+_UP = np.array([0.0, 0.0, 1.0])
+_CENTER = np.array([1.0, 2.0, 0.5])
+
+
+def test_a_pose_and_its_camera_are_the_same():
+    (camera, *_) = make_ring(_CENTER)
+    again = pose_of(camera).as_camera(camera)
+
+    assert again.rotation == pytest.approx(camera.rotation)
+    assert again.translation == pytest.approx(camera.translation)
+    assert (again.fx, again.fy) == pytest.approx((camera.fx, camera.fy))
+
+
+def test_cameras_tell_what_they_look_at_and_what_is_up():
+    ring = make_ring(_CENTER)
+
+    assert find_center(ring) == pytest.approx(_CENTER, abs=1e-6)
+    assert find_up(ring, 0) == pytest.approx(_UP, abs=1e-6)
+    assert find_up(ring, 4).tolist() == [0, -1, 0]
+
+
+def test_a_lone_camera_looks_at_something_before_it():
+    (camera, *_) = make_ring(_CENTER)
+    pose = pose_of(camera)
+    toward = find_center([camera]) - pose.eye
+
+    assert toward / np.linalg.norm(toward) == pytest.approx(pose.axes[2])
+
+
+def test_an_orbit_goes_round_the_center_at_one_height_and_distance():
+    ring = make_ring(_CENTER)
+    poses = orbit(ring, ring[2], 0, 8)
+    offsets = np.array([pose.eye for pose in poses]) - _CENTER
+
+    assert poses[0].eye == pytest.approx(pose_of(ring[2]).eye)
+    assert np.linalg.norm(offsets, axis=1) == pytest.approx(np.linalg.norm(offsets[0]))
+    assert offsets[:, 2] == pytest.approx(offsets[0, 2])
+    assert offsets[4, :2] == pytest.approx(-offsets[0, :2])
+    for pose in poses:
+        assert pose.axes @ pose.axes.T == pytest.approx(np.eye(3), abs=1e-9)
+        assert np.linalg.det(pose.axes) == pytest.approx(1)
+        assert pose.axes[2] @ (_CENTER - pose.eye) > 0
+        assert pose.axes[0] @ _UP == pytest.approx(0, abs=1e-9)
+
+
+def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
+    half = make_ring(_CENTER)[:4]
+    eyes = np.array([pose_of(camera).eye for camera in half])
+    for pose in spiral(half, half[0], 0, 12):
+        toward = _CENTER - pose.eye
+        assert toward / np.linalg.norm(toward) == pytest.approx(pose.axes[2], abs=1e-6)
+        assert np.linalg.norm(pose.eye - eyes.mean(axis=0)) < np.ptp(eyes, axis=0).max()
+
+
+def test_a_tour_begins_at_its_camera_and_passes_all_others():
+    ring = make_ring(_CENTER)
+    poses = tour(ring, ring[3], 0, 600)
+    places = np.array([pose.eye for pose in poses])
+
+    assert places[0] == pytest.approx(pose_of(ring[3]).eye)
+    for camera in ring:
+        distances = np.linalg.norm(places - pose_of(camera).eye, axis=1)
+        assert distances.min() < 0.02
+    assert len(tour(ring[:1], ring[0], 0, 5)) == 5
+
+
+def test_interpolation_passes_through_its_poses():
+    ring = make_ring(_CENTER)[:3]
+    given = [pose_of(camera) for camera in ring]
+    times = np.array([0.0, 1.0, 4.0])
+    for pose, expected in zip(interpolate_poses(times, given, times), given, strict=True):
+        assert pose.eye == pytest.approx(expected.eye)
+        assert pose.axes == pytest.approx(expected.axes, abs=1e-9)
+        assert pose.view_angle == pytest.approx(expected.view_angle)
+
+
+@pytest.mark.parametrize(("target", "said"), [((0, 0, 0), "where it is"), ((0, 0, 3), "straight")])
+def test_there_are_places_that_cannot_be_looked_at(target, said):
+    with pytest.raises(PathError, match=said):
+        look_at(np.zeros(3), np.array(target, dtype=float), _UP, 1.0)
