@@ -20,7 +20,8 @@ from kept_files import keep_file
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
-from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import Attributes

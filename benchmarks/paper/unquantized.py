@@ -33,7 +33,8 @@ from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
 from quarc_ref.encoder.frames.surrogate import deform
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import make_header
-from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures

@@ -48,9 +48,8 @@ def _copy(source: "Source", file: _Sink) -> None:
     reader = ChunkReader(copying)
     with suppress(BitstreamError):  # whoever reads the copy meets it there
         reader.read_chunk()
-        while (header := reader.read_header()) is not None:
+        for header in reader.headers():
             copying.go_to(header.end)
-            reader.skip(header)
 
 
 @contextmanager

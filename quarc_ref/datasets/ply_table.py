@@ -32,6 +32,8 @@ _TYPES = {
     "float64": "<f8",
 }
 
+_WRITTEN_TYPES = {"<f4": "float", "|u1": "uchar"}
+
 Columns = dict[str, NDArray[np.generic]]
 
 
@@ -55,6 +57,18 @@ class PlyHeader:
     def types(self) -> dict[str, str]:
         """The type of each property as NumPy has it without byte order, such as `f4`."""
         return {name: self.row[name].str[1:] for name in self.row.names or ()}
+
+
+def build_ply_table(rows: NDArray[np.void]) -> bytes:
+    """A binary little-endian PLY file of vertices.
+
+    Args:
+        rows: `[n]` structured array of little-endian `f4` and `u1` properties.
+    """
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {rows.size}"]
+    names = rows.dtype.names or ()
+    header += [f"property {_WRITTEN_TYPES[rows.dtype[name].str]} {name}" for name in names]
+    return "\n".join([*header, "end_header", ""]).encode("ascii") + rows.tobytes()
 
 
 def parse_ply_header(data: bytes) -> PlyHeader:

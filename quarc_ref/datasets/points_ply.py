@@ -11,7 +11,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePointsError
-from quarc_ref.datasets.ply_table import parse_ply_header, read_ply_columns
+from quarc_ref.datasets.ply_table import build_ply_table, parse_ply_header, read_ply_columns
 from quarc_ref.files import write_file
 
 _AXES = ("x", "y", "z")
@@ -51,15 +51,11 @@ def write_points_ply(path: Path, points: Points) -> None:
         points: To write.
     """
     rows = np.empty(len(points.positions), dtype=_WRITTEN)
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {rows.size}"]
     for index, name in enumerate(_AXES):
         rows[name] = points.positions[:, index]
-        header.append(f"property float {name}")
     for index, name in enumerate(_COLORS):
         rows[name] = points.colors[:, index]
-        header.append(f"property uchar {name}")
-    text = "\n".join([*header, "end_header\n"])
-    write_file(path, text.encode("ascii") + rows.tobytes())
+    write_file(path, build_ply_table(rows))
 
 
 def _parse(data: bytes) -> Points:

@@ -33,7 +33,8 @@ from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frame
 from quarc_ref.encoder.settings.config import EncoderConfig, make_header
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.steps import propose_steps
-from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from quarc_ref.datasets.camera_geometry import camera_center, project_points
 from quarc_ref.datasets.capture import Image, Points
-from quarc_ref.encoder.checks.sightings import find_center, sight_points
 from quarc_ref.encoder.settings.config import StepSettings
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.format.cameras import Camera
@@ -79,8 +79,8 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
     """
     widths = []
     for camera in cameras:
-        sighting = sight_points(camera, points.positions)
-        depths = sighting.depths[sighting.within]
+        projection = project_points(camera, points.positions)
+        depths = projection.depths[projection.within]
         if depths.size:
             widths.append(np.median(depths) / math.sqrt(camera.fx * camera.fy))
     if not widths:
@@ -113,7 +113,7 @@ def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
     """Return the largest coordinate of cameras and points, world units."""
     reach = float(np.abs(points.positions).max())
     for camera in cameras:
-        reach = max(reach, float(np.abs(find_center(camera)).max()))
+        reach = max(reach, float(np.abs(camera_center(camera)).max()))
     return reach
 
 

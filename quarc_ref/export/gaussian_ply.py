@@ -8,7 +8,7 @@ coordinates are the stream's (SPEC 10, Annex on mappings).
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.ply_table import parse_ply_header, read_ply_columns
+from quarc_ref.datasets.ply_table import build_ply_table, parse_ply_header, read_ply_columns
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.clip import Clip, Frame
 
@@ -28,10 +28,10 @@ _REQUIRED = (
 def build_ply(splats: Splats) -> bytes:
     """Return the bytes of a binary little-endian PLY."""
     columns = _columns(splats)
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(splats.positions)}"]
-    header += [f"property float {name}" for name in columns]
-    rows = np.stack(list(columns.values()), axis=1).astype("<f4")
-    return "\n".join([*header, "end_header", ""]).encode() + rows.tobytes()
+    rows = np.empty(len(splats.positions), dtype=[(name, "<f4") for name in columns])
+    for name, column in columns.items():
+        rows[name] = column
+    return build_ply_table(rows)
 
 
 def _columns(splats: Splats) -> dict[str, NDArray[np.float32]]:

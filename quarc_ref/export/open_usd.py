@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from quarc_ref.datasets.camera_geometry import camera_center, rotation_matrix
 from quarc_ref.export.activate import opacities_of, scales_of, xyzw_of
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.upright import find_turn, matrix_of, rotate_upright
@@ -94,11 +95,11 @@ class Sequence:
 
 def _pose(camera: Camera, clip: Clip) -> Any:  # noqa: ANN401
     """Return `[4, 4]` camera to world, the camera looking along its -z with +y up."""
-    rotation = np.array(camera.rotation).reshape(3, 3)
+    rotation = rotation_matrix(camera)
     pose = np.eye(4)
     turn = matrix_of(find_turn(clip))
     if not clip.header.right_handed:
         turn = turn @ np.diag([1.0, 1.0, -1.0])
     pose[:3, :3] = turn @ rotation.T @ np.diag([1.0, -1.0, -1.0])
-    pose[:3, 3] = turn @ (-rotation.T @ np.array(camera.translation))
+    pose[:3, 3] = turn @ camera_center(camera)
     return pose

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from quarc_ref.datasets.camera_geometry import camera_center, rotation_matrix
 from quarc_ref.export.activate import base_colors_of, opacities_of, scales_of, xyzw_of
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.format.cameras import Camera
@@ -67,9 +68,8 @@ class Sequence:
     def _add_camera(self, camera: Camera) -> None:
         import rerun
 
-        rotation = np.array(camera.rotation).reshape(3, 3)
         pose = rerun.Transform3D(
-            mat3x3=rotation.T, translation=-rotation.T @ np.array(camera.translation)
+            mat3x3=rotation_matrix(camera).T, translation=camera_center(camera)
         )
         lens = rerun.Pinhole(
             resolution=[camera.width, camera.height],

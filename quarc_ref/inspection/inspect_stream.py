@@ -45,9 +45,10 @@ def count_frames(stream: bytes | Source) -> int:
     reader, count = ChunkReader(source), 0
     with suppress(BitstreamError):
         reader.read_chunk()
-        while (header := reader.read_header()) is not None and header.end <= size:
+        for header in reader.headers():
+            if header.end > size:
+                break
             count += header.kind in container.FRAMES
-            reader.skip(header)
     return count
 
 
@@ -67,7 +68,7 @@ def inspect_stream(
     reader, decoder, total = ChunkReader(as_source(stream)), StreamDecoder(), count_frames(stream)
     frames: list[FrameSummary] = []
     chunks: list[ChunkSummary] = []
-    while (header := reader.read_header()) is not None:
+    for header in reader.headers():
         chunk = reader.take(header)
         size = chunk.byte_count()
         chunks.append(ChunkSummary(chunk.kind.decode(), chunk.sequence, chunk.offset, size))

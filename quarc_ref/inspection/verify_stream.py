@@ -76,7 +76,7 @@ def verify_stream(
         SourceError: What holds the stream does not give its bytes.
     """
     coders = CrossCheckingDecoder()
-    run = _Run(source, on_progress)
+    run = _FirstPass(source, on_progress)
     with decoding_with(coders.open):
         while (chunk := poll(run.reader.read_chunk, follow)) is not None:
             run.push(chunk)
@@ -97,7 +97,7 @@ def verify_stream(
     )
 
 
-class _Run:
+class _FirstPass:
     """A stream decoded from its beginning, and what came of it."""
 
     def __init__(self, source: Source, on_progress: Callable[[str, int, int], None]) -> None:

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.bands import draw_bands
 from quarc_ref.rendering.harmonics import fold_harmonics
-from quarc_ref.rendering.pipeline import locate_camera, project, sort_nearest
+from quarc_ref.rendering.pipeline import project, sort_nearest
 from quarc_ref.rendering.pipeline_data import Drawn, Float32, Projection
 
 OPACITY_MOST = 0.99
@@ -75,7 +76,7 @@ def _project(splats: Splats, camera: Camera) -> Projection:
         scales = np.exp(splats.log_scales)
     sh = splats.sh
     if sh.shape[1] > SH_COEFFICIENTS:
-        sh = fold_harmonics(sh, splats.positions, locate_camera(camera))
+        sh = fold_harmonics(sh, splats.positions, camera_center(camera))
     missing = SH_COEFFICIENTS - sh.shape[1]
     sh = np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing else sh
     drawn = Drawn(splats.positions, splats.rotations, scales, opacities, sh)

@@ -9,8 +9,8 @@ import threading
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import NEAR_FRACTION
 from quarc_ref.rendering import binning_kernels, projection_kernels, raster_kernels
@@ -31,18 +31,11 @@ KERNEL_LOCK = threading.Lock()
 @lru_cache(maxsize=256)
 def flatten_camera(camera: Camera) -> Float32:
     """Return `[22]` what `projection_kernels` needs of a camera."""
-    center = locate_camera(camera)
+    center = camera_center(camera)
     near = NEAR_FRACTION * camera.near
     lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
     with np.errstate(over="ignore"):  # what is not finite is not drawn
         return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
-
-
-def locate_camera(camera: Camera) -> NDArray[np.float64]:
-    """Return `[3]` where a camera is, world units."""
-    rotation = np.array(camera.rotation).reshape(3, 3)
-    center: NDArray[np.float64] = -rotation.T @ np.array(camera.translation)
-    return center
 
 
 def project(camera: Camera, drawn: Drawn) -> Projection:

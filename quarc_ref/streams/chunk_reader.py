@@ -80,6 +80,20 @@ class ChunkReader:
         self.current = header
         return header
 
+    def headers(self) -> Iterator[ChunkHeader]:
+        """Walk the chunk headers from here to TAIL, reading no payload that is not taken.
+
+        A chunk that has been neither taken nor skipped when the next header is asked for is
+        skipped.
+
+        Raises:
+            ContainerError: What is wrong with a header.
+        """
+        while (header := self.read_header()) is not None:
+            yield header
+            if self.offset == header.offset:
+                self.skip(header)
+
     def read_chunk(self) -> Chunk | None:
         """Return the next chunk of a type that this version knows.
 
@@ -91,11 +105,10 @@ class ChunkReader:
         Raises:
             ContainerError: What is wrong with the bytes.
         """
-        while (header := self.read_header()) is not None:
+        for header in self.headers():
             if header.kind in container.KNOWN:
                 return self.take(header)
             check_payload(self.source, header)  # [5.2-10]
-            self.skip(header)
         return None
 
     def take(self, header: ChunkHeader) -> Chunk:

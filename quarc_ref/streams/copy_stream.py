@@ -1,4 +1,4 @@
-"""A stream copied as it is, with every chunk proved."""
+"""Copies a stream byte for byte and verifies every chunk on the way."""
 
 from typing import BinaryIO
 
@@ -22,7 +22,7 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
         SourceError: What holds the stream does not give its bytes.
     """
     reader, copied, frames = ChunkReader(source), 0, 0
-    while (header := reader.read_header()) is not None:
+    for header in reader.headers():
         reader.take(header)
         sink.write(source.read(copied, header.end - copied))
         copied = header.end

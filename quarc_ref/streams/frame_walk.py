@@ -71,7 +71,7 @@ class FrameWalk:
             BitstreamError: What is wrong with what was read.
         """
         frame: int | None = None
-        while (header := self._reader.read_header()) is not None:
+        for header in self._reader.headers():
             frame = self._next_frame(header, frame)
             self._taken = False
             step = Step(header, frame)

@@ -98,12 +98,13 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
     """Return the seek points up to a frame, from chunk header to chunk header."""
     points, due = [], 0
     with suppress(TruncatedError):
-        while due <= frame and (header := reader.read_header()) is not None:
+        for header in reader.headers():
             if header.kind in container.CANONICAL:
                 due = _read_number(reader, header, 0)
                 points.append(SeekPoint(header.offset, header.sequence, due))
             due += header.kind in container.FRAMES
-            reader.skip(header)
+            if due > frame:
+                break
     return SeekPoints.of(points)
 
 

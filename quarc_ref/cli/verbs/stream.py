@@ -53,7 +53,7 @@ def verify(
         from quarc_ref.streams import open_source
 
         source = stack.enter_context(open_source(file))
-        run, proof = _Run(progress), None
+        run, proof = _Verification(progress), None
         try:
             if deep:
                 proof = run.prove(source, waiting)
@@ -74,7 +74,7 @@ def verify(
             print_table(name_stream(file), lines | (describe_proof(proof) if proof else {}))
 
 
-class _Run:
+class _Verification:
     """A stream decoded from its beginning, as far as it goes.
 
     Attributes:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.datasets.camera_geometry import PointProjection, camera_center, project_points
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.findings import Finding, list_names
 from quarc_ref.encoder.checks.color_agreement import compare_colors
-from quarc_ref.encoder.checks.sightings import Sighting, find_center, sight_points
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError
 
@@ -30,7 +30,7 @@ _LEAST_RADIUS = 0.01  # of the cameras' distance to the points they see: half a 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Sightings:
+class _ProjectedPoints:
     """Some initial points as all training views see them.
 
     Attributes:
@@ -44,7 +44,7 @@ class _Sightings:
     cameras: tuple[Camera, ...]
     positions: NDArray[np.float32]
     colors: NDArray[np.uint8]
-    views: tuple[Sighting, ...]
+    views: tuple[PointProjection, ...]
     within: NDArray[np.bool_]
 
 
@@ -82,16 +82,16 @@ def check_capture(capture: Capture) -> list[Finding]:
     ]
 
 
-def _sight(capture: Capture, cameras: tuple[Camera, ...]) -> _Sightings:
+def _sight(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
     points = capture.points
     drawn = np.random.default_rng(0).permutation(len(points.positions))[:_MOST_POINTS]
     positions = points.positions[drawn]
-    views = tuple(sight_points(camera, positions) for camera in cameras)
+    views = tuple(project_points(camera, positions) for camera in cameras)
     within = np.stack([view.within for view in views])
-    return _Sightings(cameras, positions, points.colors[drawn], views, within)
+    return _ProjectedPoints(cameras, positions, points.colors[drawn], views, within)
 
 
-def _find_lost_points(seen: _Sightings) -> Iterator[Finding]:
+def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
     outside = float(np.mean(~seen.within.any(axis=0)))
     if outside > _MOST_OUTSIDE:
         behind = float(np.mean(np.all([view.depths <= 0 for view in seen.views], axis=0)))
@@ -102,7 +102,7 @@ def _find_lost_points(seen: _Sightings) -> Iterator[Finding]:
         yield Finding("points-outside-views", message)
 
 
-def _find_blind_cameras(seen: _Sightings) -> Iterator[Finding]:
+def _find_blind_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
     counts = seen.within.sum(axis=1)
     blind = _name(seen.cameras, np.flatnonzero(counts < _LEAST_OF_MEDIAN * np.median(counts)))
     if blind:
@@ -113,8 +113,8 @@ def _find_blind_cameras(seen: _Sightings) -> Iterator[Finding]:
         yield Finding("camera-sees-no-points", message, blind)
 
 
-def _find_one_place(seen: _Sightings) -> Iterator[Finding]:
-    centers = np.stack([find_center(camera) for camera in seen.cameras])
+def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
+    centers = np.stack([camera_center(camera) for camera in seen.cameras])
     radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     distances = np.concatenate([view.depths[view.within] for view in seen.views])
     if radius < _LEAST_RADIUS * np.median(distances):
@@ -125,7 +125,7 @@ def _find_one_place(seen: _Sightings) -> Iterator[Finding]:
         yield Finding("cameras-in-one-place", message)
 
 
-def _find_too_few_cameras(seen: _Sightings) -> Iterator[Finding]:
+def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
     by_few = float(np.mean(seen.within.sum(axis=0) < _ENOUGH_VIEWS))
     degrees = _measure_parallax(seen)
     if by_few > _MOST_SEEN_BY_FEW or degrees > _MOST_DEGREES:
@@ -138,13 +138,13 @@ def _find_too_few_cameras(seen: _Sightings) -> Iterator[Finding]:
         yield Finding("too-few-cameras", message)
 
 
-def _measure_parallax(seen: _Sightings) -> float:
+def _measure_parallax(seen: _ProjectedPoints) -> float:
     """Return how far apart two neighboring cameras look at the same point, degrees.
 
     It is the median, over all cameras and the points they see, of the angle to the
     nearest other camera that sees the point. Without any such pair it is 0.
     """
-    centers = np.stack([find_center(camera) for camera in seen.cameras])
+    centers = np.stack([camera_center(camera) for camera in seen.cameras])
     directions = seen.positions - centers[:, None]
     directions /= np.maximum(np.linalg.norm(directions, axis=2, keepdims=True), 1e-12)
     nearest = [_nearest_cosines(directions, seen.within, view) for view in range(len(centers))]
@@ -163,7 +163,7 @@ def _nearest_cosines(
     return nearest
 
 
-def _find_wrong_poses(capture: Capture, seen: _Sightings) -> Iterator[Finding]:
+def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Finding]:
     whole = capture.whole  # whose points are those of its first frame
     pictures = (whole.image(index, 0) for index in whole.training)
     found = compare_colors(seen.cameras, seen.views, seen.colors, pictures)

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 from scipy.optimize import linear_sum_assignment
 
+from quarc_ref.datasets.camera_geometry import PointProjection
 from quarc_ref.datasets.capture import Image
-from quarc_ref.encoder.checks.sightings import Sighting, drop_hidden
+from quarc_ref.encoder.checks.visibility import drop_hidden
 from quarc_ref.format.cameras import Camera
 
 _MOST_POINTS = 1500
@@ -56,7 +57,7 @@ class _Sample:
 
 def compare_colors(
     cameras: Sequence[Camera],
-    sightings: Sequence[Sighting],
+    projections: Sequence[PointProjection],
     colors: NDArray[np.uint8],
     pictures: Iterator[Image],
 ) -> Disagreement:
@@ -64,7 +65,7 @@ def compare_colors(
 
     Args:
         cameras: At least two.
-        sightings: Of the points, one to a camera.
+        projections: Of the points, one to a camera.
         colors: `[P, 3]` sRGB of the points.
         pictures: `[H, W, 3]` sRGB, one to a camera.
 
@@ -72,7 +73,7 @@ def compare_colors(
         The cameras at fault. Cameras that see too few points are never among them,
         nor is any if the points have all one color.
     """
-    samples = [_sample(*of_view, colors) for of_view in zip(cameras, sightings, strict=True)]
+    samples = [_sample(*of_view, colors) for of_view in zip(cameras, projections, strict=True)]
     blurred = [_blur(picture) for picture in pictures]
     judged = [view for view, sample in enumerate(samples) if _tells(sample)]
     fits = np.array(
@@ -105,11 +106,11 @@ def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.where(gains, poses, own)
 
 
-def _sample(camera: Camera, sighting: Sighting, colors: NDArray[np.uint8]) -> _Sample:
-    shown = drop_hidden(camera, sighting)[:_MOST_POINTS]
+def _sample(camera: Camera, projection: PointProjection, colors: NDArray[np.uint8]) -> _Sample:
+    shown = drop_hidden(camera, projection)[:_MOST_POINTS]
     return _Sample(
-        sighting.columns[shown] / camera.width,
-        sighting.rows[shown] / camera.height,
+        projection.columns[shown] / camera.width,
+        projection.rows[shown] / camera.height,
         colors[shown].astype(np.float64),
     )
 

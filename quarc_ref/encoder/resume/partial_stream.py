@@ -60,8 +60,8 @@ def read_partial_stream(source: Source) -> PartialStream | None:
     chunks: list[Chunk] = []
     reader = ChunkReader(source)
     try:
-        while (header := reader.read_header()) is not None:
-            chunks.append(reader.take(header))
+        for header in reader.headers():
+            chunks.append(reader.take(header))  # noqa: PERF401, those before an error count
     except TruncatedError:
         pass
     except BitstreamError:

@@ -16,7 +16,6 @@ What differs from 3DGS, all of it set by `CanonicalSettings`:
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -29,60 +28,18 @@ from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.interruption import signals_deferred
 from quarc_ref.encoder.resume.saved_training import Bounds
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.pruning import prune_by_contribution
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
-from quarc_ref.format.records import StreamHeader
 
 _INITIAL_OPACITY = 0.1
 _NEIGHBORS = 3
 _MIN_SPACING = 1e-7
 _RATE_EVERY = 2  # iterations per evaluation of the code rate, at twice the weight: it is slow
-
-
-@dataclass(frozen=True, slots=True)
-class CanonicalObjective:
-    """What a canonical frame is trained for.
-
-    Attributes:
-        settings: Schedule, thresholds and weights.
-        header: Header of the stream: the quantization steps to end on.
-        rd_lambda: Factor of the settings' rate-distortion weights.
-    """
-
-    settings: CanonicalSettings
-    header: StreamHeader
-    rd_lambda: float = 1.0
-
-    @property
-    def fine_step(self) -> int:
-        """The first iteration of fine-tuning, which quantizes."""
-        return math.ceil(self.settings.quantize_from * self.settings.iterations)
-
-    def densifies_at(self, step: int) -> bool:
-        """Whether an iteration ends with densification."""
-        settings = self.settings
-        is_within = settings.densify_from_iter <= step < settings.densify_until_iter
-        return is_within and step % settings.densification_interval == 0
-
-    def decays_opacity_at(self, step: int) -> bool:
-        """Whether an iteration decays the opacities of the Gaussians it rendered."""
-        settings = self.settings
-        return bool(settings.opacity_decay) and settings.densify_from_iter <= step < self.fine_step
-
-    def prune_weight_at(self, step: int) -> float:
-        """The contribution that a Gaussian needs to survive an iteration; 0 to prune none.
-
-        Halfway it is half the weight: new Gaussians have not found their place yet.
-        """
-        weight = self.settings.prune_rd_lambda * self.rd_lambda
-        last = min(self.settings.densify_until_iter, self.fine_step)
-        if step == last // 2:
-            return weight / 2
-        return weight if step == last else 0.0
 
 
 def train_canonical(

@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.findings import list_names
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
-from quarc_ref.encoder.checks.sightings import find_center
 from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.format.errors import EncodeError, UnusableCaptureError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
@@ -92,7 +92,7 @@ def test_two_cameras_side_by_side_are_too_few(trace):
 
 def test_cameras_in_one_place_are_told(honest):
     source = honest.cameras[3]
-    center = find_center(source)
+    center = camera_center(source)
     cameras = [
         replace(camera, translation=tuple(-np.array(camera.rotation).reshape(3, 3) @ center))
         for camera in honest.cameras

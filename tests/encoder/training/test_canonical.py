@@ -8,11 +8,11 @@ import torch
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical import (
-    CanonicalObjective,
     learning_rates_at,
     start_from_points,
     train_canonical,
 )
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.format.records import LOG_SCALES, StreamHeader

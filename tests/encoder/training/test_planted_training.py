@@ -13,7 +13,8 @@ from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.resume.array_file import write_arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.settings.config import make_header
-from quarc_ref.encoder.training.canonical import CanonicalObjective, train_canonical
+from quarc_ref.encoder.training.canonical import train_canonical
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from tests.encoder.resume.saved import read_saved
 from tests.encoder.toys import SMALL, make_capture, make_context
 
