@@ -1,6 +1,6 @@
 /** Pictures of `quarc-ref render`, where its Python is at hand. */
 
-import { spawnSync } from "node:child_process";
+import { spawn, spawnSync, type ChildProcess } from "node:child_process";
 import { createHash } from "node:crypto";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -27,9 +27,15 @@ export function renderReference(stream: Uint8Array, camera: string, frame: numbe
   return readFileSync(join(KEPT, picture));
 }
 
-function runPython(more: string[]): void {
+/** Run a command of Python to its end. */
+export function runPython(more: readonly string[]): void {
   const { status, stderr } = spawnSync(python ?? "", more, { cwd: ROOT });
   if (status !== 0) throw new Error(`python ${more.join(" ")}: ${String(stderr)}`);
+}
+
+/** Start a command of Python, whose output is not held back. */
+export function startPython(more: readonly string[]): ChildProcess {
+  return spawn(python ?? "", ["-u", ...more], { cwd: ROOT, stdio: ["ignore", "pipe", "inherit"] });
 }
 
 function findPython(): string | null {
