@@ -17,6 +17,7 @@ from quarc_ref.cli.verbs import (
     compare,
     decode,
     edit,
+    edit_scene,
     encode,
     evaluate,
     inspect,
@@ -43,6 +44,7 @@ app.command("info", cls=Verb)(stream.info)
 app.command("inspect", cls=Verb)(inspect.inspect)
 app.command("cut", cls=Verb)(edit.cut)
 app.command("join", cls=Verb)(edit.join)
+app.command("edit", cls=Verb)(edit_scene.edit)
 app.command("view", cls=Verb)(view.view)
 app.command("publish", cls=Verb)(publish.publish)
 app.command("render", cls=Verb)(render.render)

@@ -58,6 +58,7 @@ VERBS = {
     "inspect": Verb("{stream}", None, _PUSH),
     "cut": Verb("{stream} --frames : -o {out}", "file", _WRITE),
     "join": Verb("{stream} {stream} -o {out}", "file", _WRITE),
+    "edit": Verb("{stream} --drop 0,0,0,0.01 -o {out}", "file", _WRITE),
     "view": Verb("{stream} --no-open", None, "socketserver.BaseServer.service_actions"),
     "publish": Verb(
         "{stream} -o {out}", "folder", "quarc_ref.streams.chunk_reader.ChunkReader.take"

@@ -1,0 +1,177 @@
+"""The verb `edit`: what is shown of a stream, changed in all frames alike."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, BinaryIO, Literal
+
+import typer
+
+from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.options import STANDARD_STREAM, AsJson, Force, Quiet, StreamName
+from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.targets import written_stream
+
+if TYPE_CHECKING:
+    from quarc_ref.cli.output import TerminalProgress as Progress
+    from quarc_ref.encoder.scenes.edits import Edit
+    from quarc_ref.encoder.scenes.encode_scenes import SceneReport
+    from quarc_ref.encoder.scenes.recolor import Recoloring
+    from quarc_ref.streams import Source
+
+_CHANNELS = ("red", "green", "blue")
+
+
+def edit(
+    file: StreamName,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Stream to write; - for standard output."
+        ),
+    ],
+    crop: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--crop", metavar="X,Y,Z,X,Y,Z", help="Keep what is in a box: two corners, world units."
+        ),
+    ] = None,
+    drop: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--drop", metavar="X,Y,Z,R", help="Remove what is in a sphere: center and radius."
+        ),
+    ] = None,
+    transform: Annotated[
+        str | None,
+        typer.Option(
+            "--transform",
+            metavar="M",
+            help="Turn, scale and shift: 12 or 16 numbers, a matrix row by row.",
+        ),
+    ] = None,
+    recolor: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--recolor",
+            metavar="NAME=VALUE",
+            help="gain multiplies all colors; red, green, blue are added, 1 being white.",
+        ),
+    ] = None,
+    profile: Annotated[
+        Literal["fine", "coarse"],
+        typer.Option("--profile", help="Errors allowed where frames are fitted anew."),
+    ] = "fine",
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Crop, empty, turn or recolor a stream, in all frames alike, without pictures.
+
+    Colors alone are changed exactly, in integers. All else changes which Gaussians are anchors:
+    frames are fitted anew, as by `import`, within bounds that are verified.
+    """
+    with report_errors(), TerminalProgress(quiet=quiet) as progress:
+        from quarc_ref.streams import open_source
+
+        if as_json and str(output) == STANDARD_STREAM:
+            message = "-o - and --json both write to standard output"
+            raise UsageError(message)
+        asked = _parse_edit(crop or [], drop or [], transform, recolor or [])
+        with open_source(file) as source, written_stream(output, force=force) as sink:
+            count, report = _write(source, sink, asked, profile, progress)
+        _show(output, count, report, as_json=as_json)
+
+
+def _write(
+    source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
+) -> "tuple[int, SceneReport | None]":
+    """Write the stream; return its frames, and what became of them if they were fitted anew."""
+    from quarc_ref.encoder.scenes.bounds import PROFILES
+    from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
+    from quarc_ref.encoder.scenes.fit_edit import encode_edited
+    from quarc_ref.encoder.scenes.recolor import recolor
+
+    if asked.is_exact and asked.recoloring:
+        return recolor(source, sink, asked.recoloring), None
+    options = replace(SceneOptions(bounds=PROFILES[profile]), progress=progress)
+    report = encode_edited(source, sink, asked, options)
+    return report.frames, report
+
+
+def _parse_edit(
+    crop: list[str], drop: list[str], transform: str | None, recolor: list[str]
+) -> "Edit":
+    """Return what the options ask for.
+
+    Raises:
+        UsageError: One is not as it should be, or there is none.
+    """
+    import numpy as np
+
+    from quarc_ref.encoder.scenes.edits import Edit, Similarity
+
+    boxes = tuple(_parse_numbers("--crop", text, (6,)) for text in crop)
+    spheres = tuple(_parse_numbers("--drop", text, (4,)) for text in drop)
+    similarity = None
+    if transform is not None:
+        numbers = np.array(_parse_numbers("--transform", transform, (12, 16)))
+        try:
+            similarity = Similarity.of(numbers.reshape(-1, 4))
+        except ValueError as error:
+            message = f"--transform: {error}"
+            raise UsageError(message) from error
+    if any(low > high for box in boxes for low, high in zip(box[:3], box[3:], strict=True)):
+        message = "--crop takes the corner of least x, y, z first"
+        raise UsageError(message)
+    asked = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
+    if asked == Edit():
+        message = "there is nothing to do: --crop, --drop, --transform or --recolor says what"
+        raise UsageError(message)
+    return asked
+
+
+def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.replace(",", " ").split())
+    except ValueError:
+        numbers = ()
+    if len(numbers) not in counts or not all(abs(number) < float("inf") for number in numbers):
+        message = f"{option} takes {' or '.join(map(str, counts))} numbers; this is {text!r}"
+        raise UsageError(message)
+    return numbers
+
+
+def _parse_colors(changes: list[str]) -> "Recoloring":
+    from quarc_ref.encoder.scenes.recolor import Recoloring
+
+    told = {"gain": 1.0, **dict.fromkeys(_CHANNELS, 0.0)}
+    for change in changes:
+        name, _, text = change.partition("=")
+        if name not in told:
+            message = f"--recolor {change}: it takes NAME=VALUE, NAME of {', '.join(told)}"
+            raise UsageError(message)
+        (told[name],) = _parse_numbers(f"--recolor {name}", text, (1,))
+    if told["gain"] <= 0:
+        message = "--recolor gain takes a number above 0"
+        raise UsageError(message)
+    red, green, blue = (told[name] for name in _CHANNELS)
+    return Recoloring(told["gain"], (red, green, blue))
+
+
+def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
+    """Print what was written and how, unless that is where it went."""
+    if str(output) == STANDARD_STREAM:
+        return
+    size, method = output.stat().st_size, "fitted" if report else "exact"
+    bounds = report and report.bounds.listed()
+    errors = report and asdict(report.errors)
+    if as_json:
+        made = {"file": str(output), "frames": count, "bytes": size, "method": method}
+        print_json("edit/1", {**made, "bounds": bounds, "errors": errors})
+        return
+    said = "exact, in integers" if report is None else "fitted anew, within bounds"
+    rows = {"frames": f"{count}", "whole stream": f"{size:,} bytes", "edit": said}
+    if bounds and errors:
+        rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}
+    print_table(output.name, rows)

@@ -1,0 +1,182 @@
+"""Edits of decoded frames, the same in all of them: cropped, emptied, turned, recolored.
+
+Which Gaussians there are decides which of them are anchors, and so does where they
+are: what is left of a stream after such an edit is fitted anew, with its identities.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.decoder.dequantize import Splats, dequantize
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
+from quarc_ref.encoder.scenes.recolor import Recoloring
+from quarc_ref.export.upright import multiply, turn_harmonics
+from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import StreamHeader
+
+_NOT_RIGID = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Similarity:
+    """A turn, a uniform scaling and a shift: p becomes scale x rotation p + shift.
+
+    Attributes:
+        rotation: Nine numbers, row by row, of a rotation.
+        scale: Above 0.
+        shift: World units, after scaling.
+    """
+
+    rotation: tuple[float, ...]
+    scale: float
+    shift: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, matrix: NDArray[np.float64]) -> "Similarity":
+        """Return what a matrix `[3, 4]` or `[4, 4]` does.
+
+        Raises:
+            ValueError: It does something else, such as mirroring or shearing.
+        """
+        linear = matrix[:3, :3]
+        determinant = float(np.linalg.det(linear)) if np.isfinite(matrix).all() else 0.0
+        if matrix.shape == (4, 4) and not np.allclose(matrix[3], [0, 0, 0, 1]):
+            determinant = 0.0
+        scale = max(determinant, 0.0) ** (1 / 3)
+        rotation = linear / (scale or 1.0)
+        if not scale or np.abs(rotation @ rotation.T - np.eye(3)).max() > _NOT_RIGID:
+            message = "the matrix is not of a rotation, a uniform scaling and a shift"
+            raise ValueError(message)
+        x, y, z = matrix[:3, 3].tolist()
+        return cls(tuple(rotation.ravel().tolist()), scale, (x, y, z))
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The rotation, `[3, 3]`."""
+        return np.array(self.rotation).reshape(3, 3)
+
+    def apply(self, splats: Splats) -> Splats:
+        """Return a scene turned, scaled and shifted, its view-dependent color with it."""
+        moved = self.scale * (splats.positions.astype(np.float64) @ self.matrix.T) + self.shift
+        return replace(
+            splats,
+            positions=moved.astype(np.float32),
+            rotations=multiply(_quaternion(self.matrix), splats.rotations),
+            log_scales=splats.log_scales + np.float32(np.log(self.scale)),
+            sh=turn_harmonics(self.matrix, splats.sh),
+        )
+
+    def apply_to_camera(self, camera: Camera) -> Camera:
+        """Return the camera that sees of the new scene what it saw of the old."""
+        rotation = np.array(camera.rotation).reshape(3, 3) @ self.matrix.T
+        translation = self.scale * np.array(camera.translation) - rotation @ self.shift
+        return replace(
+            camera,
+            rotation=tuple(rotation.ravel().tolist()),
+            translation=tuple(translation.tolist()),
+            near=camera.near * self.scale,
+        )
+
+    def apply_to_header(self, header: StreamHeader) -> StreamHeader:
+        """Return a header that knows the new axes, where they are axes, and the new scale."""
+        up_axis = 0
+        if header.up_axis:
+            place, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
+            up = sign * self.matrix[:, place]
+            axis = int(np.abs(up).argmax())
+            if abs(abs(up[axis]) - 1) < _NOT_RIGID:
+                up_axis = 1 + 2 * axis + int(up[axis] < 0)
+        meters = float(np.float32(header.meters_per_unit / self.scale))
+        return replace(header, up_axis=up_axis, meters_per_unit=meters)
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """What is done to every frame, in this order.
+
+    Attributes:
+        boxes: Of each, what is outside leaves: least x, y, z, then greatest; world units.
+        spheres: Of each, what is inside leaves: center x, y, z and radius.
+        similarity: How all else is turned; None not at all.
+        recoloring: Its new colors; None for the old.
+    """
+
+    boxes: tuple[tuple[float, ...], ...] = field(default=())
+    spheres: tuple[tuple[float, ...], ...] = field(default=())
+    similarity: Similarity | None = None
+    recoloring: Recoloring | None = None
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is a matter of colors alone, for which `recolor` is exact."""
+        return not (self.boxes or self.spheres or self.similarity)
+
+    def apply(self, splats: Splats, ids: Int64) -> GivenFrame:
+        """Return a frame after the edit.
+
+        Raises:
+            EncodeError: No Gaussian is left.
+        """
+        rows = np.flatnonzero(self._keeps(splats.positions))
+        if not rows.size:
+            message = "the edit leaves no Gaussian"
+            raise EncodeError(message)
+        names = ("positions", "rotations", "log_scales", "opacities", "sh")
+        splats = Splats(*(getattr(splats, name)[rows] for name in names))
+        if self.similarity:
+            splats = self.similarity.apply(splats)
+        if self.recoloring:
+            splats = self.recoloring.apply(splats)
+        return GivenFrame(splats, ids[rows])
+
+    def _keeps(self, positions: NDArray[np.float32]) -> Bits:
+        kept = np.ones(len(positions), dtype=np.bool_)
+        for box in self.boxes:
+            inside = (positions >= box[:3]) & (positions <= box[3:])
+            kept &= inside.all(axis=1)
+        for sphere in self.spheres:
+            apart = positions.astype(np.float64) - sphere[:3]
+            kept &= (apart * apart).sum(axis=1) > sphere[3] ** 2
+        return kept
+
+
+def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
+    """Yield decoded frames after an edit; ids are told apart from one canonical frame to the next.
+
+    Args:
+        scenes: Frames of a stream, in order.
+        edit: What is done to each.
+
+    Raises:
+        EncodeError: A frame has no Gaussian left.
+    """
+    begun = -1
+    for scene in scenes:
+        begun += scene.phase == 0 or begun < 0
+        yield edit.apply(dequantize(scene), scene.ids + (begun << 32))
+
+
+def _quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the quaternion wxyz of a rotation, by the largest of its components."""
+    m = matrix
+    trace = np.trace(m)
+    squares = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(squares.argmax())
+    if largest == 0:
+        q = [1 + trace, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q = [0.0] * 4
+        q[0] = m[k, j] - m[j, k]
+        q[1 + i] = 1 + m[i, i] - m[j, j] - m[k, k]
+        q[1 + j] = m[j, i] + m[i, j]
+        q[1 + k] = m[k, i] + m[i, k]
+    unit: NDArray[np.float64] = np.array(q) / np.linalg.norm(q)
+    return unit

@@ -1,0 +1,50 @@
+"""A stream whose frames are edited, fitted anew: by the path of `import`."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import chain
+from typing import BinaryIO
+
+from quarc_ref.decoder.scene import Scene
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.encoder.scenes.edits import Edit, edit_frames
+from quarc_ref.encoder.scenes.encode_scenes import SceneOptions, SceneReport, encode_scenes
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.streams.decode_stream import decode
+from quarc_ref.streams.source import Source
+
+
+def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOptions) -> SceneReport:
+    """Write a stream as it is after an edit, which is not of colors alone.
+
+    Pace, axes, scale, anchors, cameras and metadata are those of the stream, turned with it.
+
+    Args:
+        source: A stream.
+        sink: Is written to by appending.
+        edit: What is done to every frame.
+        options: Bounds and progress; all else comes from the stream.
+
+    Raises:
+        BitstreamError: What is wrong with the stream.
+        EncodeError: A frame has no Gaussian left, or cannot be held within the bounds.
+    """
+    decoder = StreamDecoder()
+    scenes: Iterator[Scene] = decode(source, decoder=decoder)
+    first = next(scenes, None)
+    if first is None:
+        message = "the stream has no frame"
+        raise EncodeError(message)
+    header, cameras = decoder.header, decoder.cameras
+    header = replace(header, rotation_components=3, snapshots=False)
+    if edit.similarity:
+        header = edit.similarity.apply_to_header(header)
+        cameras = tuple(map(edit.similarity.apply_to_camera, cameras))
+    options = replace(
+        options,
+        frames_per_second=header.frames_per_second,
+        cameras=cameras,
+        metadata=decoder.metadata,
+        header=header,
+    )
+    return encode_scenes(edit_frames(chain([first], scenes), edit), sink, options)

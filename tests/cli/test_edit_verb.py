@@ -1,0 +1,64 @@
+"""`edit`: what it does, says of how it did it, and rejects."""
+
+import pytest
+
+from quarc_ref.streams import decode
+from tests.cli.commands import list_names, run, run_json
+
+
+def test_colors_alone_are_changed_exactly(stream_file, tmp_path):
+    out = tmp_path / "out.quarc"
+    printed = run_json("edit", stream_file, "-o", out, "--recolor", "gain=1.5")
+
+    assert printed["method"] == "exact"
+    assert printed["bounds"] is printed["errors"] is None
+    assert (printed["frames"], printed["bytes"]) == (4, out.stat().st_size)
+
+
+def test_all_else_is_fitted_anew_within_bounds(stream_file, made, tmp_path):
+    out = tmp_path / "out.quarc"
+    printed = run_json("edit", stream_file, "-o", out, "--crop", "-0.2,-1,-1,1,1,1")
+
+    assert printed["method"] == "fitted"
+    for name, error in printed["errors"].items():
+        assert error <= printed["bounds"][name] * 1.001
+    counts = [scene.count for scene in decode(out.read_bytes())]
+    assert all(0 < few < state.scene.count for few, state in zip(counts, made.states, strict=True))
+
+
+def test_the_table_says_which_it_was(stream_file, tmp_path):
+    exact = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
+    fitted = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
+
+    assert "exact, in integers" in exact.stdout
+    assert "fitted anew" in fitted.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], "nothing to do"),
+        (["--crop", "1,2,3"], "6 numbers"),
+        (["--crop", "1,0,0,0,1,1"], "least"),
+        (["--drop", "a,b,c,d"], "4 numbers"),
+        (["--transform", "1,0,0,0"], "12 or 16"),
+        (["--transform", "1,0,0,0,0,1,0,0,0,0,-1,0"], "rotation"),
+        (["--recolor", "gain=0"], "above 0"),
+        (["--recolor", "hue=1"], "NAME of gain"),
+        (["--recolor", "red=nan"], "1 numbers"),
+    ],
+)
+def test_what_cannot_be_meant_is_a_fault_of_the_command_line(options, said, stream_file, tmp_path):
+    result = run("edit", stream_file, "-o", tmp_path / "out.quarc", *options)
+
+    assert result.exit_code == 2
+    assert said in " ".join(result.stderr.split())
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
+def test_an_edit_that_leaves_nothing_makes_nothing(stream_file, tmp_path):
+    result = run("edit", stream_file, "-o", tmp_path / "out.quarc", "--drop", "0,0,0,100")
+
+    assert result.exit_code == 3
+    assert "no Gaussian" in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]

@@ -1,0 +1,147 @@
+"""Edits of all frames: what is left, is where and what it should be."""
+
+import io
+
+import numpy as np
+import pytest
+
+from quarc_ref.decoder import dequantize
+from quarc_ref.encoder import SceneOptions, encode_scenes
+from quarc_ref.encoder.scenes.bounds import Bounds
+from quarc_ref.encoder.scenes.edits import Edit, Similarity, edit_frames
+from quarc_ref.encoder.scenes.fit_edit import encode_edited
+from quarc_ref.encoder.scenes.recolor import Recoloring
+from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import StreamHeader
+from quarc_ref.rendering.pictures import render_picture
+from quarc_ref.streams import decode
+from quarc_ref.streams.prologue import read_prologue
+from quarc_ref.streams.source import BytesSource
+from tests.encoder.scenes.given import make_splats, move
+
+_BOUNDS = Bounds(position=0.001)
+_CAMERA = Camera(
+    "front", 64, 48, 60.0, 60.0, 32.0, 24.0, (1, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 2), 0.5, False
+)
+_TURN = np.array(
+    [[0, 0, 2, 1], [0, 2, 0, 2], [-2, 0, 0, 3]], dtype=float
+)  # about y, twice as large
+
+
+@pytest.fixture(scope="module")
+def stream():
+    """Three frames of Gaussians that move, seen by a camera."""
+    first = make_splats()
+    scenes = [first, move(first, (0.03, 0, 0), 0.1), move(first, (0.06, 0, 0), 0.2)]
+    sink = io.BytesIO()
+    header = StreamHeader(updates=True, up_axis=4, meters_per_unit=3.0)
+    encode_scenes(scenes, sink, SceneOptions(_BOUNDS, cameras=(_CAMERA,), header=header))
+    return sink.getvalue()
+
+
+def edited(stream, edit):
+    sink = io.BytesIO()
+    report = encode_edited(BytesSource(stream), sink, edit, SceneOptions(_BOUNDS))
+    assert report.frames == 3
+    return sink.getvalue()
+
+
+def frames_of(stream):
+    return [dequantize(scene) for scene in decode(stream)]
+
+
+def measure_psnr(first, second):
+    return 10 * np.log10(1 / max(1e-12, float(np.mean((first - second) ** 2))))
+
+
+def test_a_crop_leaves_what_is_in_the_box_in_every_frame(stream):
+    box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
+    for before, after in zip(
+        frames_of(stream), frames_of(edited(stream, Edit(boxes=(box,)))), strict=True
+    ):
+        inside = np.all((before.positions >= box[:3]) & (before.positions <= box[3:]), axis=1)
+        assert 0 < inside.sum() == len(after.positions) < len(inside)
+
+
+def test_a_drop_leaves_what_is_outside_of_the_sphere(stream):
+    sphere = (0.1, 0.0, 0.0, 0.4)
+    for before, after in zip(
+        frames_of(stream), frames_of(edited(stream, Edit(spheres=(sphere,)))), strict=True
+    ):
+        outside = np.linalg.norm(before.positions - np.array(sphere[:3]), axis=1) > sphere[3]
+        assert 0 < outside.sum() == len(after.positions) < len(outside)
+
+
+def test_a_transformed_scene_looks_to_its_cameras_as_before(stream):
+    other = edited(stream, Edit(similarity=Similarity.of(_TURN)))
+    (camera,), _ = read_prologue(BytesSource(other))
+
+    for before, after in zip(frames_of(stream), frames_of(other), strict=True):
+        assert measure_psnr(render_picture(before, _CAMERA), render_picture(after, camera)) > 45
+    header = next(iter(decode(other))).header
+    assert header.up_axis == 4  # a turn about y keeps it
+    assert header.meters_per_unit == 1.5
+
+
+def test_the_up_axis_turns_along_or_is_unknown():
+    header = StreamHeader(up_axis=3)
+    about_x = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]], dtype=float)
+    half = np.sqrt(0.5)
+    slanted = np.array([[1, 0, 0, 0], [0, half, -half, 0], [0, half, half, 0]])
+
+    assert Similarity.of(about_x).apply_to_header(header).up_axis == 5
+    assert Similarity.of(slanted).apply_to_header(header).up_axis == 0
+
+
+def test_recoloring_with_a_crop_is_done_on_what_is_left(stream):
+    box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
+    plain = frames_of(edited(stream, Edit(boxes=(box,))))[0]
+    colored = frames_of(edited(stream, Edit((box,), recoloring=Recoloring(offset=(0.1, 0, 0)))))[0]
+
+    red = 0.28209479177387814 * (colored.sh[:, 0, 0].mean() - plain.sh[:, 0, 0].mean())
+    assert red == pytest.approx(0.1, abs=0.005)
+
+
+def test_an_edit_that_leaves_nothing_is_rejected(stream):
+    with pytest.raises(EncodeError, match="no Gaussian"):
+        edited(stream, Edit(boxes=((5, 5, 5, 6, 6, 6),)))
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        np.diag([1.0, 1, -1, 1]),  # mirrors
+        np.diag([1.0, 2, 1, 1]),
+        np.diag([0.0, 0, 0, 1]),
+        np.diag([1.0, 1, 1, 2]),
+        np.full((3, 4), np.nan),
+    ],
+)
+def test_a_matrix_of_anything_else_is_rejected(matrix):
+    with pytest.raises(ValueError, match="rotation"):
+        Similarity.of(matrix)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("angle", [0.0, 0.5, np.pi / 2, np.pi, -2.5])
+def test_shapes_turn_as_positions_do(axis, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.roll(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), axis, axis=(0, 1))
+    splats = make_splats(50)
+    turned = Similarity.of(np.hstack([rotation, np.zeros((3, 1))])).apply(splats)
+
+    def axes(rotations):
+        w, x, y, z = rotations.T.astype(float)
+        return np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1)
+
+    assert axes(turned.rotations) == pytest.approx(axes(splats.rotations) @ rotation.T, abs=1e-5)
+    assert turned.positions == pytest.approx(splats.positions @ rotation.T, abs=1e-5)
+
+
+def test_ids_of_one_canonical_frame_are_not_those_of_the_next(stream):
+    scenes = list(decode(stream))
+    ids = [frame.ids for frame in edit_frames([*scenes, *scenes], Edit())]
+
+    assert np.array_equal(ids[0], ids[2])
+    assert not np.intersect1d(ids[0], ids[3]).size
