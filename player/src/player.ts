@@ -21,6 +21,8 @@ import { makeDecoder, makeSorter } from "./workers.js";
 export interface PlayerEvents {
   /** The stream is known; again when its index has been read, or a live stream has ended. */
   info: StreamInfo;
+  /** A part of the first frame is on the screen: a picture while loading. */
+  preview: null;
   /** A frame is on the screen. */
   frame: { readonly frame: number };
   play: null;
@@ -252,7 +254,10 @@ export class Player extends EventTarget {
 
   #takeShown(packet: FramePacket, cost: FrameCost): void {
     this.#playing.shown(packet);
-    if (packet.isPreview) return;
+    if (packet.isPreview) {
+      this.#tell("preview", null);
+      return;
+    }
     this.#recorder.add(packet, cost);
     if (this.info !== null) this.#opened?.resolve(this.info);
     this.#opened = null;

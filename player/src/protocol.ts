@@ -90,8 +90,8 @@ export interface FramePacket {
   readonly codes: Int16Array;
   /** [F] slots whose Gaussian died and that no birth reused, ascending. */
   readonly freedSlots: Uint32Array;
-  /** Size of the frame's chunks in the stream. */
-  readonly bytes: number;
+  /** Size of the frame's chunks in the stream; null if not known, as right after a seek. */
+  readonly bytes: number | null;
   /** Time that decoding took in the worker, milliseconds. */
   readonly decodeMs: number;
   /** Whether the frame is canonical (CANO or SNAP), so that a seek can start at it. */

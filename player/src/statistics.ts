@@ -10,8 +10,8 @@ export interface Statistics {
   readonly gaussians: number;
   /** Gaussians that the frame moved or recoded. */
   readonly changed: number;
-  /** Size of the frame in the stream. */
-  readonly frameBytes: number;
+  /** Size of the frame in the stream; null right after a seek, where it is not known. */
+  readonly frameBytes: number | null;
   readonly isCanonical: boolean;
   readonly decodeMs: number;
   readonly sortMs: number;

@@ -10,6 +10,7 @@ import { accessSync, constants } from "node:fs";
 import { delimiter, join } from "node:path";
 import { after, test, type TestContext } from "node:test";
 import { chromium, type Browser, type Page } from "playwright-core";
+import { decodePng, type Pixels } from "./png.js";
 import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./server.js";
 
 const NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
@@ -77,6 +78,11 @@ export class PlayerPage {
   /** Wait until something holds of the player. */
   async until(holds: (player: PlayerElement) => boolean): Promise<void> {
     await this.page.waitForFunction(`(${String(holds)})(document.querySelector("quarc-player"))`);
+  }
+
+  /** What is on the screen. */
+  async look(): Promise<Pixels> {
+    return decodePng(await this.page.screenshot());
   }
 
   /** Seek, and wait until the frame is on the screen. */

@@ -24,7 +24,7 @@ export interface ServerOptions {
   /** The connection breaks after so many bytes of every answer. */
   readonly diesAfter?: number;
   /** Answer every request for the stream with this status. */
-  readonly status?: number;
+  readonly status?: number | null;
   /** Send the stream no faster than this. */
   readonly bitsPerSecond?: number;
   /** Other files, by path: "/" is the page. */
@@ -94,11 +94,11 @@ export class StreamServer {
   }
 
   async #answerStream(request: IncomingMessage, response: ServerResponse): Promise<void> {
-    const { status, ranges = true, diesAfter = Infinity } = this.#options;
+    const { status = null, ranges = true, diesAfter = Infinity } = this.#options;
     const size = this.#stream.length;
     const asked = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
     this.requests.push(request.headers.range ?? "");
-    if (status !== undefined) {
+    if (status !== null) {
       response.writeHead(status).end();
       return;
     }

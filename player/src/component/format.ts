@@ -4,7 +4,8 @@ import type { StreamInfo } from "../protocol.js";
 import { rateOf, type Statistics } from "../statistics.js";
 
 /** A number of bytes; a KB is 1024 of them, as in all figures of quarc-ref. */
-export function formatBytes(bytes: number): string {
+export function formatBytes(bytes: number | null): string {
+  if (bytes === null) return "size unknown";
   if (bytes < 1024) return `${bytes} bytes`;
   const kilobytes = bytes / 1024;
   return kilobytes < 1024 ? `${kilobytes.toFixed(1)} KB` : `${(kilobytes / 1024).toFixed(1)} MB`;

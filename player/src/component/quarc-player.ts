@@ -6,7 +6,7 @@
 
 import type { Depth } from "../draw/picture.js";
 import { DrawingError } from "../draw/programs.js";
-import type { Player } from "../player.js";
+import type { Player, PlayerEvents } from "../player.js";
 import type { StreamInfo, StreamSource } from "../protocol.js";
 import type { Statistics } from "../statistics.js";
 import { AXES } from "../view/scene.js";
@@ -143,6 +143,24 @@ export class QuarcPlayer extends HTMLElement {
     this.#root.replaceChildren(describeFault(fault, null));
     this.dispatchEvent(new CustomEvent("error", { detail: fault }));
   }
+}
+
+export interface QuarcPlayer {
+  addEventListener<K extends keyof PlayerEvents>(
+    type: K,
+    listener: (event: CustomEvent<PlayerEvents[K]>) => void,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener<K extends keyof HTMLElementEventMap>(
+    type: K,
+    listener: (this: HTMLElement, event: HTMLElementEventMap[K]) => unknown,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
 }
 
 /** The speed that an attribute asks for; 1 unless it is a positive number. */

@@ -1,6 +1,6 @@
 /** The user interface of the component, from when it is put on a page to when it is removed. */
 
-import { Player } from "../player.js";
+import { Player, type PlayerEvents } from "../player.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { rateOf } from "../statistics.js";
 import { connectControls, showPlaying } from "./buttons.js";
@@ -10,7 +10,10 @@ import { layOut, type Layout } from "./layout.js";
 import { Timeline } from "./timeline.js";
 
 const WAITING_MS = 400; // before it is shown that frames are waited for
-const FORWARDED = ["info", "frame", "play", "pause", "ended", "waiting", "progress", "view", "error"];
+const FORWARDED: readonly (keyof PlayerEvents)[] = [
+  ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
+  ...(["waiting", "progress", "view", "error"] as const),
+];
 
 export class Session {
   readonly layout: Layout;
@@ -94,9 +97,9 @@ export class Session {
       player.addEventListener(type, () => this.#host.toggleAttribute("playing", player.isPlaying));
     }
     for (const type of FORWARDED) {
-      (player as EventTarget).addEventListener(type, (event) => {
+      player.addEventListener(type, ({ detail }: CustomEvent<unknown>) => {
         this.refresh();
-        this.#host.dispatchEvent(new CustomEvent(type, { detail: (event as CustomEvent).detail }));
+        this.#host.dispatchEvent(new CustomEvent(type, { detail }));
       });
     }
   }

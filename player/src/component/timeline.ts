@@ -16,7 +16,7 @@ const DECODE_TIME = "#ffb454";
 const PLAYHEAD = "#fff";
 
 interface Bar {
-  readonly bytes: number;
+  readonly bytes: number | null;
   readonly decodeMs: number;
   readonly isCanonical: boolean;
 }
@@ -47,9 +47,10 @@ export class Timeline {
   }
 
   /** Add a frame. Canonical frames have full height; the scale is that of the others. */
-  add(frame: number, bar: Bar): void {
-    this.#bars.set(frame, bar);
-    if (!bar.isCanonical) this.#tallest = Math.max(this.#tallest, bar.bytes);
+  add(frame: number, { bytes, decodeMs, isCanonical }: Bar): void {
+    const known = this.#bars.get(frame)?.bytes ?? null;
+    this.#bars.set(frame, { bytes: bytes ?? known, decodeMs, isCanonical });
+    if (!isCanonical) this.#tallest = Math.max(this.#tallest, bytes ?? 0);
   }
 
   /** A frame in words, for the pointer over it. */
@@ -105,14 +106,14 @@ export class Timeline {
     let found = this.#bars.get(frame);
     for (let other = frame + 1; other < frame + step; other++) {
       const bar = this.#bars.get(other);
-      if (bar !== undefined && (found === undefined || bar.bytes > found.bytes)) found = bar;
+      if (bar !== undefined && (found === undefined || (bar.bytes ?? 0) > (found.bytes ?? 0))) found = bar;
     }
     return found;
   }
 
   #heightOf(bar: Bar | undefined): number {
     if (bar === undefined) return 0;
-    return bar.isCanonical ? 1 : 0.85 * Math.sqrt(Math.min(1, bar.bytes / this.#tallest));
+    return bar.isCanonical ? 1 : 0.85 * Math.sqrt(Math.min(1, (bar.bytes ?? 0) / this.#tallest));
   }
 }
 

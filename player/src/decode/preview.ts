@@ -32,7 +32,7 @@ export function makePreview(
     ...{ frame, isFull: true, isPreview: true, count, slotLimit: count },
     ...{ movedSlots: slots, positions, rotations: interleave(Int32Array, state.rotations) },
     ...{ codedSlots: slots.slice(), codes: packed, freedSlots: new Uint32Array(0) },
-    ...{ bytes: 0, isCanonical: true },
+    ...{ bytes: null, isCanonical: true },
   };
 }
 

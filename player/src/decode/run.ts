@@ -88,7 +88,7 @@ export class Run {
       }
       if (this.frame === null) this.#learn(decoder, found.frame);
       const end = decoder.offset;
-      this.#postFrame(found, begin === null ? 0 : end - begin, decodeMs);
+      this.#postFrame(found, begin === null ? null : end - begin, decodeMs);
       [begin, decodeMs] = [end, 0];
       void this.#findIndex(quarc);
       await nextTask();
@@ -194,7 +194,7 @@ export class Run {
     this.#send({ ...packet, run: this.number, decodeMs: performance.now() - begun });
   }
 
-  #postFrame(state: State, bytes: number, decodeMs: number): void {
+  #postFrame(state: State, bytes: number | null, decodeMs: number): void {
     const begun = performance.now();
     const taken = this.#slots.take(state, this.#hasUpdates, { run: this.number, bytes, decodeMs });
     this.frame = taken.frame;

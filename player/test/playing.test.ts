@@ -1,0 +1,133 @@
+/** Playback in a browser: seeks, loops, steps, the ends of a stream. */
+
+import assert from "node:assert/strict";
+import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+
+/** Bytes of what the first camera sees. Runs on the page. */
+async function see(player: PlayerElement): Promise<number[]> {
+  const picture = await player.takePicture(0);
+  return Array.from(picture, (value) => Math.round(255 * value));
+}
+
+/** Step through frames up to one, and tell which were shown. Runs on the page. */
+async function stepTo(player: PlayerElement, last: number): Promise<number[]> {
+  const frames = [];
+  while ((player.frame ?? last) < last) {
+    const shown = new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+    player.step(1);
+    await shown;
+    frames.push(player.frame ?? -1);
+  }
+  return frames;
+}
+
+/** The frames that are shown from now on, so many of them. Runs on the page. */
+function watch(player: PlayerElement, count: number): Promise<number[]> {
+  const frames: number[] = [];
+  return new Promise((resolve) => {
+    player.addEventListener("frame", () => {
+      frames.push(player.frame ?? -1);
+      if (frames.length === count) resolve(frames);
+    });
+    player.play();
+  });
+}
+
+browserTest("a seek shows the picture that playing up to the frame shows", async () => {
+  await using page = await PlayerPage.open();
+  await page.until((player) => player.frame === 0);
+  const due = new Map<number, number[]>();
+  for (const frame of [3, 13, 17]) {
+    const frames = await page.run(stepTo, frame);
+    assert.equal(frames.at(-1), frame);
+    due.set(frame, await page.run(see));
+  }
+  for (const frame of [13, 3, 17]) {
+    await page.setFrame(frame);
+    const seen = await page.run(see);
+    const differences = seen.map((value, at) => Math.abs(value - (due.get(frame)?.[at] ?? 0)));
+    assert.ok(Math.max(...differences) <= 2, `frame ${frame}`); // of Gaussians at one depth
+  }
+});
+
+browserTest("steps go forward and back, over canonical frames, and stop at the ends", async () => {
+  await using page = await PlayerPage.open();
+  await page.until((player) => player.frame === 0);
+  assert.deepEqual(await page.run(stepTo, 13), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13]);
+  for (const frame of [12, 11]) {
+    await page.run((player) => player.step(-1));
+    await page.page.waitForFunction(`document.querySelector("quarc-player").frame === ${frame}`);
+  }
+  await page.run((player) => player.step(-20));
+  await page.until((player) => player.frame === 0);
+  await page.run((player) => player.step(1000));
+  await page.until((player) => player.frame === 23);
+});
+
+browserTest("a loop shows every frame in order, again and again", async () => {
+  await using page = await PlayerPage.open({ attributes: 'loop speed="4"' });
+  await page.until((player) => player.frame === 0);
+  const frames = await page.run(watch, 60);
+  assert.deepEqual(frames, Array.from({ length: 60 }, (_, at) => (at + 1) % 24));
+  assert.equal(page.server.requests.length, 1, "a lap asks the server for nothing");
+  // Frames of the next lap are decoded already: they are not shown when the loop is switched off.
+  const ended = page.run(
+    (player) => new Promise((resolve) => player.addEventListener("ended", () => resolve(player.frame))),
+  );
+  await page.run((player) => player.removeAttribute("loop"));
+  assert.equal(await ended, 23);
+});
+
+browserTest("at the end it pauses, and plays from the beginning", async () => {
+  await using page = await PlayerPage.open({ attributes: 'autoplay speed="8"' });
+  await page.until((player) => player.frame === 23 && !player.isPlaying);
+  assert.deepEqual((await page.run(watch, 5)).slice(0, 3), [0, 1, 2]);
+});
+
+browserTest("scrubbing shows pictures on the way, and ends where it was let go", async () => {
+  await using page = await PlayerPage.open();
+  await page.until((player) => player.frame === 0);
+  const shown = await page.run(async (player) => {
+    const frames: (number | null)[] = [];
+    player.addEventListener("frame", () => frames.push(player.frame));
+    for (let frame = 1; frame < 23; frame++) {
+      player.setFrame(frame);
+      await new Promise((resolve) => setTimeout(resolve, 20));
+    }
+    player.setFrame(22);
+    while (player.frame !== 22) await new Promise((resolve) => setTimeout(resolve, 20));
+    return frames;
+  });
+  assert.ok(shown.length >= 2, `${shown}`);
+  assert.equal(shown.at(-1), 22);
+});
+
+browserTest("a program draws on its own canvas, and learns what went wrong", async () => {
+  await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
+  const seen = await page.page.evaluate(async () => {
+    const { Player, StreamError } = await import(`${location.origin}/quarc-player.js`);
+    const canvas = document.body.appendChild(document.createElement("canvas"));
+    const player = new Player(canvas);
+    const info = await player.open({ url: `${location.origin}/stream.quarc` });
+    player.speed = 2;
+    player.seek(0.5);
+    while (player.frame !== 15) await new Promise((resolve) => setTimeout(resolve, 20));
+    const { statistics, currentTime, duration, camera, cameras } = player;
+    player.camera = "side";
+    const names = [camera, player.camera, cameras.length];
+    const fault = await player.open({ url: `${location.origin}/missing.quarc` }).catch((error: unknown) => {
+      if (!(error instanceof StreamError)) throw error;
+      return (error as { fault: unknown }).fault;
+    });
+    player.dispose();
+    return { title: info.metadata.title, statistics, currentTime, duration, names, fault };
+  });
+  assert.equal(seen.title, "a ball in a room");
+  assert.deepEqual([seen.currentTime, seen.duration], [0.5, 0.8]);
+  assert.deepEqual(seen.names, ["front", "side", 3]);
+  const { gaussians, bufferedFrames, decodeMs, sortMs, receivedBytes, frameBytes } = seen.statistics;
+  assert.ok(gaussians > 3000 && bufferedFrames >= 0 && decodeMs > 0 && sortMs > 0);
+  assert.ok(receivedBytes > 60_000);
+  assert.equal(frameBytes, null, "right after a seek it is not known");
+  assert.deepEqual([seen.fault.kind, seen.fault.rejectId], ["network", null]);
+});

@@ -1,0 +1,104 @@
+/** Servers and streams of all kinds, as a page shows them. */
+
+import assert from "node:assert/strict";
+import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+import { readRoom } from "./server.js";
+
+const CANONICAL_BYTES = 30_000; // of the room's first frame, roughly
+
+const text = (page: PlayerPage, selector: string): Promise<string> =>
+  page.page.locator("quarc-player").locator(selector).innerText();
+
+/** The next error of the player; the one of its beginning may be missed. Runs on the page. */
+function nextFault(player: PlayerElement): Promise<{ kind: string; rejectId: string | null; frame: number | null }> {
+  return new Promise((resolve) => {
+    player.addEventListener("error", ({ detail }) => resolve(detail), { once: true });
+    player.setAttribute("src", "stream.quarc");
+  });
+}
+
+browserTest("from a server without ranges the stream is read once, also for seeks", async () => {
+  await using page = await PlayerPage.open({ ranges: false });
+  await page.until((player) => player.frame === 0);
+  await page.setFrame(20);
+  await page.setFrame(2);
+  assert.equal(page.server.requests.length, 1);
+});
+
+browserTest("what is missing is said, and can be tried again", async () => {
+  await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });
+  await page.page.locator("quarc-player .fault h2").waitFor();
+  assert.equal(await text(page, ".fault h2"), "The stream cannot be loaded");
+  assert.match(await text(page, ".fault p"), /stream\.quarc: the server answered 404/);
+  page.server.set({ status: null });
+  await page.page.locator("quarc-player .fault button").click();
+  await page.until((player) => player.frame === 4);
+  assert.equal(await page.page.locator("quarc-player .fault").isVisible(), false);
+});
+
+browserTest("a server that dies in the middle is asked for the rest", async () => {
+  await using page = await PlayerPage.open({
+    diesAfter: 20_000,
+    attributes: 'autoplay speed="8"',
+    expectedErrors: /ERR_(CONTENT_LENGTH_MISMATCH|INCOMPLETE_CHUNKED_ENCODING|CONNECTION_RESET)/,
+  });
+  await page.until((player) => player.frame === 23);
+  assert.ok(page.server.requests.length > 3);
+});
+
+browserTest("a damaged stream plays up to the damage, and names the rule", async () => {
+  const stream = Uint8Array.from(readRoom());
+  stream[stream.length >> 1] = (stream[stream.length >> 1] ?? 0) ^ 1;
+  await using page = await PlayerPage.open({ stream, attributes: 'autoplay speed="8"' });
+  const fault = await page.run(nextFault);
+  assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "payload-crc"]);
+  assert.ok((fault.frame ?? 0) > 0);
+  assert.equal(await text(page, ".fault h2"), "This stream is damaged");
+  assert.match(await text(page, ".fault code"), /payload-crc/);
+});
+
+browserTest("a truncated stream plays up to its end, and says that it is truncated", async () => {
+  const stream = readRoom();
+  await using page = await PlayerPage.open({ stream: stream.subarray(0, stream.length - 100), attributes: 'autoplay speed="8"' });
+  const fault = await page.run(nextFault);
+  assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "truncated"]);
+  await page.until((player) => (player.frame ?? -1) >= 0);
+});
+
+browserTest("what is no stream at all is refused by name", async () => {
+  await using page = await PlayerPage.open({ stream: new TextEncoder().encode("<!doctype html>") });
+  const fault = await page.run(nextFault);
+  assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "bad-magic"]);
+});
+
+browserTest("a live stream is followed; while nothing comes the last frame stays", async () => {
+  const stream = readRoom();
+  const half = stream.subarray(0, stream.length >> 1);
+  await using page = await PlayerPage.open({ stream: half, attributes: 'live autoplay speed="4"', expectedErrors: /416/ });
+  await page.page.locator("quarc-player .waiting").waitFor();
+  const stopped = await page.run((player) => player.frame);
+  assert.ok(stopped !== null && stopped > 0 && stopped < 23);
+  assert.equal(await text(page, ".notice"), "Live");
+  const [red, green, blue] = (await page.look()).at(240, 220);
+  assert.ok(red + green + blue > 60, "the picture has gone");
+  page.server.grow(stream);
+  await page.until((player) => player.frame === 23 && !player.isPlaying);
+  assert.equal(await page.page.locator("quarc-player .waiting").isVisible(), false);
+});
+
+browserTest("a picture is shown before the first frame has arrived", async () => {
+  await using page = await PlayerPage.open({ bitsPerSecond: 400_000, attributes: null });
+  const received = await page.page.evaluate(async () => {
+    const player = document.createElement("quarc-player") as PlayerElement;
+    player.setAttribute("src", "stream.quarc");
+    let [bytes, atPreview] = [0, 0];
+    player.addEventListener("progress", ({ detail }) => (bytes = detail.bytes));
+    player.addEventListener("preview", () => (atPreview ||= bytes), { once: true });
+    const shown = new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+    document.body.append(player);
+    await shown;
+    return { atPreview, atFrame: bytes };
+  });
+  assert.ok(received.atPreview > 0 && received.atPreview < CANONICAL_BYTES * 0.75, JSON.stringify(received));
+  assert.ok(received.atFrame > received.atPreview);
+});
