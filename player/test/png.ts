@@ -42,14 +42,15 @@ function unfilter(filtered: Buffer, rowBytes: number, height: number, channels: 
       const left = column >= channels ? (rows[at - channels] ?? 0) : 0;
       const up = row > 0 ? (rows[at - rowBytes] ?? 0) : 0;
       const corner = row > 0 && column >= channels ? (rows[at - rowBytes - channels] ?? 0) : 0;
-      const predictions = [0, left, up, (left + up) >> 1, paeth(left, up, corner)];
+      const predictions = [0, left, up, (left + up) >> 1, nearestOf(left, up, corner)];
       rows[at] = (filtered[row * (rowBytes + 1) + 1 + column] ?? 0) + (predictions[kind ?? 0] ?? 0);
     }
   }
   return rows;
 }
 
-function paeth(left: number, up: number, corner: number): number {
+/** Of left, up and corner, the one nearest to left + up - corner (filter type 4). */
+function nearestOf(left: number, up: number, corner: number): number {
   const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
   if (a <= b && a <= c) return left;
   return b <= c ? up : corner;
