@@ -6,13 +6,13 @@ profile `fine`.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.decoder.dequantize import Float32, Splats
 from quarc_ref.export.activate import SH_BASE, base_colors_of, opacities_of, scales_of, xyzw_of
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
@@ -171,7 +171,24 @@ def _sample(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
         gaussians.colors[rows, :3],
         state["opacity"],
     )
+    if gaussians.sh is not None:
+        splats = replace(splats, sh=_join_harmonics(splats.sh, gaussians.sh[rows]))
     return splats, rows.astype(np.int64)
+
+
+def _join_harmonics(base: Float32, levels: NDArray[np.uint8]) -> Float32:
+    """Return `[N, K, 3]` harmonics.
+
+    Args:
+        base: `[N, 1, 3]` of degree 0.
+        levels: `[N, 3 (K - 1)]` of the other degrees, channel by channel.
+    """
+    from fourdgs.quantization import SH_QUANT_HI, SH_QUANT_LO
+
+    rest = SH_QUANT_LO + levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
+    by_channel = rest.reshape(len(levels), 3, -1)
+    joined: Float32 = np.concatenate([base, by_channel.transpose(0, 2, 1)], axis=1)
+    return joined.astype(np.float32)
 
 
 def _as_splats(

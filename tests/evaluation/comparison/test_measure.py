@@ -161,7 +161,7 @@ def test_streams_of_other_cameras_are_not_compared(rivals, compare, tmp_path):
 
 def test_a_fourdgs_file_of_births_has_its_harmonics(tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
-    from quarc_ref.evaluation.comparison.gaussian_files import _read_fourdgs
+    from quarc_ref.export.fourdgs_file import read_4dgs
 
     rng = np.random.default_rng(4)
     count = 5
@@ -181,10 +181,10 @@ def test_a_fourdgs_file_of_births_has_its_harmonics(tmp_path):
         sh_degree=1,
     )
     fourdgs.write(tmp_path / "a.4dgs", gaussians, 2.0)
-    duration, load = _read_fourdgs((tmp_path / "a.4dgs").read_bytes(), tmp_path / "a.4dgs")
-    first, later = load(0.0), load(1.0)
+    found = read_4dgs((tmp_path / "a.4dgs").read_bytes(), 1.0)
+    (first, _), (later, _) = found.read()
 
-    assert duration == 2.0
+    assert found.count == 2
     assert later.positions == pytest.approx(first.positions + 0.5, abs=1e-2)
     assert first.rotations == pytest.approx(np.roll(rotations, 1, axis=1), abs=1e-2)
     assert np.exp(first.log_scales) == pytest.approx(np.full((count, 3), 0.1), rel=0.05)
