@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from kept_files import keep_file
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
+from paper.scenes import format_scenes, write_scenes_csv
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -72,32 +74,70 @@ def run_study(study: Study, pool: WorkerPool) -> None:
     run_waiting(make_row, jobs, pool, study.write)
 
 
-def plan_study(arguments: argparse.Namespace) -> Study:
-    """Return what is asked for.
+def plan_studies(arguments: argparse.Namespace) -> list[Study]:
+    """Return what is asked for, a study to each capture.
+
+    Several captures have a folder each, named after the folder that the capture is in and
+    after the capture.
+
+    Raises:
+        ValueError: As for `plan_study`, or two captures have the same names.
+        CaptureError: A capture cannot be read.
+    """
+    captures = [path.resolve() for path in arguments.capture]
+    if len(captures) == 1:
+        return [plan_study(arguments, captures[0], arguments.out)]
+    folders = [arguments.out / path.parent.name / path.name for path in captures]
+    if len(set(folders)) < len(folders):
+        message = "two captures have the same name, in folders of the same name"
+        raise ValueError(message)
+    return [
+        plan_study(arguments, capture, folder)
+        for capture, folder in zip(captures, folders, strict=True)
+    ]
+
+
+def write_scenes(studies: Sequence[Study], out: Path) -> str:
+    """Write the tables of several captures; return them as Markdown."""
+    scenes = {(study.folder.parent.name, study.folder.name): study.rows() for study in studies}
+    experiments = studies[0].experiments
+    text = format_scenes(experiments, scenes)
+    keep_file(out / "scenes.md", text.encode())
+    keep_file(out / "scenes.csv", write_scenes_csv(experiments, scenes))
+    return text
+
+
+def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
+    """Return what is asked for of one capture.
+
+    Args:
+        arguments: Of the command line.
+        folder: Of the capture.
+        out: Where everything is kept.
 
     Raises:
         ValueError: A preset, a setting, an experiment or a camera does not exist.
         CaptureError: The capture cannot be read.
     """
     options = CaptureOptions(arguments.downscale, tuple(arguments.held_out))
-    capture = open_capture(arguments.capture, options)
+    capture = open_capture(folder, options)
     base = _settle_base(arguments, capture)
     experiments = list_experiments(base, arguments.only)
     frames = capture.require_frames(arguments.frames)
     tasks = [
         Task(
             trial,
-            arguments.capture.resolve(),
+            folder.resolve(),
             options,
             frames,
-            arguments.out.resolve(),
+            out.resolve(),
             arguments.lpips,
             arguments.device,
         )
         for trial in list_trials(experiments)
     ]
     name, preset = capture.name, ", ".join([arguments.preset, *arguments.set])
-    return Study(name, capture.fingerprint, preset, experiments, tasks, arguments.out)
+    return Study(name, capture.fingerprint, preset, experiments, tasks, out)
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -110,24 +150,37 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         if arguments.lpips:
             Lpips(arguments.lpips)  # rejected now, not after the first hour
-        study = plan_study(arguments)
+        studies = plan_studies(arguments)
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
     except (ValueError, CaptureError, EncodeError) as error:
         note(f"paper.py: {error}")
         return 2
     code = 0
-    try:
-        run_study(study, pool)
-    except JobsError as error:
-        note(str(error))
-        code = 3
-    page = study.write()
-    if arguments.json:
-        print(json.dumps(list(study.rows().values()), indent=1))
-    elif page:
-        print((study.folder / "paper.md").read_text())
-        print(page)
+    for study in studies:
+        note(f"{study.capture}:")
+        try:
+            run_study(study, pool)
+        except JobsError as error:
+            note(str(error))
+            code = 3
+        study.write()
+    _show(studies, arguments)
     return code
+
+
+def _show(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
+    """Write what all captures have come to, and print it."""
+    tables = write_scenes(studies, arguments.out) if len(studies) > 1 else ""
+    if arguments.json:
+        print(json.dumps([row for study in studies for row in study.rows().values()], indent=1))
+        return
+    if tables:
+        print(tables)
+    for study in studies:
+        if study.rows():
+            if not tables:
+                print((study.folder / "paper.md").read_text())
+            print(study.folder / "index.html")
 
 
 def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
@@ -142,10 +195,17 @@ def _settle_base(arguments: argparse.Namespace, capture: Capture) -> EncoderConf
 def _parse_arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="paper.py",
-        description="Run the paper's experiments on a capture: tables, plots and one page.",
+        description="Run the paper's experiments on captures: tables, plots and one page to each.",
     )
     add = parser.add_argument
-    add("capture", type=Path, metavar="CAPTURE", help="a folder; quarc-ref synth makes one")
+    add(
+        "capture",
+        type=Path,
+        nargs="+",
+        metavar="CAPTURE",
+        help="a folder; quarc-ref synth makes one. Several, such as data/N3DV/*, are also put "
+        "into one table: every scene, and their mean",
+    )
     add("--out", type=Path, default=Path("out/paper"), metavar="DIR", help="kept between runs")
     add("--preset", choices=sorted(PRESETS), default="main", help="the full method")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="change of the preset")

@@ -176,3 +176,37 @@ def test_rows_made_on_a_ray_cluster_are_those_made_here(folder, study, tmp_path,
     )
     assert mine["bytes"] == theirs["bytes"]
     assert mine["per_frame"] == theirs["per_frame"]
+
+
+def test_several_captures_come_to_one_table_of_scenes_and_their_mean(
+    folder, tmp_path, here, capsys
+):
+    data = tmp_path / "N3DV"
+    for name in ("one", "two"):
+        shutil.copytree(folder, data / name)
+    words = [str(data / "one"), str(data / "two"), "--out", str(tmp_path / "out"), *TINY]
+    assert command.main([*words, "--only", "full,gate"]) == 0
+    printed = capsys.readouterr().out
+    tables = (tmp_path / "out" / "scenes.md").read_text()
+    with (tmp_path / "out" / "scenes.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+
+    assert tables in printed
+    assert "## N3DV" in tables
+    rows = {line.split("|")[1].strip(): line for line in tables.splitlines() if "|" in line}
+    assert {"one", "two", "mean", "change gate", "no gate"} <= rows.keys()
+    numbers = [float(rows[name].split("|")[2]) for name in ("one", "two", "mean")]
+    assert numbers[2] == pytest.approx((numbers[0] + numbers[1]) / 2, abs=0.01)
+    assert [(line["scene"], line["label"]) for line in lines] == [
+        (name, label) for name in ("one", "two")
+        for label in ("full method", "change gate", "no gate")
+    ]  # fmt: skip
+    for name in ("one", "two"):
+        assert (tmp_path / "out" / "N3DV" / name / "index.html").is_file()
+    assert sorted(set(here)) == ["full", "gate", "gate-open"]
+
+
+def test_captures_of_the_same_name_are_rejected(folder, tmp_path, here, capsys):
+    assert command.main([str(folder), str(folder), "--out", str(tmp_path / "out"), *TINY]) == 2
+    assert "same name" in capsys.readouterr().err
+    assert here == []
