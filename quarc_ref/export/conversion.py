@@ -3,8 +3,6 @@
 import subprocess
 import sys
 from importlib.util import find_spec
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from quarc_ref.export.errors import ExportError
 
@@ -47,29 +45,32 @@ def convert_apart(data: bytes, source: str, target: str) -> bytes:
     if find_spec("gaussforge") is None:
         message = "gaussforge is not installed"
         raise ImportError(message, name="gaussforge")
-    with TemporaryDirectory() as folder:
-        given, made = Path(folder, "given"), Path(folder, "made")
-        given.write_bytes(data)
-        command = [sys.executable, "-I", "-c", _CHILD, str(given), str(made), source, target]
-        try:
-            done = subprocess.run(command, capture_output=True, timeout=_SECONDS, check=False)
-        except subprocess.TimeoutExpired as error:
-            message = f"gaussforge has not read it in {_SECONDS} seconds"
-            raise ExportError(message) from error
-        if done.returncode or not made.exists():
-            lines = done.stderr.decode(errors="replace").strip().splitlines()
-            message = f"gaussforge does not read it: {lines[-1] if lines else done.returncode}"
-            raise ExportError(message)
-        return made.read_bytes()
+    command = [sys.executable, "-I", "-c", _CHILD, source, target]
+    try:
+        done = subprocess.run(
+            command, input=data, capture_output=True, timeout=_SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired as error:
+        message = f"gaussforge has not read it in {_SECONDS} seconds"
+        raise ExportError(message) from error
+    if done.returncode:
+        lines = done.stderr.decode(errors="replace").strip().splitlines()
+        message = f"gaussforge does not read it: {lines[-1] if lines else done.returncode}"
+        raise ExportError(message)
+    return done.stdout
 
 
+# The library writes to standard output, so that what it makes leaves by a copy of it.
 _CHILD = """
+import os
 import sys
-from pathlib import Path
 from gaussforge import GaussForge
-given, made, source, target = sys.argv[1:]
-result = GaussForge().convert(Path(given).read_bytes(), source, target)
+sink = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)
+source, target = sys.argv[1:]
+result = GaussForge().convert(sys.stdin.buffer.read(), source, target)
 if "error" in result:
     sys.exit(str(result["error"]))
-Path(made).write_bytes(result["data"])
+with sink:
+    sink.write(result["data"])
 """
