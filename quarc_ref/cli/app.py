@@ -13,6 +13,7 @@ from quarc_ref.cli.command import Verb
 from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
 from quarc_ref.cli.verbs import (
     bench,
+    calibrate,
     capture,
     compare,
     decode,
@@ -36,6 +37,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command("calibrate", cls=Verb)(calibrate.calibrate)
 app.command("encode", cls=Verb)(encode.encode)
 app.command("import", cls=Verb)(scenes.import_frames)
 app.command("decode", cls=Verb)(decode.decode_frames)

@@ -124,7 +124,7 @@ class TerminalProgress:
     _MAIN = ("canonical", "frames")
     _ONCE = (
         *("synth", "canonical", "frames", "segments"),
-        *("inspect", "evaluate", "compare", "decode", "seek", "render"),
+        *("sync", "features", "inspect", "evaluate", "compare", "decode", "seek", "render"),
     )
 
     def __init__(self, *, quiet: bool) -> None:

@@ -14,7 +14,7 @@ from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
 from quarc_ref.datasets.video import VideoReader
 
-VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm")
+VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".qt", ".3gp", ".3g2", ".mkv", ".webm")
 STILL_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 Files = Mapping[str, Sequence[Path]]  # of every camera, by its name: one video, or its pictures

@@ -7,8 +7,7 @@ are. Every seed is fixed: the same pictures give the same points.
 """
 
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ import pycolmap
 
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.colmap_cameras import build_camera, quiet
 from quarc_ref.datasets.errors import UnreadablePointsError
 
 _LEAST_POINTS = 100
@@ -36,7 +36,7 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
     Raises:
         UnreadablePointsError: Too few points are found.
     """
-    with tempfile.TemporaryDirectory() as name, _quiet():
+    with tempfile.TemporaryDirectory() as name, quiet():
         folder = Path(name)
         try:
             found = _reconstruct(cameras, pictures, folder)
@@ -51,17 +51,6 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
         raise UnreadablePointsError(message)
     positions = np.array([point.xyz for point in found], dtype=np.float32)
     return Points(positions, np.array([point.color for point in found], dtype=np.uint8))
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep pycolmap's log off the terminal."""
-    before = pycolmap.logging.minloglevel
-    pycolmap.logging.minloglevel = pycolmap.logging.FATAL.value
-    try:
-        yield
-    finally:
-        pycolmap.logging.minloglevel = before
 
 
 def _reconstruct(
@@ -106,7 +95,7 @@ def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolma
             pose = pycolmap.Rigid3d(
                 pycolmap.Rotation3d(camera.pose.rotation), camera.pose.translation
             )
-            model.add_camera_with_trivial_rig(_make_pinhole(camera, index))
+            model.add_camera_with_trivial_rig(build_camera(camera.lens, index))
             image = pycolmap.Image(_file_name(index), np.empty((0, 2)), index, index)
             model.add_image_with_trivial_frame(image, pose)
             rows.write_camera(model.camera(index), use_camera_id=True)
@@ -114,17 +103,6 @@ def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolma
             rows.write_frame(model.frame(index), use_frame_id=True)
             rows.write_image(model.image(index), use_image_id=True)
     return model
-
-
-def _make_pinhole(camera: CalibratedCamera, index: int) -> pycolmap.Camera:
-    lens = camera.lens
-    return pycolmap.Camera(
-        camera_id=index,
-        model=pycolmap.CameraModelId.PINHOLE,
-        width=lens.width,
-        height=lens.height,
-        params=[lens.fx, lens.fy, lens.cx, lens.cy],
-    )
 
 
 def _file_name(index: int) -> str:

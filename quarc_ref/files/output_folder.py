@@ -1,5 +1,7 @@
 """Folders that are being filled, with a marker in which every file is listed before it is made."""
 
+import os
+import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -53,6 +55,27 @@ class OutputFolder:
         with self.open(name) as file:
             file.write(data)
         return self.path / name
+
+    def link(self, name: str, source: Path) -> Path:
+        """Put a file of elsewhere in the folder, and return its path there.
+
+        It is the same file under a second name (a hard link) where the disk allows that, and
+        a copy elsewhere.
+
+        Args:
+            name: Of the file in the folder.
+            source: The file.
+
+        Raises:
+            OSError: The file cannot be read or written.
+        """
+        path = self.add(name)
+        try:
+            os.link(source.resolve(), path)
+        except OSError:
+            with source.open("rb") as file, atomic_file(path) as copy:
+                shutil.copyfileobj(file, copy)
+        return path
 
     @contextmanager
     def folder(self, name: str) -> Iterator["OutputFolder"]:

@@ -6,6 +6,7 @@ import pytest
 
 from tests.cli.commands import TINY_OPTIONS, run_json
 from tests.datasets import scenes
+from tests.recordings import write_recordings
 from tests.small_streams import make_stream
 
 
@@ -46,6 +47,14 @@ def capture(tmp_path_factory):
     """A capture of four cameras, 48 x 32, three frames, in N3DV's layout."""
     folder = tmp_path_factory.mktemp("cli") / "plane"
     return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+@pytest.fixture(scope="session")
+def recordings(tmp_path_factory):
+    """A folder of videos without poses."""
+    folder = tmp_path_factory.mktemp("recorded") / "bare"
+    write_recordings(folder)
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -23,7 +23,7 @@ class Verb:
     """What a verb takes and makes.
 
     Attributes:
-        line: Its arguments; `{stream}`, `{encoded}` and `{capture}` stand for
+        line: Its arguments; `{stream}`, `{encoded}`, `{capture}` and `{recordings}` stand for
             what it reads, `{out}` for what it makes.
         makes: "file", "folder", or nothing.
         middle: What is called in the middle of its work.
@@ -48,6 +48,12 @@ class Verb:
 
 
 VERBS = {
+    "calibrate": Verb(
+        "{recordings} -o {out} --sync none --moments 1",
+        "folder",
+        "quarc_ref.calibration.features.Features.add_moment",
+        needs="pycolmap",
+    ),
     "encode": Verb(
         f"{{capture}} -o {{out}} --frames 2 {_TINY}", "file", _WRITE, leaves=("out.part",)
     ),

@@ -19,8 +19,13 @@ _SCHEMAS = {name: it for name, it in load_schemas().items() if name != SHARED}
 
 
 @pytest.fixture
-def places(stream_file, encoded, capture):
-    return {"stream": stream_file, "encoded": encoded.file, "capture": capture}
+def places(stream_file, encoded, capture, recordings):
+    return {
+        "stream": stream_file,
+        "encoded": encoded.file,
+        "capture": capture,
+        "recordings": recordings,
+    }
 
 
 @pytest.mark.parametrize("verb", [name for name in VERBS if name != "view"])

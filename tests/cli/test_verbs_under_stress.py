@@ -25,11 +25,12 @@ from tests.cli.stress import (
 
 
 @pytest.fixture
-def place(stream_file, encoded, capture, tmp_path):
+def place(stream_file, encoded, capture, recordings, tmp_path):
     """What verbs read, and an empty folder to make things in."""
     made = tmp_path / "made"
     made.mkdir()
     reads = {"stream": stream_file, "encoded": encoded.file, "capture": capture}
+    reads["recordings"] = recordings
     return SimpleNamespace(reads=reads, made=made, beside=tmp_path)
 
 

@@ -15,28 +15,14 @@ import numpy as np
 import pycolmap
 
 from quarc_ref.datasets.arrangements import find_pictures
-from quarc_ref.datasets.calibration import CalibratedCamera, Lens, choose_near, make_pose
+from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, make_pose
 from quarc_ref.datasets.capture import Points
-from quarc_ref.datasets.errors import (
-    MissingFileError,
-    UnreadablePoseError,
-    UnsupportedCameraError,
-)
+from quarc_ref.datasets.colmap_cameras import make_lens
+from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.layouts.colmap_sizes import require_whole
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
-
-# Parameters after the principal point are the first of OpenCV's, in its order.
-_MODELS = {
-    pycolmap.CameraModelId.SIMPLE_PINHOLE,
-    pycolmap.CameraModelId.PINHOLE,
-    pycolmap.CameraModelId.SIMPLE_RADIAL,
-    pycolmap.CameraModelId.RADIAL,
-    pycolmap.CameraModelId.OPENCV,
-    pycolmap.CameraModelId.FULL_OPENCV,
-    pycolmap.CameraModelId.OPENCV_FISHEYE,
-}
 
 
 def find_model(folder: Path) -> Path | None:
@@ -137,26 +123,7 @@ def _make_camera(
     depths = positions @ pose.rotation[2] + pose.translation[2]
     depths = depths[depths > 0]
     near = choose_near(depths) if depths.size else None
-    return CalibratedCamera(name, _make_lens(name, model.cameras[image.camera_id]), pose, near)
-
-
-def _make_lens(name: str, camera: pycolmap.Camera) -> Lens:
-    if camera.model not in _MODELS:
-        message = (
-            f"camera {name} is a {camera.model.name}: undistort its pictures by COLMAP first, or "
-            f"use one of {', '.join(sorted(model.name for model in _MODELS))}"
-        )
-        raise UnsupportedCameraError(message)
-    return Lens(
-        width=camera.width,
-        height=camera.height,
-        fx=camera.focal_length_x,
-        fy=camera.focal_length_y,
-        cx=camera.principal_point_x,
-        cy=camera.principal_point_y,
-        coefficients=tuple(float(camera.params[i]) for i in camera.extra_params_idxs()),
-        fisheye=camera.model == pycolmap.CameraModelId.OPENCV_FISHEYE,
-    )
+    return CalibratedCamera(name, make_lens(name, model.cameras[image.camera_id]), pose, near)
 
 
 def _make_points(model: pycolmap.Reconstruction) -> Points | None:

@@ -1,0 +1,196 @@
+"""When recordings began, from signals that rise and fall together in all of them.
+
+Two signals are compared at every shift by their normalized cross-correlation, which gives a
+curve. The shifts of all cameras are found together, as those at which the curves of all pairs
+sum to most: a pair that agrees by chance at a wrong shift is outvoted by the others.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import fftconvolve
+
+Numbers = NDArray[np.float64]
+
+_LEAST_OVERLAP = 12  # samples that a shift leaves to two signals at least
+_MOST_CORRELATION = 0.999
+_SILENCE = 1e-9  # power beneath which there is no signal
+_MOST_SWEEPS = 50
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """When a recording began, relative to the others.
+
+    Attributes:
+        samples: Sample `t` of the others is sample `t + samples` of this one.
+        clearness: By how many standard deviations of the correlation at other shifts that at
+            this shift is above the best of the others.
+    """
+
+    samples: float
+    clearness: float
+
+
+def align(
+    count: int, correlate: Callable[[int, int], Numbers | None], peak_width: int
+) -> list[Shift]:
+    """Return the shift of each of some signals; their median is 0.
+
+    Args:
+        count: Of signals.
+        correlate: Returns the curve of two signals, as `correlate_signals` does, all of one
+            length; None for two that have nothing in common.
+        peak_width: Samples on either side of a shift that are taken for the same one.
+    """
+    curves = _correlate_all(count, correlate)
+    shifts = max(
+        (_climb(curves, start) for start in (np.zeros(count, np.int64), _grow(curves))),
+        key=lambda found: _sum_pairs(curves, found),
+    )
+    middle, most = int(np.median(shifts)), curves.shape[2] // 2
+    found = []
+    for index in range(count):
+        curve = _sum_curves(curves, shifts, index, range(count))
+        peak = int(shifts[index]) + most
+        refined = float(shifts[index] - middle) + _refine(curve, peak)
+        found.append(Shift(refined, _measure_clearness(curve, peak, peak_width)))
+    return found
+
+
+def correlate_signals(first: Numbers, second: Numbers, most_shift: int) -> Numbers:
+    """Return how well two signals agree at each shift of the second.
+
+    Args:
+        first: `[T, K]` K values of a signal at each time.
+        second: `[U, K]`, likewise.
+        most_shift: Samples.
+
+    Returns:
+        `[2 * most_shift + 1]` normalized correlation of `first[t]` and `second[t + shift]`,
+        made normal (Fisher's z) and weighted by the root of the overlap.
+    """
+    ones = np.ones((len(first), 1)), np.ones((len(second), 1))
+    products = _slide(first, second)
+    powers = [
+        _slide((first**2).sum(axis=1, keepdims=True), ones[1]),
+        _slide(ones[0], (second**2).sum(axis=1, keepdims=True)),
+    ]
+    overlap = np.rint(_slide(*ones))
+    places = np.arange(-most_shift, most_shift + 1) + len(first) - 1
+    inside = (places >= 0) & (places < len(products))
+    at = places[inside]
+    scale = np.sqrt(np.maximum(powers[0][at], 0) * np.maximum(powers[1][at], 0))
+    agreement = np.divide(products[at], scale, out=np.zeros(len(at)), where=scale > _SILENCE)
+    agreement = np.clip(agreement, -_MOST_CORRELATION, _MOST_CORRELATION)
+    weight = np.sqrt(np.maximum(overlap[at] - 3, 0)) * (overlap[at] >= _LEAST_OVERLAP)
+    curve = np.zeros(2 * most_shift + 1)
+    curve[inside] = np.arctanh(agreement) * weight
+    return curve
+
+
+def flatten(levels: Numbers, window: int) -> Numbers:
+    """Return a signal of zero mean and no slow trend: levels less their running mean.
+
+    Args:
+        levels: `[T, K]`.
+        window: Samples of the running mean, odd.
+    """
+    mean = uniform_filter1d(levels, window, axis=0, mode="nearest")
+    return np.asarray(levels - mean, np.float64)
+
+
+def _slide(first: Numbers, second: Numbers) -> Numbers:
+    """Return the sums of products of `first[t]` and `second[t + shift]` at every shift."""
+    total: Numbers = fftconvolve(second, first[::-1], axes=0).sum(axis=1)
+    return total
+
+
+def _correlate_all(
+    count: int, correlate: Callable[[int, int], Numbers | None]
+) -> NDArray[np.float32]:
+    """Return `[first, second, shift]` the curves of all pairs."""
+    found = {
+        (first, second): curve
+        for first in range(count)
+        for second in range(first + 1, count)
+        if (curve := correlate(first, second)) is not None
+    }
+    length = max(map(len, found.values()), default=1)
+    curves = np.zeros((count, count, length), np.float32)
+    for (first, second), curve in found.items():
+        curves[first, second], curves[second, first] = curve, curve[::-1]
+    return curves
+
+
+def _sum_curves(
+    curves: NDArray[np.float32], shifts: NDArray[np.int64], index: int, others: Sequence[int]
+) -> Numbers:
+    """Return `[shifts]` how well a signal agrees with others that are shifted so."""
+    width = curves.shape[2]
+    total = np.zeros(width)
+    for other in others:
+        if other != index:
+            shift = int(shifts[other])
+            source = curves[other, index]
+            if shift >= 0:
+                total[shift:] += source[: width - shift]
+            else:
+                total[:shift] += source[-shift:]
+    return total
+
+
+def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return shifts found one signal after the other, the clearest next."""
+    count, most = len(curves), curves.shape[2] // 2
+    shifts = np.zeros(count, np.int64)
+    placed = [int(curves.max(axis=2).sum(axis=1).argmax())]
+    while len(placed) < count:
+        sums = {
+            index: _sum_curves(curves, shifts, index, placed)
+            for index in range(count)
+            if index not in placed
+        }
+        clearest = max(sums, key=lambda index: float(sums[index].max()))
+        shifts[clearest] = int(sums[clearest].argmax()) - most
+        placed.append(clearest)
+    return shifts
+
+
+def _climb(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return shifts none of which alone can be bettered."""
+    shifts, most = start.copy(), curves.shape[2] // 2
+    for _ in range(_MOST_SWEEPS):
+        before = shifts.copy()
+        for index in range(len(shifts)):
+            total = _sum_curves(curves, shifts, index, range(len(shifts)))
+            shifts[index] = int(total.argmax()) - most
+        if (shifts == before).all():
+            break
+    return shifts
+
+
+def _sum_pairs(curves: NDArray[np.float32], shifts: NDArray[np.int64]) -> float:
+    most = curves.shape[2] // 2
+    between = np.clip(shifts[None, :] - shifts[:, None], -most, most) + most
+    first, second = np.indices(between.shape)
+    return float(curves[first, second, between].sum())
+
+
+def _refine(curve: Numbers, peak: int) -> float:
+    """Return where a parabola through a peak and its neighbors is highest, from the peak on."""
+    if not 0 < peak < len(curve) - 1:
+        return 0.0
+    before, top, after = curve[peak - 1 : peak + 2]
+    bend = before - 2 * top + after
+    return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend < 0 else 0.0
+
+
+def _measure_clearness(curve: Numbers, peak: int, peak_width: int) -> float:
+    others = np.abs(np.arange(len(curve)) - peak) > peak_width
+    rest = curve[others]
+    spread = float(rest.std()) if rest.size else 0.0
+    return float((curve[peak] - rest.max()) / spread) if spread > 0 else 0.0

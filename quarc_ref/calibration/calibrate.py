@@ -1,0 +1,191 @@
+"""Recordings without poses to a calibrated rig: all steps in their order."""
+
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.calibration.errors import CalibrationError
+from quarc_ref.calibration.features import Features, Mask
+from quarc_ref.calibration.lenses import LensOptions
+from quarc_ref.calibration.match_graph import build_match_graph
+from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, refine_offsets
+from quarc_ref.calibration.recordings import Recordings
+from quarc_ref.calibration.signals import Motion
+from quarc_ref.calibration.solving import Solution, solve
+from quarc_ref.calibration.world import BY_LEVEL, Distance, World, settle_world
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.capture_notes import CaptureNotes
+from quarc_ref.datasets.colmap_cameras import quiet
+from quarc_ref.datasets.pictures import LaterPictures
+from quarc_ref.datasets.triangulation import triangulate
+from quarc_ref.datasets.undistortion import Rectifier
+
+_FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)  # each halves what is between
+_BEGIN_WITH = 2  # moments
+_ENOUGH = 40  # points of every camera, each of which two others see: no more moments are needed
+_HALF = 0.5  # frames: what is off by less is the same frame
+
+Report = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateOptions:
+    """How to calibrate.
+
+    Attributes:
+        lenses: What is assumed of them.
+        moments: How many moments are searched for features; None for as many as it takes.
+        masks: By the names of cameras, `[H, W]`, True where features may be.
+        sync: What offsets are found from.
+        up: As `world.settle_world` has it.
+        distance: Of two cameras, if it is known.
+        report: Is told of every stage how many steps are done, and of how many.
+    """
+
+    lenses: LensOptions = field(default_factory=LensOptions)
+    moments: int | None = None
+    masks: Mapping[str, Mask] = field(default_factory=dict)
+    sync: SyncMethod = SyncMethod.AUTO
+    up: str = BY_LEVEL
+    distance: Distance | None = None
+    report: Report = lambda _stage, _done, _total: None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """A calibrated rig.
+
+    Attributes:
+        recordings: Of all cameras, those that did not join too.
+        offsets: Of all cameras.
+        solution: Which cameras joined, and how well.
+        world: Those cameras, upright.
+        points: Of the scene at frame 0, in the same world.
+        moments: How many moments were searched for features.
+    """
+
+    recordings: Recordings
+    offsets: Offsets
+    solution: Solution
+    world: World
+    points: Points
+    moments: int
+
+    @property
+    def notes(self) -> CaptureNotes:
+        """What is to be written beside the poses."""
+        frames = {each.name: self.offsets.frames[each.name] for each in self.world.cameras}
+        differ = any(round(offset) for offset in frames.values())
+        rounded = {name: round(offset, 2) for name, offset in frames.items()}
+        return CaptureNotes(rounded if differ else {}, self.world.up, self.world.meters_per_unit)
+
+
+def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
+    """Return the rig that made recordings.
+
+    Args:
+        recordings: As `find_recordings` finds them.
+        options: How.
+
+    Raises:
+        CalibrationError: No poses can be found.
+        CaptureError: A recording cannot be read.
+    """
+    for name in options.masks:
+        recordings.index(name)
+    offsets, motions = find_offsets(
+        recordings, options.sync, lambda *done: options.report("sync", *done)
+    )
+    solution, moments = _solve(recordings, offsets, options)
+    if motions:
+        refined = _refine(offsets, solution, motions)
+        is_same = _compare(offsets, refined) < _HALF
+        offsets = refined
+        if not is_same:
+            solution, moments = _solve(recordings, offsets, options)
+    world = settle_world(solution.cameras, solution.points, options.up, options.distance)
+    return Calibration(
+        recordings, offsets, solution, world, _find_points(recordings, offsets, world), moments
+    )
+
+
+def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
+    """Return offsets in which those of the cameras that joined are found anew."""
+    found = refine_offsets(solution.cameras, motions)
+    return replace(
+        found,
+        frames=dict.fromkeys(offsets.frames, 0.0) | found.frames,
+        clearness=offsets.clearness | found.clearness,
+    )
+
+
+def _compare(first: Offsets, second: Offsets) -> float:
+    return max(abs(first.frames[name] - second.frames[name]) for name in first.frames)
+
+
+def _solve(
+    recordings: Recordings, offsets: Offsets, options: CalibrateOptions
+) -> tuple[Solution, int]:
+    """Return poses found from as many moments as it takes, and how many these were."""
+    names, pictures = recordings.names, recordings.pictures
+    firsts = CaptureNotes(offsets.frames).first_frames(names)
+    later = LaterPictures(pictures, [firsts[name] for name in names])
+    chosen = _choose_moments(later.frame_count, options.moments)
+    best: Solution | None = None
+    with tempfile.TemporaryDirectory() as folder, quiet():
+        features = Features(Path(folder), [options.masks.get(name) for name in names])
+        for done, moment in enumerate(chosen, start=1):
+            read = [later.read(camera, moment) for camera in range(len(names))]
+            features.add_moment(moment, read, lambda *steps: options.report("features", *steps))
+            is_last = done == len(chosen)
+            if not is_last and (options.moments or done < _BEGIN_WITH or done & (done - 1)):
+                continue
+            options.report("poses", 0, 1)
+            graph = build_match_graph(features, names, pictures.sizes, options.lenses)
+            with suppress(*(() if is_last and best is None else (CalibrationError,))):
+                found = solve(graph, options.lenses)
+                if best is None or len(found.cameras) >= len(best.cameras):
+                    best = found
+            options.report("poses", 1, 1)
+            if best is not None and _is_enough(best):
+                break
+    if best is None:
+        message = "no cameras join"
+        raise CalibrationError(message)
+    return best, len(features.moments)
+
+
+def _is_enough(solution: Solution) -> bool:
+    least = min(fit.support for fit in solution.fits.values())
+    return not solution.left_out and least >= _ENOUGH
+
+
+def _choose_moments(frame_count: int, count: int | None) -> list[int]:
+    """Return frames, spread so that the first few of them are as well spread as can be."""
+    if frame_count < 1:
+        message = "no frame is left that all cameras have, once they are synchronized: --sync none"
+        raise CalibrationError(message)
+    fractions = _FRACTIONS if count is None else np.arange(count) / count
+    return list(dict.fromkeys(int(fraction * frame_count) for fraction in fractions))
+
+
+def _find_points(recordings: Recordings, offsets: Offsets, world: World) -> Points:
+    """Return points of frame 0, without a look at the first camera, which encoding holds out."""
+    firsts = CaptureNotes(offsets.frames).first_frames(recordings.names)
+    seen = world.cameras[1:] if len(world.cameras) > 3 else world.cameras
+    rectifiers = [Rectifier(camera.lens) for camera in seen]
+    pictures = [
+        rectifier.rectify(
+            recordings.pictures.read(recordings.index(camera.name), firsts[camera.name])
+        )
+        for camera, rectifier in zip(seen, rectifiers, strict=True)
+    ]
+    pinholes = [
+        replace(camera, lens=rectifier.lens)
+        for camera, rectifier in zip(seen, rectifiers, strict=True)
+    ]
+    return triangulate(pinholes, pictures)

@@ -1,0 +1,122 @@
+"""SIFT features in pictures of several moments, and matches among those of one moment.
+
+The work is pycolmap's, on the CPU; the features stay in its database.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pycolmap
+from numpy.typing import NDArray
+
+from quarc_ref.calibration.fusion import Indices, Keypoints
+from quarc_ref.datasets.capture import Image
+
+_MOST_FEATURES = 4096  # in a picture
+_MOST_PIXELS = 1600  # across: larger pictures are searched at this size
+_STEP = 64  # pairs of pictures matched between two reports of progress
+
+Mask = NDArray[np.bool_]
+Report = Callable[[int, int], None]
+
+
+class Features:
+    """The features of a rig's pictures.
+
+    Args:
+        folder: An empty one, to work in.
+        masks: `[camera]` of `[H, W]`, True where features may be; None for everywhere.
+
+    Attributes:
+        moments: Those added so far.
+        folder: As given; its pictures are those of the moments.
+    """
+
+    def __init__(self, folder: Path, masks: Sequence[Mask | None]) -> None:
+        self.folder = folder
+        self.moments: list[int] = []
+        self._masks = tuple(masks)
+        self._database = folder / "features.db"
+
+    def add_moment(self, moment: int, pictures: Sequence[Image], report: Report) -> None:
+        """Find the features of one moment, and match them.
+
+        Args:
+            moment: A number of its own.
+            pictures: `[camera]` of `[H, W, 3]` sRGB.
+            report: Is told how many steps are done, and of how many.
+        """
+        names = [_name_file(camera, moment) for camera in range(len(pictures))]
+        pairs = list(combinations(names, 2))
+        total = len(names) + len(pairs)
+        for index, (name, picture) in enumerate(zip(names, pictures, strict=True)):
+            self._extract(name, picture, self._masks[index])
+            report(index + 1, total)
+        for first in range(0, len(pairs), _STEP):
+            self._match(pairs[first : first + _STEP])
+            report(min(len(names) + first + _STEP, total), total)
+        self.moments.append(moment)
+
+    def read_keypoints(self, camera: int) -> list[Keypoints]:
+        """Return `[moment]` of `[K, 6]` keypoints of a camera."""
+        with pycolmap.Database.open(self._database) as rows:
+            return [
+                np.asarray(rows.read_keypoints(self._find(rows, camera, moment)), np.float32)
+                for moment in self.moments
+            ]
+
+    def read_matches(self, first: int, second: int) -> list[Indices]:
+        """Return `[moment]` of `[M, 2]` indices of keypoints of two cameras that match."""
+        with pycolmap.Database.open(self._database) as rows:
+            return [
+                np.asarray(
+                    rows.read_matches(
+                        self._find(rows, first, moment), self._find(rows, second, moment)
+                    ),
+                    np.int64,
+                ).reshape(-1, 2)
+                for moment in self.moments
+            ]
+
+    def _extract(self, name: str, picture: Image, mask: Mask | None) -> None:
+        pycolmap.Bitmap.from_array(picture).write(self.folder / name)
+        reader = pycolmap.ImageReaderOptions()
+        if mask is not None:
+            masks = self.folder / "masks"
+            masks.mkdir(exist_ok=True)
+            levels = np.where(mask, np.uint8(255), np.uint8(0))
+            pycolmap.Bitmap.from_array(levels).write(masks / f"{name}.png")
+            reader.mask_path = str(masks)
+        options = pycolmap.FeatureExtractionOptions()
+        options.max_image_size = _MOST_PIXELS
+        options.sift.max_num_features = _MOST_FEATURES
+        pycolmap.extract_features(
+            self._database,
+            self.folder,
+            image_names=[name],
+            reader_options=reader,
+            extraction_options=options,
+            device=pycolmap.Device.cpu,
+        )
+
+    def _match(self, pairs: Sequence[tuple[str, str]]) -> None:
+        listed = self.folder / "pairs.txt"
+        listed.write_text("".join(f"{first} {second}\n" for first, second in pairs))
+        matching = pycolmap.FeatureMatchingOptions()
+        matching.skip_geometric_verification = True  # is done for all moments together
+        pairing = pycolmap.ImportedPairingOptions()
+        pairing.match_list_path = str(listed)
+        pycolmap.match_image_pairs(self._database, matching, pairing, device=pycolmap.Device.cpu)
+
+    def _find(self, rows: pycolmap.Database, camera: int, moment: int) -> int:
+        image = rows.read_image_with_name(_name_file(camera, moment))
+        if image is None:
+            message = f"moment {moment} has not been added"
+            raise ValueError(message)
+        return int(image.image_id)
+
+
+def _name_file(camera: int, moment: int) -> str:
+    return f"{camera:04d}_{moment:06d}.png"

@@ -1,0 +1,166 @@
+"""By how many frames the recordings of a rig are apart: from their sound, else from motion.
+
+How much moves tells roughly when recordings began, before anything else is known. Once
+cameras have poses, where it moves tells the rest (`epipolar_motion`).
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from quarc_ref.calibration.alignment import Shift, align, correlate_signals
+from quarc_ref.calibration.epipolar_motion import align_by_epipolar_motion
+from quarc_ref.calibration.errors import CalibrationError
+from quarc_ref.calibration.recordings import Recordings
+from quarc_ref.calibration.signals import Motion, measure_loudness, sum_motion, watch_motion
+from quarc_ref.datasets.arrangements import is_video
+from quarc_ref.datasets.calibration import CalibratedCamera
+from quarc_ref.datasets.sound import Sound, read_sound
+from quarc_ref.datasets.video import VideoReader
+
+LEAST_CLEARNESS = 2.0
+_LEAST_FRAMES = 24  # of motion that can tell anything
+_MOST_FRAMES = 300  # of motion that are compared
+_LONGEST_OFFSET = 0.4  # of the shortest recording
+_MOST_OFFSET = 300  # frames
+_SAME = 2  # frames between shifts that are taken for the same one
+_MOST_SECONDS = 60.0  # of sound that are compared
+_SAMPLES_PER_SECOND = 16000
+_LEVELS_PER_FRAME = 8  # of loudness
+
+Report = Callable[[int, int], None]
+
+
+class SyncMethod(StrEnum):
+    """What offsets are found from."""
+
+    AUTO = "auto"
+    SOUND = "sound"
+    MOTION = "motion"
+    NONE = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Offsets:
+    """When the recordings of a rig began.
+
+    Attributes:
+        method: What the offsets were found from; `NONE` if they were not looked for.
+        frames: By the names of cameras: frame `t` of the rig is frame `t + offset` of the
+            camera's recording. Those that are not clear are 0, the median of all.
+        clearness: Of each, as `alignment.Shift` has it; empty without a method.
+    """
+
+    method: SyncMethod
+    frames: dict[str, float]
+    clearness: dict[str, float]
+
+    @property
+    def unclear(self) -> list[str]:
+        """Names of the cameras whose offsets could not be told."""
+        return [name for name, found in self.clearness.items() if found < LEAST_CLEARNESS]
+
+
+def find_offsets(
+    recordings: Recordings, method: SyncMethod, report: Report
+) -> tuple[Offsets, dict[str, Motion]]:
+    """Return the offsets of recordings.
+
+    Args:
+        recordings: Of one rig, at one frame rate.
+        method: `AUTO` for sound where every recording has it, else motion.
+        report: Is told how many recordings have been read, and of how many.
+
+    Returns:
+        The offsets, and what moves in each recording, by the name of the camera, if they
+        were found from that.
+
+    Raises:
+        CalibrationError: Sound is asked for, and a recording has none.
+        CaptureError: A recording cannot be read.
+    """
+    if method in (SyncMethod.AUTO, SyncMethod.SOUND):
+        sounds = _read_sounds(recordings, report)
+        silent = [n for n, sound in zip(recordings.names, sounds, strict=True) if sound is None]
+        if not silent:
+            shifts = _align_sounds(recordings, sounds)
+            return _judge(recordings.names, SyncMethod.SOUND, shifts), {}
+        if method is SyncMethod.SOUND:
+            message = f"no sound to synchronize by: {', '.join(silent)}; --sync motion needs none"
+            raise CalibrationError(message)
+    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _LEAST_FRAMES:
+        return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
+    motions = _watch_motions(recordings, report)
+    most = _bound_offset(motions.values())
+    sums = [sum_motion(motion) for motion in motions.values()]
+    shifts = align(
+        len(sums), lambda first, second: correlate_signals(sums[first], sums[second], most), _SAME
+    )
+    return _judge(recordings.names, SyncMethod.MOTION, shifts), motions
+
+
+def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]) -> Offsets:
+    """Return the offsets of cameras that have poses.
+
+    Args:
+        cameras: Those that joined.
+        motions: What moves in each recording, by the name of the camera.
+    """
+    names = [camera.name for camera in cameras]
+    watched = [motions[name] for name in names]
+    shifts = align_by_epipolar_motion(cameras, watched, _bound_offset(watched), _SAME)
+    return _judge(names, SyncMethod.MOTION, shifts)
+
+
+def _judge(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shift]) -> Offsets:
+    named = dict(zip(names, shifts, strict=True))
+    return Offsets(
+        method,
+        {
+            name: shift.samples if shift.clearness >= LEAST_CLEARNESS else 0.0
+            for name, shift in named.items()
+        },
+        {name: shift.clearness for name, shift in named.items()},
+    )
+
+
+def _read_sounds(recordings: Recordings, report: Report) -> list[Sound | None]:
+    sounds: list[Sound | None] = []
+    for path, *_ in recordings.pictures.paths:
+        if not is_video(path):
+            return [None] * len(recordings.names)
+        sounds.append(read_sound(path, _SAMPLES_PER_SECOND, _MOST_SECONDS))
+        report(len(sounds), len(recordings.names))
+    return sounds
+
+
+def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> list[Shift]:
+    per_second = recordings.pictures.frames_per_second * _LEVELS_PER_FRAME
+    signals = [
+        measure_loudness(sound, float(VideoReader(path).frame_times[0]), per_second)
+        for sound, (path, *_) in zip(sounds, recordings.pictures.paths, strict=True)
+        if sound is not None
+    ]
+    shortest = min(map(len, signals)) / _LEVELS_PER_FRAME
+    most = int(min(_MOST_OFFSET, _LONGEST_OFFSET * shortest) * _LEVELS_PER_FRAME)
+    shifts = align(
+        len(signals),
+        lambda first, second: correlate_signals(signals[first], signals[second], max(1, most)),
+        _SAME * _LEVELS_PER_FRAME,
+    )
+    return [Shift(shift.samples / _LEVELS_PER_FRAME, shift.clearness) for shift in shifts]
+
+
+def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
+    motions = {}
+    for camera, (name, length) in enumerate(
+        zip(recordings.names, recordings.pictures.lengths, strict=True)
+    ):
+        motions[name] = watch_motion(recordings.pictures, camera, min(length, _MOST_FRAMES))
+        report(camera + 1, len(recordings.names))
+    return motions
+
+
+def _bound_offset(motions: Iterable[Motion]) -> int:
+    """Return how many frames recordings can be apart that are compared by motion."""
+    return max(1, min(_MOST_OFFSET, int(_LONGEST_OFFSET * min(map(len, motions)))))

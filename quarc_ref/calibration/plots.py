@@ -1,0 +1,77 @@
+"""The plot of a rig."""
+
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from quarc_ref.datasets.calibration import CalibratedCamera, Numbers
+from quarc_ref.datasets.capture import Points
+
+_INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
+_DOTS_PER_INCH = 110
+_MOST_POINTS = 4000
+_SIGHT = 0.22  # length of a line of sight, of the width of the rig
+_MARGIN = 1.25  # of the rig's width, within which points are shown
+
+
+def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> bytes:
+    """Return a PNG of a rig from above and from the side.
+
+    Args:
+        cameras: In a world in which up is -y.
+        points: Of the scene in the same world.
+        unit: Of lengths, for the axes.
+    """
+    figure = Figure(figsize=(10, 5.2), layout="constrained")
+    centers = np.array([-camera.pose.rotation.T @ camera.pose.translation for camera in cameras])
+    sights = np.array([camera.pose.rotation[2] for camera in cameras])
+    step = -(-len(points.positions) // _MOST_POINTS)
+    shown = points.positions[::step].astype(np.float64), points.colors[::step] / 255
+    names = [camera.name for camera in cameras]
+    views = (("from above", (0, 2), "depth"), ("from the front", (0, 1), "height"))
+    for place, (title, axes_shown, label) in enumerate(views, start=1):
+        axes = figure.add_subplot(1, 2, place)
+        _draw(axes, (centers, sights), shown, axes_shown, names)
+        axes.set_title(title, color=_INK, fontsize=10)
+        axes.set_xlabel(f"{unit}, across")
+        axes.set_ylabel(f"{unit}, {label}")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
+    return buffer.getvalue()
+
+
+def _draw(
+    axes: Axes,
+    rig: tuple[Numbers, Numbers],
+    points: tuple[Numbers, Numbers],
+    shown: tuple[int, int],
+    names: Sequence[str],
+) -> None:
+    """Draw cameras with their lines of sight, and points, on two of the axes of the world."""
+    turn = np.array([1.0, -1.0 if shown[1] == 1 else 1.0])  # -y is up
+    centers, sights = (values[:, shown] * turn for values in rig)
+    positions = points[0][:, shown] * turn
+    reach = _MARGIN * max(float(np.abs(centers).max()), 1e-9)
+    inside = (np.abs(positions) < reach).all(axis=1)
+    across, along = positions[inside].T
+    axes.scatter(across, along, s=2, c=points[1][inside], linewidths=0)
+    for name, center, sight in zip(names, centers, sights, strict=True):
+        axes.plot(*np.stack([center, center + _SIGHT * reach * sight]).T, color=_CAMERA, lw=1)
+        axes.plot(*center, "o", color=_CAMERA, markersize=4)
+        axes.annotate(
+            name,
+            center,
+            (3, 3),
+            textcoords="offset points",
+            color=_INK,
+            fontsize=7,
+            annotation_clip=True,
+        )
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(color="#e3e7ec", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(colors=_GRAY, labelsize=8)

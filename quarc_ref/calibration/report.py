@@ -1,0 +1,133 @@
+"""One page that shows how well a rig is calibrated, and what did not join."""
+
+import html
+from importlib import resources
+from pathlib import Path
+
+from quarc_ref.calibration.calibrate import Calibration
+from quarc_ref.calibration.offsets import SyncMethod
+from quarc_ref.calibration.plots import plot_rig
+from quarc_ref.datasets.calibration import Lens
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_table
+from quarc_ref.files import OutputFolder
+
+PAGE = "calibration.html"
+_SYNC = {
+    SyncMethod.SOUND: "Offsets were found from the sound of the recordings.",
+    SyncMethod.MOTION: "Offsets were found from what moves in the recordings.",
+    SyncMethod.NONE: "Offsets were not looked for: all recordings are taken to begin together.",
+}
+
+
+def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> Path:
+    """Write the page, and return its path.
+
+    Args:
+        calibration: What to show.
+        name: Of the rig, for the title.
+        folder: To be filled.
+    """
+    world = calibration.world
+    unit = "meters" if world.meters_per_unit else "units"
+    plot = plot_rig(world.cameras, calibration.points, unit)
+    joined, total = len(world.cameras), len(calibration.recordings.names)
+    template = resources.files(__package__).joinpath("report.html").read_text("utf-8")
+    parts = {
+        "title": html.escape(f"{name}: {joined} of {total} cameras calibrated"),
+        "subtitle": html.escape(
+            f"Up is from {world.up_from}. A unit is "
+            + (
+                "a meter. "
+                if world.meters_per_unit
+                else "the mean distance of the cameras from "
+                "what they look at: --meters CAM_A CAM_B D makes it a meter. "
+            )
+            + _SYNC[calibration.offsets.method]
+        ),
+        "figures": _compose_figures(calibration),
+        "plot": embed_png(plot),
+        "left_out": _compose_left_out(calibration),
+        "cameras": format_table(HEADINGS, list_cameras(calibration)),
+        "lenses": format_table(*_list_lenses(calibration)),
+    }
+    return folder.write(PAGE, fill_page(template, parts))
+
+
+HEADINGS = (
+    "camera",
+    "error, px",
+    "median, px",
+    "points",
+    "seen by 3 or more",
+    "offset, frames",
+    "clearness",
+)
+
+
+def list_cameras(calibration: Calibration) -> list[list[str]]:
+    """Return a row of cells for each camera that joined, under `HEADINGS`."""
+    offsets = calibration.offsets
+    rows = []
+    for camera in calibration.world.cameras:
+        fit = calibration.solution.fits[camera.name]
+        clearness = offsets.clearness.get(camera.name)
+        offset = f"{offsets.frames[camera.name]:+.2f}"
+        rows.append(
+            [
+                camera.name,
+                f"{fit.mean_error:.2f}",
+                f"{fit.median_error:.2f}",
+                f"{fit.points:,}",
+                f"{fit.support:,}",
+                "unclear" if camera.name in offsets.unclear else offset,
+                "" if clearness is None else f"{clearness:.1f}",
+            ]
+        )
+    return rows
+
+
+def _compose_figures(calibration: Calibration) -> str:
+    offsets = [abs(frames) for frames in calibration.offsets.frames.values()]
+    joined, total = len(calibration.world.cameras), len(calibration.recordings.names)
+    figures = {
+        "cameras joined": f"{joined} of {total}",
+        "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
+        "points of frame 0": f"{len(calibration.points.positions):,}",
+        "moments searched": f"{calibration.moments}",
+        "largest offset": f"{max(offsets):.1f} frames",
+    }
+    return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
+
+
+def _compose_left_out(calibration: Calibration) -> str:
+    if not calibration.solution.left_out:
+        return "<p>Every camera joined.</p>"
+    items = "".join(
+        f"<li><b>{html.escape(name)}</b>: {html.escape(reason)}</li>"
+        for name, reason in calibration.solution.left_out.items()
+    )
+    return f"<ul>{items}</ul>"
+
+
+def _list_lenses(calibration: Calibration) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Return headings, and a row for each lens: cameras that share one are in one row."""
+    lenses: dict[Lens, list[str]] = {}
+    for camera in calibration.world.cameras:
+        lenses.setdefault(camera.lens, []).append(camera.name)
+    rows = [
+        [
+            ", ".join(names) if len(names) < 4 else f"{names[0]} and {len(names) - 1} more",
+            f"{lens.width} x {lens.height}",
+            f"{lens.fx:.1f}, {lens.fy:.1f}",
+            f"{lens.cx:.1f}, {lens.cy:.1f}",
+            ", ".join(f"{value:.4f}" for value in lens.coefficients) or "none",
+        ]
+        for lens, names in lenses.items()
+    ]
+    return (
+        "cameras",
+        "picture, px",
+        "focal lengths, px",
+        "principal point, px",
+        "distortion",
+    ), rows

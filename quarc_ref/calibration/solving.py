@@ -1,0 +1,185 @@
+"""Poses and lenses of cameras from matches, by COLMAP's incremental mapper.
+
+A camera joins if it has a pose that enough points support, each of which two other
+cameras see as well: a pose that only matches with one neighbor hold up may be anything.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean, median
+
+import numpy as np
+import pycolmap
+from numpy.typing import NDArray
+
+from quarc_ref.calibration.errors import CalibrationError
+from quarc_ref.calibration.lenses import LensOptions
+from quarc_ref.calibration.match_graph import LEAST_MATCHES, SEED, MatchGraph
+from quarc_ref.calibration.reconstruction import (
+    LEAST_POINTS,
+    adjust,
+    measure_errors,
+    measure_support,
+    remove_weak,
+)
+from quarc_ref.calibration.recordings import LEAST_CAMERAS
+from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
+from quarc_ref.datasets.colmap_cameras import make_lens, quiet
+
+_FEW_FEATURES = 100
+# What the mapper asks of a camera: first strictly, then as leniently as sense allows. What
+# joins leniently and wrongly has no support.
+_STRICTNESS = ((30, 0.25), (15, 0.15))  # least inliers, and their share
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFit:
+    """How well a camera fits.
+
+    Attributes:
+        points: Points that it sees.
+        support: Those of them that two other cameras see too.
+        mean_error: Reprojection error, pixels.
+        median_error: Reprojection error, pixels.
+    """
+
+    points: int
+    support: int
+    mean_error: float
+    median_error: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """What was found.
+
+    Attributes:
+        cameras: Those that joined, in the order of the recordings, in the solver's world.
+        fits: By the names of these.
+        left_out: Why each other camera did not join, by its name.
+        points: `[P, 3]` positions of what was matched, at all moments.
+    """
+
+    cameras: tuple[CalibratedCamera, ...]
+    fits: dict[str, CameraFit]
+    left_out: dict[str, str]
+    points: NDArray[np.float64]
+
+    @property
+    def mean_error(self) -> float:
+        """Mean reprojection error of all points in all cameras, pixels."""
+        weights = [fit.points for fit in self.fits.values()]
+        errors = [fit.mean_error for fit in self.fits.values()]
+        return float(np.average(errors, weights=weights))
+
+
+def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
+    """Return the poses and lenses of all cameras that join.
+
+    Args:
+        graph: Of verified matches.
+        lenses: What is assumed of them.
+
+    Raises:
+        CalibrationError: Not even three cameras join; the message says why not.
+    """
+    best: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
+    with quiet():
+        for strictness in _STRICTNESS:
+            model = _map(graph, lenses, *strictness)
+            if model is None:
+                continue
+            model = adjust(model, lenses)
+            removed = remove_weak(model)
+            if best is None or model.num_reg_images() > best[0].num_reg_images():
+                best = model, removed
+            if best[0].num_reg_images() == len(graph.names):
+                break
+    if best is None or best[0].num_reg_images() < LEAST_CAMERAS:
+        reasons = [f"{name}: {_explain(graph, i, None)}" for i, name in enumerate(graph.names)]
+        message = (
+            "no three cameras join. Are they of one scene, seen from places that are not too far "
+            f"apart, in focus and with texture? {'; '.join(reasons)}"
+        )
+        raise CalibrationError(message)
+    return _describe(graph, *best)
+
+
+def _map(
+    graph: MatchGraph, lenses: LensOptions, least_inliers: int, least_share: float
+) -> pycolmap.Reconstruction | None:
+    """Return the largest reconstruction of the mapper, if it makes any."""
+    options = pycolmap.IncrementalPipelineOptions()
+    options.min_num_matches = LEAST_MATCHES
+    options.min_model_size = LEAST_CAMERAS
+    options.extract_colors = False
+    options.random_seed = SEED
+    options.mapper.random_seed = SEED
+    options.triangulation.random_seed = SEED
+    options.mapper.abs_pose_min_num_inliers = least_inliers
+    options.mapper.abs_pose_min_inlier_ratio = least_share
+    if lenses.known is not None:
+        options.ba_refine_focal_length = options.ba_refine_extra_params = False
+        options.mapper.abs_pose_refine_focal_length = False
+        options.mapper.abs_pose_refine_extra_params = False
+    output = Path(graph.database.parent) / f"{graph.database.stem}_{least_inliers}"
+    output.mkdir(exist_ok=True)
+    pycolmap.set_random_seed(SEED)
+    models = pycolmap.incremental_mapping(graph.database, graph.database.parent, output, options)
+    return max(models.values(), key=lambda each: each.num_reg_images(), default=None)
+
+
+def _describe(
+    graph: MatchGraph, model: pycolmap.Reconstruction, removed: dict[int, int]
+) -> Solution:
+    errors, support = measure_errors(model), measure_support(model)
+    joined = sorted(errors)
+    cameras = [_make_camera(graph.names[index - 1], model, index) for index in joined]
+    return Solution(
+        tuple(cameras),
+        {
+            graph.names[index - 1]: CameraFit(
+                len(errors[index]), support[index], fmean(errors[index]), median(errors[index])
+            )
+            for index in joined
+        },
+        {
+            name: _explain(graph, index, removed.get(index + 1))
+            for index, name in enumerate(graph.names)
+            if index + 1 not in errors
+        },
+        np.array([point.xyz for point in model.points3D.values()]).reshape(-1, 3),
+    )
+
+
+def _make_camera(name: str, model: pycolmap.Reconstruction, index: int) -> CalibratedCamera:
+    image = model.images[index]
+    camera_from_world = image.cam_from_world()
+    axes = camera_from_world.rotation.matrix().T
+    pose = make_pose(axes, -axes @ camera_from_world.translation)
+    return CalibratedCamera(name, make_lens(name, model.cameras[image.camera_id]), pose)
+
+
+def _explain(graph: MatchGraph, camera: int, support: int | None) -> str:
+    """Return why a camera did not join, and what may help."""
+    count, neighbors = graph.feature_counts[camera], graph.neighbors(camera)
+    if support is not None:
+        return (
+            f"only {support} of its points are seen by two other cameras too, and {LEAST_POINTS} "
+            "are needed to trust its pose"
+        )
+    if count < _FEW_FEATURES:
+        return f"its pictures have only {count} features: are they dark, blurred or empty?"
+    if not neighbors:
+        return (
+            f"it has no {LEAST_MATCHES} matches with any other camera: it sees something else, or "
+            "stands too far from the others"
+        )
+    return f"no pose fits its matches with {_list_neighbors(neighbors)}"
+
+
+def _list_neighbors(neighbors: Sequence[tuple[int, str]]) -> str:
+    named = ", ".join(f"{name} ({count})" for count, name in neighbors[:3])
+    more = len(neighbors) - 3
+    return f"{named} and {more} more" if more > 0 else named

@@ -1,0 +1,91 @@
+"""A calibrated rig as a capture that `encode` reads, in nerfstudio's layout.
+
+    CAPTURE/transforms.json         lenses and poses
+            points3D.ply            points of frame 0
+            quarc-capture.json      offsets, up and scale (`datasets.capture_notes`)
+            cam00.mp4, ...          the recordings of the cameras that joined
+            cam00/000000.png, ...   or these
+
+The recordings are not copied where the disk can have a file under two names.
+"""
+
+import json
+
+import numpy as np
+
+from quarc_ref.calibration.calibrate import Calibration
+from quarc_ref.datasets.arrangements import is_video
+from quarc_ref.datasets.calibration import CalibratedCamera, Lens
+from quarc_ref.datasets.capture_notes import NOTES_NAME, write_capture_notes
+from quarc_ref.datasets.points_ply import write_points_ply
+from quarc_ref.files import OutputFolder
+
+_POINTS_NAME = "points3D.ply"
+_COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+_FISHEYE_COEFFICIENTS = ("k1", "k2", "k3", "k4")
+
+Values = dict[str, object]
+
+
+def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
+    """Write a capture.
+
+    Args:
+        calibration: What to write; cameras that did not join are left out.
+        folder: To be filled.
+
+    Raises:
+        OSError: A file cannot be read or written.
+    """
+    entries = [
+        entry
+        for camera in calibration.world.cameras
+        for entry in _add_recording(camera, calibration, folder)
+    ]
+    rate = calibration.recordings.pictures.frames_per_second
+    document = {"fps": rate, "ply_file_path": _POINTS_NAME, "frames": entries}
+    folder.write("transforms.json", json.dumps(document, indent=1, allow_nan=False).encode())
+    write_points_ply(folder.add(_POINTS_NAME), calibration.points)
+    write_capture_notes(folder.add(NOTES_NAME), calibration.notes)
+
+
+def _add_recording(
+    camera: CalibratedCamera, calibration: Calibration, folder: OutputFolder
+) -> list[Values]:
+    """Put the recording of a camera in the folder, and return its entries."""
+    paths = calibration.recordings.pictures.paths[calibration.recordings.index(camera.name)]
+    described = _describe(camera)
+    if len(paths) == 1 and is_video(paths[0]):
+        name = f"{camera.name}{paths[0].suffix}"
+        folder.link(name, paths[0])
+        return [{"file_path": name, **described}]
+    entries: list[Values] = []
+    with folder.folder(camera.name) as inner:
+        for frame, path in enumerate(paths):
+            name = f"{frame:06d}{path.suffix}"
+            inner.link(name, path)
+            entries.append({"file_path": f"{camera.name}/{name}", "time": frame, **described})
+    return entries
+
+
+def _describe(camera: CalibratedCamera) -> Values:
+    """Return lens and pose as an entry of `transforms.json` has them."""
+    right, down, forward = camera.pose.rotation
+    center = -camera.pose.rotation.T @ camera.pose.translation
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([right, -down, -forward, center], axis=1)  # axes of OpenGL
+    return {**_describe_lens(camera.lens), "transform_matrix": matrix.tolist()}
+
+
+def _describe_lens(lens: Lens) -> Values:
+    names = _FISHEYE_COEFFICIENTS if lens.fisheye else _COEFFICIENTS
+    return {
+        "camera_model": "OPENCV_FISHEYE" if lens.fisheye else "OPENCV",
+        "w": lens.width,
+        "h": lens.height,
+        "fl_x": lens.fx,
+        "fl_y": lens.fy,
+        "cx": lens.cx,
+        "cy": lens.cy,
+        **dict(zip(names, lens.coefficients, strict=False)),
+    }

@@ -1,0 +1,235 @@
+"""The verb `calibrate`: recordings without poses to a capture."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.options import AsJson, Force, Quiet, check_folder
+from quarc_ref.cli.output import (
+    TerminalProgress,
+    print_columns,
+    print_json,
+    print_message,
+    print_table,
+)
+from quarc_ref.cli.targets import written_folder
+
+if TYPE_CHECKING:
+    from quarc_ref.calibration.calibrate import Calibration
+    from quarc_ref.calibration.recordings import Recordings
+    from quarc_ref.calibration.world import Distance
+
+ModelName = Literal[
+    "auto",
+    "SIMPLE_PINHOLE",
+    "PINHOLE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    "OPENCV",
+    "FULL_OPENCV",
+    "OPENCV_FISHEYE",
+]
+
+
+def calibrate(
+    recordings: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="A folder with a video, or a folder of pictures, of each camera.",
+            show_default=False,
+            readable=False,
+            callback=check_folder,
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="CAPTURE", help="Folder to make.")
+    ],
+    camera_model: Annotated[
+        ModelName,
+        typer.Option(
+            "--camera-model",
+            metavar="NAME",
+            help="A camera model of COLMAP; auto: one coefficient of distortion if it is needed.",
+        ),
+    ] = "auto",
+    lenses: Annotated[
+        Literal["shared", "each"],
+        typer.Option(
+            "--lenses",
+            help="shared: cameras of the same picture size have the same lens; "
+            "each: every camera has its own.",
+        ),
+    ] = "shared",
+    intrinsics: Annotated[
+        Path | None,
+        typer.Option(
+            "--intrinsics",
+            metavar="CAPTURE",
+            help="Take the lenses of a capture of the same cameras as they are.",
+            callback=lambda path: path and check_folder(path),
+        ),
+    ] = None,
+    masks: Annotated[
+        Path | None,
+        typer.Option(
+            "--mask",
+            metavar="DIR",
+            help="Folder of pictures named after cameras, black where nothing is to be matched.",
+            callback=lambda path: path and check_folder(path),
+        ),
+    ] = None,
+    moments: Annotated[
+        int | None,
+        typer.Option(
+            "--moments",
+            min=1,
+            help="Moments whose pictures are searched.",
+            show_default="2 to 8, as many as it takes",
+        ),
+    ] = None,
+    sync: Annotated[
+        Literal["auto", "sound", "motion", "none"],
+        typer.Option(
+            "--sync",
+            help="What tells when cameras began: sound, motion, none; auto: sound if all have it.",
+        ),
+    ] = "auto",
+    up: Annotated[
+        str,
+        typer.Option(
+            "--up",
+            metavar="HOW",
+            help="level: cameras stand level; plane: they stand in a level plane; or the name "
+            "of one that stands level.",
+        ),
+    ] = "level",
+    meters: Annotated[
+        tuple[str, str, float] | None,
+        typer.Option("--meters", metavar="CAM_A CAM_B D", help="Two cameras are D meters apart."),
+    ] = None,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find poses, lenses and offsets of cameras from what they recorded: videos to a capture."""
+    with report_errors():
+        from quarc_ref.calibration.calibrate import CalibrateOptions
+        from quarc_ref.calibration.calibrate import calibrate as find
+        from quarc_ref.calibration.errors import UnknownCameraError
+        from quarc_ref.calibration.lenses import LensOptions, read_lenses
+        from quarc_ref.calibration.masks import read_masks
+        from quarc_ref.calibration.offsets import SyncMethod
+        from quarc_ref.calibration.recordings import find_recordings
+        from quarc_ref.calibration.report import PAGE, write_report
+        from quarc_ref.calibration.write_capture import write_capture
+
+        restore_sigterm_handler()
+        begun = time.monotonic()
+        distance = _require_distance(meters)
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            written_folder(output, force=force) as folder,
+        ):
+            found = find_recordings(recordings)
+            _require_cameras(found, up, distance)
+            sizes = found.pictures.sizes
+            known = read_lenses(intrinsics, found.names, sizes) if intrinsics else None
+            try:
+                options = CalibrateOptions(
+                    LensOptions(camera_model, lenses == "shared", known),
+                    moments,
+                    read_masks(masks, found) if masks else {},
+                    SyncMethod(sync),
+                    up,
+                    distance,
+                    progress.advance,
+                )
+                rig = find(found, options)
+            except UnknownCameraError as error:
+                raise UsageError(str(error)) from error
+            write_capture(rig, folder)
+            write_report(rig, recordings.resolve().name, folder)
+        seconds = round(time.monotonic() - begun, 1)
+        _show(output, rig, output / PAGE, seconds, as_json=as_json)
+
+
+def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None":
+    from quarc_ref.calibration.world import Distance
+
+    if meters is None:
+        return None
+    if not 0 < meters[2] < float("inf"):
+        message = f"--meters: {meters[2]:g} is not a distance"
+        raise UsageError(message)
+    if meters[0] == meters[1]:
+        message = f"--meters: {meters[0]} is one camera, and the distance is that of two"
+        raise UsageError(message)
+    return Distance(*meters)
+
+
+def _require_cameras(found: "Recordings", up: str, distance: "Distance | None") -> None:
+    """Raise UsageError if an option names a camera that is not there: before the work begins."""
+    from quarc_ref.calibration.world import BY_LEVEL, BY_PLANE
+
+    named = {} if up in (BY_LEVEL, BY_PLANE) else {up: "--up"}
+    named |= dict.fromkeys((distance.first, distance.second), "--meters") if distance else {}
+    for name, option in named.items():
+        if name not in found.names:
+            message = f"{option}: there is no camera {name}; these are {', '.join(found.names)}"
+            raise UsageError(message)
+
+
+def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_json: bool) -> None:
+    from quarc_ref.calibration.report import HEADINGS, list_cameras
+
+    if as_json:
+        print_json("calibrate/1", {"folder": str(output), **_list_values(rig), "report": str(page),
+                                   "seconds": seconds})  # fmt: skip
+        return
+    solution, total = rig.solution, len(rig.recordings.names)
+    for name, reason in solution.left_out.items():
+        print_message(f"camera {name} did not join: {reason}")
+    unclear = [name for name in rig.offsets.unclear if name not in solution.left_out]
+    if unclear:
+        print_message(f"the offsets of {', '.join(unclear)} are not clear, and taken for 0")
+    lines = {
+        "cameras": f"{len(solution.cameras)} of {total}",
+        "reprojection error": f"{solution.mean_error:.2f} px",
+        "points": f"{len(rig.points.positions):,}",
+        "offsets from": str(rig.offsets.method),
+        "up from": rig.world.up_from,
+        "seconds": f"{seconds}",
+        "report": str(page),
+    }
+    print_table(output.name, lines)
+    first, *others = HEADINGS
+    print_columns("Cameras", [f"<{first}", *others], list_cameras(rig))
+
+
+def _list_values(rig: "Calibration") -> dict[str, object]:
+    """Return what was found, as `docs/schemas/calibrate.json` has it."""
+    clearness = rig.offsets.clearness
+    return {
+        "cameras": {
+            name: {
+                "mean_error": fit.mean_error,
+                "median_error": fit.median_error,
+                "points": fit.points,
+                "supported_points": fit.support,
+                "offset": rig.offsets.frames[name],
+                "clearness": clearness.get(name),
+            }
+            for name, fit in rig.solution.fits.items()
+        },
+        "left_out": rig.solution.left_out,
+        "mean_error": rig.solution.mean_error,
+        "points": len(rig.points.positions),
+        "moments": rig.moments,
+        "sync": str(rig.offsets.method),
+        "up": list(rig.world.up),
+        "meters_per_unit": rig.world.meters_per_unit,
+    }

@@ -1,0 +1,91 @@
+"""Lenses as COLMAP has them and as this package has them, and a quiet COLMAP.
+
+COLMAP's camera models are documented at colmap.github.io/cameras.html; their parameters
+after the principal point are the first of OpenCV's coefficients, in its order.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pycolmap
+
+from quarc_ref.datasets.calibration import Lens
+from quarc_ref.datasets.errors import UnsupportedCameraError
+
+CAMERA_MODELS = (
+    "SIMPLE_PINHOLE",
+    "PINHOLE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    "OPENCV",
+    "FULL_OPENCV",
+    "OPENCV_FISHEYE",
+)
+_OPENCV_COEFFICIENTS = 4
+_FULL_COEFFICIENTS = 8
+
+
+def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
+    """Return the lens of a camera of a model.
+
+    Args:
+        name: Of the camera, for messages.
+        camera: As COLMAP has it.
+
+    Raises:
+        UnsupportedCameraError: Its camera model cannot be made a pinhole.
+        ValueError: A number is out of range.
+    """
+    if camera.model.name not in CAMERA_MODELS:
+        message = (
+            f"camera {name} is a {camera.model.name}: undistort its pictures by COLMAP first, or "
+            f"use one of {', '.join(sorted(CAMERA_MODELS))}"
+        )
+        raise UnsupportedCameraError(message)
+    return Lens(
+        width=camera.width,
+        height=camera.height,
+        fx=camera.focal_length_x,
+        fy=camera.focal_length_y,
+        cx=camera.principal_point_x,
+        cy=camera.principal_point_y,
+        coefficients=tuple(float(camera.params[i]) for i in camera.extra_params_idxs()),
+        fisheye=camera.model == pycolmap.CameraModelId.OPENCV_FISHEYE,
+    )
+
+
+def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
+    """Return the camera of a model that has a lens.
+
+    Args:
+        lens: Any.
+        camera_id: Of the camera in the model.
+    """
+    coefficients = list(lens.coefficients)
+    if lens.fisheye:
+        model, count = pycolmap.CameraModelId.OPENCV_FISHEYE, _OPENCV_COEFFICIENTS
+    elif lens.is_pinhole:
+        model, count = pycolmap.CameraModelId.PINHOLE, 0
+    elif not any(coefficients[_OPENCV_COEFFICIENTS:]):
+        model, count = pycolmap.CameraModelId.OPENCV, _OPENCV_COEFFICIENTS
+    else:
+        model, count = pycolmap.CameraModelId.FULL_OPENCV, _FULL_COEFFICIENTS
+    extra = (coefficients + [0.0] * count)[:count]
+    return pycolmap.Camera(
+        camera_id=camera_id,
+        model=model,
+        width=lens.width,
+        height=lens.height,
+        params=[lens.fx, lens.fy, lens.cx, lens.cy, *extra],
+    )
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep pycolmap's log off the terminal."""
+    before = pycolmap.logging.minloglevel
+    pycolmap.logging.minloglevel = pycolmap.logging.FATAL.value
+    try:
+        yield
+    finally:
+        pycolmap.logging.minloglevel = before

@@ -1,0 +1,65 @@
+"""The sound of a video, on the clock of its pictures."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.datasets.errors import UnreadableVideoError
+from quarc_ref.datasets.media import open_video
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sound:
+    """Sound of one channel.
+
+    Attributes:
+        samples: `[S]` from -1 to 1.
+        start: Seconds on the clock of the container at which the first sample is heard.
+        samples_per_second: Of `samples`.
+    """
+
+    samples: NDArray[np.float32]
+    start: float
+    samples_per_second: int
+
+
+def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Sound | None:
+    """Return the sound of a video, its channels mixed to one; None if it has none.
+
+    Args:
+        path: Of the video.
+        samples_per_second: To which the sound is resampled.
+        most_seconds: How much of the sound is read at most.
+
+    Raises:
+        MissingFileError: There is no such file.
+        UnreadableVideoError: The sound cannot be decoded.
+    """
+    container, _ = open_video(path)
+    with container:
+        if not container.streams.audio:
+            return None
+        resampler = av.AudioResampler(format="flt", layout="mono", rate=samples_per_second)
+        blocks: list[NDArray[np.float32]] = []
+        start, count = 0.0, 0
+        try:
+            for frame in container.decode(container.streams.audio[0]):
+                if not blocks and frame.pts is not None and frame.time_base is not None:
+                    start = float(frame.pts * frame.time_base)
+                blocks += [_mix(block) for block in resampler.resample(frame)]
+                count = sum(block.size for block in blocks[-1:]) + count
+                if count >= most_seconds * samples_per_second:
+                    break
+        except av.FFmpegError as error:
+            message = f"the sound of {path} cannot be decoded ({error}): export the video again"
+            raise UnreadableVideoError(message) from error
+    if not blocks:
+        return None
+    return Sound(np.concatenate(blocks), start, samples_per_second)
+
+
+def _mix(frame: av.AudioFrame) -> NDArray[np.float32]:
+    return frame.to_ndarray().reshape(-1).astype(np.float32)

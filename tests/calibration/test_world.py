@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
+from quarc_ref.calibration.world import Distance, settle_world
+from tests.calibration.rigs import center, compare, look_at, move, ring
+
+POINTS = np.zeros((5, 3))
+_, _, TURN = np.linalg.svd(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))
+TURN = TURN * np.linalg.det(TURN)
+
+
+def tumbled(cameras):
+    return [move(camera, TURN, np.array([4.0, -2, 7]), 0.3) for camera in cameras]
+
+
+@pytest.mark.parametrize(("up", "height"), [("level", 0.5), ("plane", 0.5), ("cam03", 0.0)])
+def test_a_tumbled_ring_stands_upright_again(up, height):
+    rig = ring(height=height)
+
+    world = settle_world(tumbled(rig), POINTS, up)
+
+    heights = [-center(camera)[1] for camera in world.cameras]
+    downs = [camera.pose.rotation[1, 1] for camera in world.cameras]
+    assert np.ptp(heights) < 1e-6
+    assert min(downs) > 0.9
+    angle, place = compare(world.cameras, rig)
+    assert angle < 0.01
+    assert place < 1e-6
+
+
+def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
+    world = settle_world(tumbled(ring()), POINTS)
+
+    distances = [np.linalg.norm(center(camera)) for camera in world.cameras]
+    assert np.mean(distances) == pytest.approx(1)
+    assert np.ptp(distances) < 1e-6
+    assert world.meters_per_unit is None
+
+
+def test_a_known_distance_makes_a_unit_a_meter():
+    world = settle_world(tumbled(ring()), POINTS, distance=Distance("cam00", "cam03", 6.0))
+
+    assert np.linalg.norm(center(world.cameras[0]) - center(world.cameras[3])) == pytest.approx(6)
+    assert world.meters_per_unit == 1.0
+
+
+def test_cameras_that_all_look_the_same_way_give_their_mean_up():
+    row = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
+
+    middle = 0.3 * np.array([[1.5, 0, 5.0]]) @ TURN.T + np.array([4, -2, 7])
+    world = settle_world(tumbled(row), middle)
+
+    assert "mean" in world.up_from
+    assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999
+
+
+def test_a_rig_that_fills_space_has_no_plane():
+    cameras = [
+        look_at(f"cam{i}", p) for i, p in enumerate(np.vstack([np.eye(3), -np.eye(3)]) + 0.1)
+    ]
+
+    with pytest.raises(CalibrationError, match="do not stand in one plane"):
+        settle_world(cameras, POINTS, "plane")
+
+
+def test_a_camera_that_did_not_join_is_named():
+    with pytest.raises(UnknownCameraError, match="no camera cam99 that joined"):
+        settle_world(ring(), POINTS, "cam99")

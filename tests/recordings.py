@@ -1,0 +1,22 @@
+"""Bare videos of a traced rig: recordings without poses, small enough to calibrate in seconds."""
+
+import shutil
+
+import numpy as np
+
+from quarc_ref.datasets.layouts.n3dv import read_n3dv
+from quarc_ref.synth import SynthOptions, write_synthetic_capture
+
+OPTIONS = SynthOptions(width=320, height=240, frames=1, cameras=12)
+
+
+def write_recordings(folder):
+    """Fill a folder with videos alone, and return the true cameras."""
+    traced = folder.parent / f"{folder.name}_traced"
+    write_synthetic_capture(traced, OPTIONS)
+    true = read_n3dv(traced).cameras
+    folder.mkdir()
+    for path in sorted(traced.glob("*.mp4")):
+        shutil.copy(path, folder / path.name)
+    np.testing.assert_equal(len(true), OPTIONS.cameras + 1)
+    return true
