@@ -58,6 +58,15 @@ def check_folder(path: Path) -> Path:
     return path
 
 
+def check_existing(path: str) -> None:
+    """Check that something is in a place.
+
+    Raises:
+        BadParameter: Nothing is.
+    """
+    _find_mode(path)
+
+
 def _find_file_mode(path: str) -> int:
     mode = _find_mode(path)
     if stat.S_ISDIR(mode):

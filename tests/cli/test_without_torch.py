@@ -120,7 +120,7 @@ def test_settings_are_listed():
     done = _run("encode", "--list-settings")
 
     assert done.returncode == 0, done.stderr
-    assert "\nmotion.rate " in done.stdout
+    assert "\nmotion.lr " in done.stdout
 
 
 def test_a_page_without_what_draws_a_poster_is_published_all_the_same(stream_file, tmp_path):

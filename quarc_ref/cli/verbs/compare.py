@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
-from quarc_ref.cli.options import AsJson, Force, Frames, LpipsWeights, Quiet, parse_frames
+from quarc_ref.cli.options import (
+    AsJson,
+    Force,
+    Frames,
+    LpipsWeights,
+    Quiet,
+    check_existing,
+    check_folder,
+    parse_frames,
+)
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
@@ -22,6 +31,16 @@ if TYPE_CHECKING:
 _LEAST = 2
 
 
+def _check_entries(texts: list[str]) -> list[str]:
+    for text in texts:
+        check_existing(str(_parse_entry(text)[1]))
+    return texts
+
+
+def _check_capture(path: Path | None) -> Path | None:
+    return None if path is None else check_folder(path)
+
+
 def compare(
     entries: Annotated[
         list[str],
@@ -31,6 +50,7 @@ def compare(
             "or FRAME/CAMERA.png), or a .4dgs file. Entries of one METHOD are points of one "
             "curve; entries of one METHOD@POINT are runs of the same settings.",
             show_default=False,
+            callback=_check_entries,
         ),
     ],
     capture: Annotated[
@@ -40,6 +60,7 @@ def compare(
             metavar="CAPTURE",
             help="Whose pictures are the truth.",
             show_default="the first entry is the truth",
+            callback=_check_capture,
         ),
     ] = None,
     report: Annotated[
@@ -144,9 +165,6 @@ def _parse_entry(text: str) -> tuple[str, Path]:
     name, equals, path = text.partition("=")
     if not equals or Path(text).exists():
         name, path = "", text
-    if not Path(path).exists():
-        message = f"{path} does not exist"
-        raise UsageError(message)
     return name, Path(path)
 
 
