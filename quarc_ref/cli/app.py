@@ -1,7 +1,7 @@
-"""The command's face: its verbs, `--version`, and how it ends.
+"""The command: its verbs, `--version`, and how it exits.
 
-Whatever is heavy is imported by the verb that uses it, so that `--help` is quick
-and `info`, `verify` and `decode` need neither torch nor OpenCV.
+Verbs import heavy modules themselves, so that `--help` is fast and `info`, `verify` and `decode`
+need neither torch nor OpenCV.
 """
 
 from typing import Annotated

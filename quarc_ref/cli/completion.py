@@ -1,15 +1,15 @@
-"""What a shell is offered for the values of options, when Tab is pressed."""
+"""Values that shells complete for options."""
 
 
 def complete_preset() -> list[str]:
-    """Return the names of all presets."""
+    """Names of all presets."""
     from quarc_ref.encoder.settings.presets import PRESETS
 
     return list(PRESETS)
 
 
 def complete_setting() -> list[tuple[str, str]]:
-    """Return `KEY=` of every setting, and what it is."""
+    """`KEY=` and description of every setting."""
     from quarc_ref.encoder.settings.presets import choose_preset
     from quarc_ref.encoder.settings.setting_list import describe_settings
 

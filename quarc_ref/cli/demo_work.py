@@ -1,4 +1,4 @@
-"""The main job once, on the built-in capture: trace, encode, decode, measure, report."""
+"""The whole pipeline on the built-in capture: trace, encode, decode, measure, report."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +16,7 @@ from quarc_ref.synth import SynthOptions, fill_synthetic_capture
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demo:
-    """What a demo has made.
+    """Outputs of a demo.
 
     Attributes:
         stream: The stream's file.

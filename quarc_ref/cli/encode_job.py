@@ -1,4 +1,4 @@
-"""What `encode` was asked to encode, and the ways to do it."""
+"""What `encode` encodes, and where it writes the stream."""
 
 import os
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class EncodeJob:
     monitor: "Monitor"
 
     def open(self) -> "tuple[Capture, EncodeOptions]":
-        """Return the capture, opened, and the options.
+        """Open the capture; return it and the options.
 
         Raises:
             UsageError: Something is asked for that is not there.
@@ -101,7 +101,7 @@ def encode_to_pipe(work: EncodeJob, target: Path) -> None:
 
 
 def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
-    """Encode into a file, or go on with one.
+    """Encode into a file, or resume one.
 
     Raises:
         UsageError: The file cannot be written so.
@@ -119,7 +119,7 @@ def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
 def encode_to_joined_file(
     work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, pool: "WorkerPool"
 ) -> None:
-    """Encode segments apart, and join them in a file.
+    """Encode segments independently, and join them into a file.
 
     Raises:
         UsageError: The file cannot be written so, or there are fewer frames than segments.
@@ -149,7 +149,7 @@ def encode_to_joined_file(
 def choose_pool(
     segment_count: int, workers: int | None, ray: str | None, device: str
 ) -> "WorkerPool":
-    """Return where segments are encoded.
+    """The worker pool that encodes segments.
 
     A process of this machine has an even share of its processors, a task of a
     cluster one processor, and a GPU if the device is CUDA.
@@ -165,7 +165,7 @@ def choose_pool(
 def _cut(
     work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
 ) -> "list[Segment]":
-    """Return the segments of a capture, whose files are to be in a folder."""
+    """Split a capture into segments, with a file each in a folder."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
     folder, segment_count = into

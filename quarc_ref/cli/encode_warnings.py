@@ -1,4 +1,4 @@
-"""What an encode finds wrong, said on standard error at once, and kept for JSON."""
+"""Findings of an encode: printed to standard error at once, and kept for JSON."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -16,10 +16,10 @@ class Warnings:
         self._findings: list[Finding] = []
 
     def add(self, finding: "Finding") -> None:
-        """Say a finding on standard error, and keep it."""
+        """Print a finding to standard error, and keep it."""
         print_message(f"warning: {finding.message}")
         self._findings.append(finding)
 
     def as_json(self) -> list[dict[str, object]]:
-        """Return all findings as docs/schemas/encode.json has them."""
+        """All findings, as in docs/schemas/encode.json."""
         return [asdict(finding) for finding in self._findings]

@@ -1,4 +1,4 @@
-"""What the options of `encode` and `demo` ask of the encoder, proved before work begins."""
+"""Options of `encode` and `demo`, validated before work starts."""
 
 import math
 import sys
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
-    """Return a preset with settings changed.
+    """A preset with settings changed.
 
     Raises:
         UsageError: No such preset, setting or value.
@@ -35,7 +35,7 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
 
 
 def require_positive(asked: dict[str, float | None]) -> None:
-    """Raise UsageError if an option is given that is no number above 0."""
+    """Raise UsageError if a given option is not a number above 0."""
     for option, value in asked.items():
         if value is not None and not 0 < value < math.inf:
             message = f"{option} takes a number above 0; this is {value}"
@@ -43,12 +43,12 @@ def require_positive(asked: dict[str, float | None]) -> None:
 
 
 def as_settings(asked: dict[str, float | None]) -> list[str]:
-    """Return options that are settings under names of their own as `KEY=VALUE`."""
+    """Options that stand for settings, as `KEY=VALUE`."""
     return [f"{key}={value}" for key, value in asked.items() if value is not None]
 
 
 def print_settings() -> None:
-    """Print every setting that there is, as the preset `main` has it."""
+    """Print all settings, with the values of the preset `main`."""
     from quarc_ref.encoder.settings.presets import choose_preset
     from quarc_ref.encoder.settings.setting_list import describe_settings
 
@@ -62,11 +62,11 @@ def print_settings() -> None:
 
 
 def require_device(device: str) -> None:
-    """Raise UsageError if a device is asked for that is not there."""
+    """Raise UsageError if the requested device is not available."""
     import torch
 
     if device == "cuda" and not torch.cuda.is_available():
-        message = "--device cuda: torch finds no CUDA device; auto takes the CPU then"
+        message = "--device cuda: torch finds no CUDA device; use auto to fall back to the CPU"
         raise UsageError(message)
 
 

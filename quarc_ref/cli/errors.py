@@ -1,9 +1,8 @@
-"""Faults to sentences and exit codes.
+"""Turns exceptions into messages and exit codes.
 
-0: done. 1: the stream is bad. 2: the command line is. 3: the tool could not do
-its work: an unreadable capture, a full disk, a fault of ours. What a signal ends
-has 128 and its number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM,
-141 where the reader of a pipe has gone (SIGPIPE).
+0: success. 1: the stream is invalid. 2: the command line is. 3: anything else failed: an
+unreadable capture, a full disk, a bug. After a signal, 128 and its number, as in a shell: 130
+after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe has gone (SIGPIPE).
 """
 
 import os
@@ -42,20 +41,20 @@ _EXTRAS = {
     "tensorboard": "tensorboard",
     **{row.package: row.extra for row in EXPORTS.values() if row.package and row.extra},
 }
-_NOTHING_LEFT = "interrupted; nothing is left behind"
+_NOTHING_LEFT = "interrupted; nothing was written"
 
 
 class UsageError(Exception):
-    """Options or paths that do not fit together."""
+    """Options or paths that do not work together."""
 
 
 class Termination(KeyboardInterrupt):
-    """SIGTERM has come: work ends as on Ctrl-C, with another exit code."""
+    """SIGTERM was received: work ends as after Ctrl-C, with another exit code."""
 
 
 @contextmanager
 def report_errors() -> Iterator[None]:
-    """Turn the faults of a command into a line on stderr and an exit code."""
+    """Turn exceptions of a command into a line on stderr and an exit code."""
     try:
         yield
         sys.stdout.flush()  # Python itself would find out too late, and leave with 120
@@ -67,7 +66,7 @@ def report_errors() -> Iterator[None]:
 
 
 def install_sigterm_handler() -> None:
-    """End on SIGTERM as on Ctrl-C: with nothing left behind."""
+    """Handle SIGTERM like Ctrl-C, with cleanup."""
     signal.signal(signal.SIGTERM, _terminate)
 
 
@@ -76,19 +75,19 @@ def _terminate(_number: int, _frame: FrameType | None) -> NoReturn:
 
 
 def restore_sigterm_handler() -> None:
-    """Take SIGTERM back from pycolmap, which takes it for itself when it is imported."""
+    """Restore the handler of SIGTERM, which pycolmap replaces when it is imported."""
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
 
 
 def ensure_standard_streams() -> None:
-    """Let there be a standard output and error, for nobody, where they were closed."""
+    """Open closed standard output and error as the null device."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, for good
 
 
 def _let_go_of(output: TextIO) -> None:
-    """Keep Python from trying again, when it ends, to write what cannot be written."""
+    """Keep Python from flushing a broken output again at exit."""
     try:
         output.flush()
     except OSError:
@@ -107,7 +106,7 @@ def _ask_for_another_name(error: UnicodeEncodeError) -> str:
 
 
 def _offer_no_checks(error: UnusableCaptureError) -> str:
-    return f"{error}; --no-checks encodes it all the same"
+    return f"{error}; --no-checks encodes it anyway"
 
 
 def _offer_force(error: OutputPathError) -> str:
@@ -139,7 +138,7 @@ _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]]
 
 
 def _judge(error: BaseException) -> tuple[str, int]:
-    """Return what is to be said of a fault, or nothing, and the exit code."""
+    """Message, which may be empty, and exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
         return str(error) or _NOTHING_LEFT, _BY_SIGNAL + _name_signal(error)
     if isinstance(error, BrokenPipeError) and any(map(_has_lost_reader, (sys.stdout, sys.stderr))):
@@ -148,11 +147,11 @@ def _judge(error: BaseException) -> tuple[str, int]:
         if isinstance(error, kinds):
             return say(error), code
     traceback.print_exception(error)  # Python's own code for it, 1, would blame the stream
-    return f"a fault of this program: {error!r}", TOOL_FAILED
+    return f"internal error: {error!r}", TOOL_FAILED
 
 
 def _name_signal(error: BaseException | None) -> signal.Signals:
-    """Return the signal that an interruption goes back to."""
+    """The signal that caused an interruption."""
     while error is not None:
         if isinstance(error, Termination):
             return signal.SIGTERM
@@ -161,7 +160,7 @@ def _name_signal(error: BaseException | None) -> signal.Signals:
 
 
 def _has_lost_reader(output: TextIO) -> bool:
-    """Tell whether an output is a pipe that nobody reads any more."""
+    """Whether an output is a pipe without a reader."""
     if sys.platform == "win32":
         return True
     watch = select.poll()

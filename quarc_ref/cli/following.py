@@ -1,4 +1,4 @@
-"""Options of the verbs that follow a stream which is still being written."""
+"""Options of verbs that follow a growing stream."""
 
 import time
 from pathlib import Path
@@ -27,18 +27,21 @@ FollowedName = Annotated[
 ]
 FollowFlag = Annotated[
     bool,
-    typer.Option("--follow", help="Wait for a stream that is still being written, or will be."),
+    typer.Option("--follow", help="Wait for a stream that is being written or does not exist yet."),
 ]
 Patience = Annotated[
     float,
     typer.Option(
-        "--patience", min=0, metavar="SECONDS", help="How long --follow waits for more, each time."
+        "--patience",
+        min=0,
+        metavar="SECONDS",
+        help="Seconds without new data before --follow gives up.",
     ),
 ]
 
 
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
-    """Return how long to wait for more of a stream; a pipe waits by itself.
+    """How to wait for a growing stream; None for a pipe, whose reads wait anyway.
 
     A file that is to be followed, and is not there yet, is waited for.
 

@@ -1,4 +1,4 @@
-"""Options and arguments that several verbs share, and how they are read."""
+"""Options and arguments that several verbs share, and their parsing."""
 
 import os
 import stat
@@ -15,46 +15,46 @@ _DIGITS = 20  # more than any ordinal has
 
 
 def is_file(name: str) -> bool:
-    """Tell whether the name of a stream is a path, and neither a URL nor `-`."""
+    """Whether the name of a stream is a path, not a URL or `-`."""
     return name != STANDARD_STREAM and not name.startswith(("http://", "https://"))
 
 
 def name_stream(name: str) -> str:
-    """Return what a stream is called in what is shown of it."""
+    """Display name of a stream."""
     return "standard input" if name == STANDARD_STREAM else name.rstrip("/").rpartition("/")[2]
 
 
 def check_file(name: str) -> str:
-    """Return the name of a stream, which must be there if it is a path.
+    """Check that a stream exists if its name is a path.
 
     Raises:
         BadParameter: It is not there, or no file.
     """
     if is_file(name) and not stat.S_ISREG(_find_file_mode(name)):
-        _reject(name, "is no file that can be read twice; - is standard input")
+        _reject(name, "is not a regular file; use - for standard input")
     return name
 
 
 def check_path(name: str) -> str:
-    """Return the name of a stream that must be a path, and there; it is read once.
+    """Check that the name of a stream is the path of a file that exists.
 
     Raises:
         BadParameter: It is none, or a folder's.
     """
     if not is_file(name):
-        _reject(name, "is no file, and this verb takes a file only")
+        _reject(name, "is not a file, and this verb takes only a file")
     _find_file_mode(name)
     return name
 
 
 def check_folder(path: Path) -> Path:
-    """Return the path of a folder, which must be there.
+    """Check that a folder exists.
 
     Raises:
         BadParameter: It is not there, or no folder.
     """
     if not stat.S_ISDIR(_find_mode(str(path))):
-        _reject(str(path), "is no folder")
+        _reject(str(path), "is not a folder")
     return path
 
 
@@ -75,7 +75,7 @@ def _find_file_mode(path: str) -> int:
 
 
 def _find_mode(path: str) -> int:
-    """Return what is found in a place, as the system has it; raise BadParameter if nothing is."""
+    """The mode of a path as `stat` has it; raise BadParameter if there is nothing."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -112,7 +112,7 @@ Frames = Annotated[
     typer.Option(
         "--frames",
         metavar="A:B",
-        help="Frames from A up to, and without, B, or frame A alone (no colon); all by default.",
+        help="Frames A to B - 1, or frame A alone (no colon); all by default.",
     ),
 ]
 CaptureFolder = Annotated[
@@ -143,21 +143,23 @@ LpipsWeights = Annotated[
         show_default="no LPIPS",
     ),
 ]
-Seed = Annotated[int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Of every draw.")]
+Seed = Annotated[
+    int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Seed of all random numbers.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[
     bool,
     typer.Option(
         "--force",
         "-f",
-        help="Replace a file, or a folder with nothing but what quarc-ref has made.",
+        help="Replace an existing file, or a folder that only has files of quarc-ref.",
     ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Do not show progress.")]
 
 
 def parse_frames(text: str | None) -> tuple[int, int | None]:
-    """Return the first frame of a range and the one after its last.
+    """First frame of a range, and the one after its last.
 
     Args:
         text: `A:B`, of which either may be left out, or `A` for that frame alone; None for all.
@@ -177,6 +179,6 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
         return start, start + 1
     stop = int(last) if last else None
     if stop is not None and stop <= start:
-        message = f"--frames {text} is empty: it takes the frames from A up to, and without, B"
+        message = f"--frames {text} is empty: A:B means frames A to B - 1"
         raise UsageError(message)
     return start, stop

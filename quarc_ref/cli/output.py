@@ -1,4 +1,4 @@
-"""What the command shows: JSON and tables on stdout, progress on stderr."""
+"""Output of the command: JSON and tables on stdout, progress on stderr."""
 
 import json
 import sys
@@ -29,13 +29,13 @@ _AS_WIDE_AS_IT_IS = 1 << 12
 
 
 class _Output(Console):
-    """Standard output, for text as it is: a stream may name anything."""
+    """Standard output that prints text literally: streams may contain anything."""
 
     def __init__(self, width: int | None = None) -> None:
         super().__init__(markup=False, emoji=False, width=width)
 
     def on_broken_pipe(self) -> NoReturn:
-        """Pass on the fault, which is reported as all are; rich itself would leave with 1."""
+        """Re-raise the error for `report_errors`; rich itself would exit with 1."""
         raise
 
 
@@ -57,7 +57,7 @@ def print_message(message: str) -> None:
 
 
 def print_table(title: str, rows: dict[str, str]) -> None:
-    """Print names and values on standard output, as they are: a stream may name anything."""
+    """Print names and values on standard output, literally: streams may contain anything."""
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(style="dim")
     table.add_column(overflow="fold")
@@ -69,7 +69,7 @@ def print_table(title: str, rows: dict[str, str]) -> None:
 
 
 def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print rows under headings on standard output, as wide as they are.
+    """Print a table with headings on standard output, without wrapping.
 
     Args:
         title: Above the table.
@@ -87,7 +87,7 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
 
 
 def escape_controls(text: str) -> str:
-    """Return text with the characters that would steer a terminal written out."""
+    """Text with terminal control characters escaped."""
     return "".join(
         letter if letter.isprintable() else letter.encode("unicode_escape").decode()
         for letter in text
@@ -95,7 +95,7 @@ def escape_controls(text: str) -> str:
 
 
 def warn_of_reference_engine() -> bool:
-    """Say on stderr how decoding gets faster, if a large scene is decoded without the fast engine.
+    """Suggest the fast engine on stderr, if a large scene is decoded without it.
 
     Returns:
         Whether it was said.
@@ -160,7 +160,7 @@ class TerminalProgress:
         self._bars.stop()
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """See `encoder.progress.Progress`; a total of 0 is one that is not known."""
+        """See `encoder.progress.Progress`; a total of 0 means unknown."""
         if stage not in self._tasks:
             self._tasks[stage] = self._bars.add_task(stage, total=total or None, status="")
         status = self._describe(stage)

@@ -1,4 +1,4 @@
-"""A stream that comes only once, for a verb that reads it more than once."""
+"""Temporary copies of streams that can be read only once."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -25,7 +25,7 @@ class _Sink(Protocol):
 
 @contextmanager
 def seekable_stream(source: "Source") -> "Iterator[Source]":
-    """Yield a stream that can be read again; what comes only once is copied to a temporary file.
+    """Yield a stream that can be read repeatedly; a pipe is copied to a temporary file.
 
     Raises:
         SourceError: There is no room for the file.
@@ -41,7 +41,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
 
 
 def _copy(source: "Source", file: _Sink) -> None:
-    """Copy a stream as far as one chunk follows the other: what is not a stream may not end."""
+    """Copy a stream chunk by chunk; input that is not a stream might never end."""
     from quarc_ref.streams.chunk_reader import ChunkReader
 
     copying = _Copying(source, file)
@@ -54,7 +54,7 @@ def _copy(source: "Source", file: _Sink) -> None:
 
 @contextmanager
 def growing_copy(source: "Source") -> "Iterator[Source]":
-    """Yield a copy of a stream in a temporary file, which grows while the stream comes.
+    """Yield a copy of a stream in a temporary file, which grows as the stream arrives.
 
     What keeps it from growing further is told on standard error.
     """
@@ -105,11 +105,11 @@ class _GrowingCopy:
             return self._file.read(missing)
 
     def size(self) -> int:
-        """Return how many bytes have come."""
+        """Bytes received so far."""
         return self._size
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Stop using the file."""
         with self._lock:
             self._is_closed = True
 
@@ -133,7 +133,7 @@ class _Copying:
         return self._source.read(offset, length)
 
     def size(self) -> None:
-        """Return that it cannot be told how many bytes will come."""
+        """None: the size is unknown."""
         return
 
     def go_to(self, offset: int) -> None:

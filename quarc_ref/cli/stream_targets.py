@@ -1,4 +1,4 @@
-"""Where `encode` writes a stream, so that an encode that breaks off can be gone on with."""
+"""Where `encode` writes a stream, so that an interrupted encode can be resumed."""
 
 import sys
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ _SEGMENTS = ".segments"
 def growing_stream(
     target: Path, *, force: bool, live: bool, resume: bool
 ) -> Iterator[tuple[Path, BinaryIO]]:
-    """Open the file to write a stream into, alone; it may have the beginning of that stream.
+    """Open the file to write a stream to, exclusively; it may hold a partial stream.
 
     The file is `<target>.part` and takes the target's place when the stream is
     whole. Whatever happens before, it stays, unless it is empty; so does the
@@ -62,7 +62,7 @@ def growing_stream(
 
 @contextmanager
 def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[OutputFolder]:
-    """Make the folder `<target>.segments`, which goes when all is done, and stays if it is not.
+    """Make the folder `<target>.segments`; it is removed on success and kept otherwise.
 
     Args:
         target: Where the stream of all segments is to be.
@@ -85,7 +85,7 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 @contextmanager
 def _said_to_stay(place: Path) -> Iterator[None]:
-    """Let an interruption say that what has been written is kept, if anything has."""
+    """Mention in the message of an interruption what has been kept."""
     try:
         yield
     except KeyboardInterrupt as error:
@@ -111,7 +111,7 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 
 
 def _remove(place: Path) -> None:
-    """Remove what is in a place, and beside it, if nobody writes it; who reads it keeps it."""
+    """Remove a file and its leftovers, unless another process writes it."""
     from quarc_ref.encoder.resume.checkpoint import remove_checkpoint
     from quarc_ref.encoder.stream_file import open_exclusively
 
@@ -121,7 +121,7 @@ def _remove(place: Path) -> None:
 
 
 def _drop(place: Path, file: BinaryIO) -> None:
-    """Remove a file that is open, or empty it where such a file cannot be removed."""
+    """Remove an open file, or truncate it where open files cannot be removed."""
     if sys.platform == "win32":
         file.truncate(0)
     else:
@@ -135,7 +135,9 @@ def _reject_begun(place: Path) -> None:
 
 
 def _reject_left(place: Path) -> NoReturn:
-    message = f"{place} is what an encode has left: --resume goes on, --force begins anew"
+    message = (
+        f"{place} is left from an interrupted encode: --resume continues it, --force starts over"
+    )
     raise UsageError(message)
 
 

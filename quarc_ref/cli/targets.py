@@ -1,4 +1,4 @@
-"""What the command makes: files and folders that are whole or absent, and replaced if asked for."""
+"""Output files and folders: written completely or not at all, replaced only with `--force`."""
 
 import os
 import sys
@@ -24,7 +24,7 @@ _FILE_SUFFIXES = {
 
 @contextmanager
 def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterator[BinaryIO]:
-    """Open a file that takes a target's place when all is written.
+    """Open a file that replaces a target once it is complete.
 
     Args:
         target: Where the file is to be.
@@ -42,7 +42,7 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
 
 @contextmanager
 def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
-    """Open what a stream is written to.
+    """Open the file or standard output that a stream is written to.
 
     Args:
         target: A file, or `-` for standard output.
@@ -53,7 +53,7 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
     """
     if str(target) == STANDARD_STREAM:
         if sys.stdout.isatty():
-            message = "a stream on standard output needs a pipe or a file behind it"
+            message = "standard output is a terminal: redirect it to a pipe or a file"
             raise UsageError(message)
         yield sys.stdout.buffer
     else:
@@ -63,7 +63,7 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
 
 @contextmanager
 def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Fill a folder that takes a target's place when all is written.
+    """Fill a folder that replaces a target once it is complete.
 
     Args:
         target: Where the folder is to be.
@@ -83,7 +83,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
 
 @contextmanager
 def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Fill a folder whose files are seen as soon as they are made, and stay.
+    """Fill a folder whose files are visible at once and stay after an interruption.
 
     Args:
         target: Where the folder is to be.
@@ -99,7 +99,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
 
 
 class OneFrame:
-    """A file for one frame, where others have a folder for many.
+    """A file for a single frame.
 
     Args:
         target: Of the file.
@@ -130,7 +130,7 @@ class OneFrame:
 
 @contextmanager
 def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
-    """Open a file for one frame; it takes a target's place when all is written.
+    """Open a file for one frame; it replaces a target once it is complete.
 
     Raises:
         UsageError: As for `written_file`.
@@ -140,7 +140,7 @@ def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
 
 
 def reject_target(target: Path, *, force: bool) -> None:
-    """Raise UsageError if a file may not be put in a place."""
+    """Raise UsageError if a file may not be written to a path."""
     _reject_standard_output(target, "this file")
     _reject_missing_parent(target)
     if os.path.lexists(target) and not force:
@@ -155,7 +155,7 @@ def reject_target(target: Path, *, force: bool) -> None:
 
 
 def _reject_folder(target: Path) -> None:
-    """Raise UsageError if no folder may be made under a name."""
+    """Raise UsageError if a folder may not be made at a path."""
     _reject_standard_output(target, "a folder")
     _reject_missing_parent(target)
     if target.suffix.lower() in _FILE_SUFFIXES:
@@ -174,13 +174,13 @@ def _reject_standard_output(target: Path, what: str) -> None:
 
 def _reject_missing_parent(target: Path) -> None:
     if not target.absolute().parent.is_dir():
-        message = f"{target.absolute().parent} is no folder"
+        message = f"{target.absolute().parent} is not a folder"
         raise UsageError(message)
 
 
 @contextmanager
 def _said_to_stay(made: OutputFolder) -> Iterator[None]:
-    """Let an interruption say that what has been written is kept."""
+    """Mention in the message of an interruption that the frames so far are kept."""
     try:
         yield
     except KeyboardInterrupt as error:

@@ -63,7 +63,7 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
         ValueError: There are more segments than frames.
     """
     if not 1 <= segment_count <= frame_count:
-        message = f"{frame_count} frames cannot be cut into {segment_count} segments"
+        message = f"{frame_count} frames cannot be split into {segment_count} segments"
         raise ValueError(message)
     borders = [place * frame_count // segment_count for place in range(segment_count + 1)]
     return [(first, last - first) for first, last in pairwise(borders)]
@@ -124,7 +124,7 @@ def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None
     with path.open("rb") as file:
         begun = read_partial_stream(FileSource(file))
     if begun is None or not begun.is_finished:
-        message = f"{path} is not finished, and not for segments to be put in its place"
+        message = f"{path} is not a finished stream, and would be replaced by joined segments"
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
     require_match(begun, begun.header, capture.cameras, metadata)

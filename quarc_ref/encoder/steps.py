@@ -84,7 +84,9 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
         if depths.size:
             widths.append(np.median(depths) / math.sqrt(camera.fx * camera.fy))
     if not widths:
-        message = "no training view sees an initial point: set the steps in world units"
+        message = (
+            "no training view sees an initial point: set the quantization steps in world units"
+        )
         raise EncodeError(message)
     return float(np.median(widths))
 

@@ -33,7 +33,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         CaptureError: A picture cannot be read.
         EncodeError: The scene cannot be written with these settings.
         BitstreamError: The file is no stream.
-        ResumeError: The file has a stream that was begun otherwise, or is
+        ResumeError: The file has a stream of another encode, or is
             being written by another process.
         OutputPathError: It is a symbolic link, or not a regular file.
     """
@@ -54,7 +54,7 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
         CaptureError: As for `encode_file`, and so all that follows.
         EncodeError: See there.
         BitstreamError: See there.
-        ResumeError: The file has a stream that was begun otherwise.
+        ResumeError: The file has a stream of another encode.
     """
     begun = read_partial_stream(FileSource(file))
     if begun is None:

@@ -1,4 +1,4 @@
-"""Streams as bytes: where they come from, and how they are read, cut and joined.
+"""Streams as bytes: sources, reading, seeking, recovery, cutting and joining.
 
     for scene in decode(data):
         splats = dequantize(scene)

@@ -1,8 +1,8 @@
-"""The chunks of a stream in their order: SPEC 5.1.
+"""Reads the chunks of a stream in order: SPEC 5.1.
 
-What is read of a stream, strictly or after damage, from its beginning or from
-a seek point, is read here. A chunk is rejected by its header where it can be,
-before its payload is read or room is made for it.
+All reading goes through here: strict or after damage, from the beginning or from a seek
+point. A chunk is rejected by its header if possible, before its payload is read or memory is
+allocated for it.
 """
 
 import zlib
@@ -27,8 +27,8 @@ _PIECE_BYTES = 1 << 16
 class ChunkReader:
     """Reads a stream chunk by chunk.
 
-    A read that is rejected leaves the reader where it was: of a stream that
-    grows, a `TruncatedError` says that the chunk may be asked for again later.
+    A failed read leaves the reader where it was. In a growing stream a `TruncatedError` means
+    that the chunk can be read again later.
 
     Args:
         source: The stream.
@@ -55,7 +55,7 @@ class ChunkReader:
         return self._before == container.TAIL
 
     def read_header(self) -> ChunkHeader | None:
-        """Return the header of the next chunk, and stay there.
+        """The header of the next chunk; the reader does not move.
 
         Returns:
             The header; None after TAIL.
@@ -95,9 +95,9 @@ class ChunkReader:
                 self.skip(header)
 
     def read_chunk(self) -> Chunk | None:
-        """Return the next chunk of a type that this version knows.
+        """Read the next chunk of a known type.
 
-        Others, ancillary all of them, are proved and passed over.
+        Chunks of unknown types, which can only be ancillary, are checked and skipped.
 
         Returns:
             The chunk; None after TAIL.
@@ -112,7 +112,7 @@ class ChunkReader:
         return None
 
     def take(self, header: ChunkHeader) -> Chunk:
-        """Return the chunk, of whatever type, whose header `read_header` gave; go on behind it.
+        """Read the chunk of a header that `read_header` returned, and move past it.
 
         Raises:
             ContainerError: What is wrong with the bytes.
@@ -125,11 +125,11 @@ class ChunkReader:
         return chunk
 
     def skip(self, header: ChunkHeader) -> None:
-        """Go on behind a chunk."""
+        """Move past a chunk without reading its payload."""
         self.offset, self.sequence, self._before = header.end, header.sequence + 1, header.kind
 
     def seek(self, offset: int, sequence: int) -> None:
-        """Go on at a chunk that is known to begin somewhere, after HEAD has been read."""
+        """Move to a chunk at a known offset; HEAD must have been read."""
         self.offset, self.sequence, self._before = offset, sequence, b""
 
     def _pass_magic(self) -> None:
@@ -137,7 +137,7 @@ class ChunkReader:
             return
         start = self.source.read(0, len(MAGIC))
         if not MAGIC.startswith(start):  # [5.1-1]
-            message = "this is no .quarc stream"
+            message = "not a .quarc stream"
             raise BadMagicError(message, 0)
         if len(start) < len(MAGIC):
             message = "the stream ends inside its magic"
@@ -151,7 +151,7 @@ class ChunkReader:
 
 
 def check_payload(source: Source, header: ChunkHeader) -> None:
-    """Check the CRC of a payload that is not kept, in pieces.
+    """Check the CRC of a payload piece by piece, without keeping it.
 
     Raises:
         TruncatedError: The stream ends inside the chunk.
@@ -167,9 +167,9 @@ def check_payload(source: Source, header: ChunkHeader) -> None:
 
 
 def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
-    """Walk the chunks of a stream, each proved before it is given out.
+    """Yield the chunks of a stream, each after its CRCs have been checked.
 
-    Ancillary chunks of unknown types are proved and left out.
+    Ancillary chunks of unknown types are checked and skipped.
 
     Args:
         stream: A whole stream, or what there is of it.

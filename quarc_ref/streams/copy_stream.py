@@ -8,7 +8,7 @@ from quarc_ref.streams.source import Source
 
 
 def copy_stream(source: Source, sink: BinaryIO) -> int:
-    """Copy a whole stream, each chunk once its CRC has been checked.
+    """Copy a whole stream; each chunk is written once its CRCs have been checked.
 
     Args:
         source: A stream; one that comes only once will do.

@@ -1,8 +1,8 @@
-"""Some frames of a stream as a stream of their own.
+"""Cuts frames of a stream out into a stream of their own.
 
-The first of them must be canonical, so that every chunk is taken over as it is,
-but for snapshots whose CANO is cut away. Ordinals stay (SPEC 11.1), and with them
-times, digests and the pictures of a capture that frames belong to.
+The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose CANO
+is cut away. Frame numbers stay the same (SPEC 11.1), and with them times, digests and the
+pictures of the capture that belong to them.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from quarc_ref.streams.stream_writer import StreamWriter
 
 
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
-    """Write the frames of a stream from one canonical frame on.
+    """Write the frames of a stream from a keyframe on.
 
     Of what is no frame, all is kept that comes before the first frame, or
     after a frame that is kept; besides the last `came` and the last `meta`
@@ -60,7 +60,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
 
 
 class _Passed:
-    """What comes before the frames that are wanted.
+    """What a cut must know of the frames before it.
 
     Attributes:
         canonical: Ordinal of the last canonical frame that was passed over.
@@ -74,7 +74,7 @@ class _Passed:
         self._latest: dict[bytes, Chunk] = {}
 
     def note(self, step: Step, walk: FrameWalk) -> None:
-        """Take what must be kept of a step."""
+        """Record a step."""
         if step.is_canonical:
             self.canonical = step.frame
             if walk.header.snapshots and step.header.kind == container.CANO:
@@ -85,12 +85,12 @@ class _Passed:
             self._latest[step.header.kind] = walk.take(step)
 
     def chunks(self) -> list[Chunk]:
-        """Return what is kept, in the order of the stream."""
+        """The chunks to write before the first frame, in stream order."""
         return self._prologue + sorted(self._latest.values(), key=lambda chunk: chunk.sequence)
 
 
 def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Passed) -> Step:
-    """Return the step of the first frame wanted; `passed` notes what comes before it."""
+    """The walk's step of the first frame wanted; `passed` records what comes before it."""
     for step in steps:
         if step.is_frame and (start is None or (step.frame or 0) >= start):
             if start is None or (step.is_canonical and step.frame == start):
@@ -103,7 +103,7 @@ def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Pa
 
 
 def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -> NoReturn:
-    """Raise EditError with the canonical frames on both sides of a frame."""
+    """Raise EditError with the keyframes before and after a frame."""
     after = step.frame if step.is_canonical else None
     with suppress(TruncatedError):
         after = after or next((other.frame for other in steps if other.is_canonical), None)
@@ -114,7 +114,7 @@ def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -
 
 
 class _Copying:
-    """Writes chunks as they are, or snapshots as others where their CANO is cut away.
+    """Writes chunks unchanged, except snapshots whose CANO is cut away.
 
     Args:
         writer: Is written to.

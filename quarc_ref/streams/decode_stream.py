@@ -1,7 +1,7 @@
-"""Bytes of a stream to scenes: SPEC 7.
+"""Decodes streams to scenes: SPEC 7.
 
-`ChunkReader` proves and orders the chunks, `StreamDecoder` minds what has
-been seen of the stream, `frames` makes the state of each frame.
+`ChunkReader` checks and orders the chunks, `StreamDecoder` keeps track of the stream, and an
+engine decodes the state of each frame.
 """
 
 from collections.abc import Iterator
@@ -56,7 +56,7 @@ def decode_states(
     follow: Follow | None = None,
     decoder: StreamDecoder | None = None,
 ) -> Iterator[FrameState]:
-    """Do as `decode`, and yield all that a frame hands to the next."""
+    """Like `decode`, but yield whole frame states."""
     for _, state in walk_frames(stream, decoder or StreamDecoder(), start, stop, follow):
         frame = state.frame
         if start <= frame and (stop is None or frame < stop):
@@ -70,7 +70,7 @@ def walk_frames(
     stop: int | None = None,
     follow: Follow | None = None,
 ) -> Iterator[tuple[Chunk, FrameState]]:
-    """Do as `decode`, and yield also the frames that lead to the first one wanted.
+    """Like `decode`, but also yield the frames between the seek point and the first one wanted.
 
     Args:
         stream: As for `decode`.

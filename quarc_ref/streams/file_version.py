@@ -1,4 +1,4 @@
-"""Whether a file on a server is still the one that it was."""
+"""Detects whether a file on a server has changed."""
 
 from dataclasses import dataclass
 from email.message import Message
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Change(Enum):
-    """What has become of a file."""
+    """How a file has changed."""
 
     NONE = "none"
     GROWN = "grown, or replaced by a longer one"
@@ -15,7 +15,7 @@ class Change(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:
-    """What a server says of a file; None where it does not say it.
+    """What a server's headers say about a file; None where they say nothing.
 
     Attributes:
         size: How many bytes the file has.
@@ -29,13 +29,13 @@ class FileVersion:
 
     @classmethod
     def of(cls, headers: Message, size: int | None) -> "FileVersion":
-        """Return the version that an answer's headers name."""
+        """The version that the headers of a response describe."""
         tag = headers.get("ETag")
         is_strong = tag is not None and not tag.startswith("W/")
         return cls(size, tag if is_strong else None, headers.get("Last-Modified"))
 
     def compare(self, later: "FileVersion") -> Change:
-        """Return what has become of the file by a later answer.
+        """How the file has changed, according to a later response.
 
         Most servers make the ETag of a file from its size and time: a file that grows has a new
         one each time, and whether its beginning is as before cannot be told from it.
@@ -51,7 +51,7 @@ class FileVersion:
         return Change.GROWN if has_other_mark else Change.NONE
 
     def updated(self, later: "FileVersion") -> "FileVersion":
-        """Return what is known of the file after a later answer, which may say less."""
+        """This version with everything that a later response says."""
         return FileVersion(
             self.size if later.size is None else later.size,
             later.tag or self.tag,

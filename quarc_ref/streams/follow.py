@@ -1,4 +1,4 @@
-"""Waiting for a stream that still grows: SPEC 11.3."""
+"""Waiting for a growing stream: SPEC 11.3."""
 
 import time
 from collections.abc import Callable
@@ -13,14 +13,12 @@ _Answer = TypeVar("_Answer")
 
 @dataclass(frozen=True, slots=True)
 class Follow:
-    """How long to wait for what is still to be written.
+    """How long to wait for a growing stream.
 
     Attributes:
-        interval: Seconds from one look to the next.
-        patience: Seconds without a new whole chunk after which the stream
-            counts as cut.
-        ended: Is set from elsewhere when nobody waits any more: then the
-            stream counts as cut, too.
+        interval: Seconds between polls.
+        patience: Seconds without a new complete chunk after which the stream counts as truncated.
+        ended: Set it from another thread to stop waiting; the stream then counts as truncated.
     """
 
     interval: float = 0.1
@@ -29,7 +27,7 @@ class Follow:
 
 
 def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
-    """Do what needs more of a stream than there may be yet.
+    """Retry a read until a growing stream has enough bytes for it.
 
     Args:
         action: Leaves everything as it was where the stream ends too early.
@@ -50,7 +48,7 @@ def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
         except TruncatedError as error:
             if time.monotonic() >= give_up:
                 waited = str(follow.patience).removesuffix(".0")
-                message = f"{error.args[0]}; nothing new came in {waited} seconds"
+                message = f"{error.args[0]}; no new data in {waited} seconds"
                 raise TruncatedError(message, error.offset) from error
             if follow.ended.wait(follow.interval):
                 raise

@@ -1,7 +1,7 @@
-"""A stream from chunk header to chunk header, with the frame that each belongs to.
+"""Walks a stream by its chunk headers and counts frames.
 
-Payloads are read, and proved, only where they are asked for: what an edit
-leaves out costs no more than its header, and must be there.
+Payloads are read and checked only on request: what an edit leaves out costs no more than its
+header, but must exist.
 """
 
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ class Step:
 
 
 class FrameWalk:
-    """Walks a stream, of which HEAD is read at once.
+    """Walks a stream; HEAD is read at once.
 
     Args:
         source: The stream.
@@ -65,7 +65,7 @@ class FrameWalk:
         self._size: int | None = 0  # of what is there at least; None where that cannot be told
 
     def __iter__(self) -> Iterator[Step]:
-        """Yield every chunk behind HEAD up to TAIL and without INDX and TAIL.
+        """Yield every chunk after HEAD, except INDX and TAIL.
 
         Raises:
             BitstreamError: What is wrong with what was read.
@@ -83,12 +83,12 @@ class FrameWalk:
                 self._pass(header)
 
     def take(self, step: Step) -> Chunk:
-        """Return the chunk of the step that the walk is at, proved."""
+        """Read and check the chunk of the current step."""
         self._taken = True
         return self._reader.take(step.header)
 
     def _pass(self, header: ChunkHeader) -> None:
-        """Go on behind a chunk that is not read; that it ends in the stream is seen by its size."""
+        """Skip a chunk that is not read, once the stream's size shows that it is complete."""
         if self._size is not None and header.end > self._size:
             self._size = self._reader.source.size()
             if self._size is not None and header.end > self._size:

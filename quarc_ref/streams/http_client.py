@@ -1,4 +1,4 @@
-"""One request and its answer, within one deadline, after the redirects to it."""
+"""An HTTP request with redirects and one deadline for all of it."""
 
 import ssl
 import string
@@ -21,11 +21,11 @@ _MOST_REDIRECTS = 5
 
 
 class RedirectError(Exception):
-    """A redirect that is not followed; the message says what the server does."""
+    """A redirect that is not followed; the message says why."""
 
 
 class HttpClient:
-    """Asks servers, through the proxies that the environment names."""
+    """Sends requests, through the proxies of the environment."""
 
     def __init__(self) -> None:
         self._opener = OpenerDirector()
@@ -33,7 +33,7 @@ class HttpClient:
             self._opener.add_handler(handler)
 
     def get(self, url: str, headers: Mapping[str, str], timeout: float) -> HTTPResponse:
-        """Return the answer to a request. The bodies of redirects to it are not read.
+        """Send a GET request. Bodies of redirects are not read.
 
         Args:
             url: Where to ask, `http` or `https`.
@@ -68,7 +68,7 @@ class HttpClient:
 
 
 def follow_redirect(url: str, location: str | None) -> str:
-    """Return the URL that a redirect leads to.
+    """The URL that a redirect leads to.
 
     Args:
         url: That was asked for.

@@ -1,4 +1,4 @@
-"""A stream on a server that answers ranges: SPEC 11.2."""
+"""Reads streams from HTTP servers that support ranges: SPEC 11.2."""
 
 import re
 from http.client import HTTPException, HTTPResponse, IncompleteRead
@@ -18,7 +18,7 @@ _SAMPLE_BYTES = 64
 
 
 class HttpSource:
-    """A stream at an HTTP URL. Nothing but the ranges that are asked for is read.
+    """A stream at an HTTP URL, of which only requested ranges are read.
 
     The file on the server may grow while it is read, and must not change
     otherwise. Its size, ETag and time are compared with each answer; where they
@@ -49,7 +49,7 @@ class HttpSource:
         return self._fetch(offset, length)[0] if length else b""
 
     def size(self) -> int | None:
-        """Ask the server how many bytes there are now; None where it does not say.
+        """Current size on the server, bytes; None if it does not say.
 
         Raises:
             SourceError: As for `read`.
@@ -57,7 +57,7 @@ class HttpSource:
         return self._fetch(0, 1)[1]
 
     def _fetch(self, offset: int, length: int) -> tuple[bytes, int | None]:
-        """Return a range, and the size of the whole, of the file that was there at first."""
+        """Fetch a range, and check that it is of the same file as before."""
         body, version = self._ask(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
@@ -67,18 +67,18 @@ class HttpSource:
         return body, version.size
 
     def _keep_sample(self, offset: int, body: bytes) -> None:
-        """Keep the end of the last body, unless a longer one tells more of the file."""
+        """Keep the end of a body to recognize the file by, unless a longer one is kept."""
         sample = body[-_SAMPLE_BYTES:]
         if len(sample) >= len(self._sample[1]):
             self._sample = (offset + len(body) - len(sample), sample)
 
     def _has_sample(self) -> bool:
-        """Tell whether the file still has the bytes that were read of it before."""
+        """Whether the file still has the bytes that were kept."""
         offset, sample = self._sample
         return not sample or self._ask(offset, len(sample))[0] == sample
 
     def _ask(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
-        """Return a range, and the version of the file that it is of."""
+        """Request a range; return it and the file's version."""
         wanted = {"Range": f"bytes={offset}-{offset + length - 1}", "Accept-Encoding": "identity"}
         try:
             with self._client.get(self._url, wanted, self._timeout) as response:
@@ -112,14 +112,14 @@ class HttpSource:
         return self._read_body(response, last + 1 - first), version
 
     def _take_size(self, said: str, offset: int) -> FileVersion:
-        """Return the version of a file that ends before the range asked for."""
+        """The version of a file that ends before the requested range."""
         found = _TOTAL.fullmatch(said)
         if found and int(found[1]) > offset:
             self._reject(f"does not answer byte {offset} of {found[1]}")
         return FileVersion(int(found[1]) if found else None)
 
     def _read_body(self, response: HTTPResponse, length: int) -> bytes:
-        """Read a body to its end, which a chunked one tells, too."""
+        """Read a body to its end, also with chunked encoding."""
         body, piece = bytearray(), b"more"
         while piece and len(body) <= length:
             try:
@@ -144,5 +144,5 @@ class HttpSource:
 
 
 def _describe(reason: object) -> str:
-    """Return what went wrong, without the system's number for it."""
+    """The message of an error, without errno."""
     return getattr(reason, "strerror", None) or str(reason) or repr(reason)

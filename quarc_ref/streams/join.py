@@ -1,8 +1,7 @@
-"""Streams of one kind, one after the other, as one stream.
+"""Joins streams of one kind, one after the other.
 
-Every canonical frame begins anew (SPEC 7.2), so that nothing is decoded and
-nothing coded anew. Only the ordinals of canonical frames change, and with them
-no state and no digest.
+Canonical frames do not depend on anything before them (SPEC 7.2), so nothing is decoded or
+re-encoded. Only the frame numbers of keyframes change; states and digests stay the same.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +25,7 @@ _FRAME_BYTES = 4
 
 
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
-    """Write the frames of several streams as those of one.
+    """Write the frames of several streams as one stream.
 
     The ordinals of the first stay, those of the others follow. HEAD is that of
     the first, with the greatest level of all; cameras are those of all, and
@@ -51,7 +50,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
         with _named(number):
             parts.append(_look_through(source))
     if not parts:
-        message = "there is nothing to join"
+        message = "no streams to join"
         raise EditError(message)
     for number, part in enumerate(parts[1:], 2):
         _require_alike(parts[0], part, number)
@@ -64,7 +63,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What is known of a stream that is to be joined.
+    """What two streams must agree in to be joined.
 
     Attributes:
         head: Payload of HEAD.
@@ -79,7 +78,7 @@ class _Part:
 
 @contextmanager
 def _named(number: int) -> Iterator[None]:
-    """Say in a fault of a stream which of all it is."""
+    """Add to an error which of the streams it is about."""
     try:
         yield
     except BitstreamError as error:
@@ -103,7 +102,7 @@ def _look_through(source: Source) -> _Part:
 
 
 def _require_alike(first: _Part, part: _Part, number: int) -> None:
-    """Raise EditError if a stream cannot come after the first."""
+    """Raise EditError if a stream cannot be joined to the first."""
     headers = [wire.parse_stream_header(each.head) for each in (first, part)]
     differ = [
         f"{field.name} ({getattr(headers[0], field.name)} and {getattr(headers[1], field.name)})"
@@ -122,7 +121,7 @@ def _require_alike(first: _Part, part: _Part, number: int) -> None:
 
 
 class _Joining:
-    """A stream that is being written out of several.
+    """A joined stream in the making.
 
     Args:
         sink: Is written to.
@@ -143,7 +142,7 @@ class _Joining:
             self._writer.write(container.META, wire.build_metadata(_say_alike(parts)))
 
     def append(self, walk: FrameWalk) -> None:
-        """Write what a stream holds."""
+        """Append the frames of a stream."""
         due, is_first = self._due, True
         for step in walk:
             if step.is_frame and step.frame is not None:
@@ -155,7 +154,7 @@ class _Joining:
                 self._write(step, walk.take(step))
 
     def finish(self) -> int:
-        """Write the end of the stream; return how many frames it has."""
+        """Write the end of the stream; return its number of frames."""
         self._writer.finish()
         return self._writer.frame_count
 
@@ -172,22 +171,22 @@ class _Joining:
         self._writer.write(chunk.kind, payload)
 
     def _shifted(self, payload: bytes, place: int) -> bytes:
-        """Return a payload with the ordinal at a place, in bytes, as it is in the whole."""
+        """A payload whose frame number at a byte offset is shifted to the joined stream's."""
         end = place + _FRAME_BYTES
         ordinal = self._place(int.from_bytes(payload[place:end], "little"))
         return payload[:place] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
 
     def _place(self, frame: int) -> int:
-        """Return the ordinal that a frame of the stream at hand gets."""
+        """The frame number in the joined stream."""
         place = frame + self._shift
         if place > COUNTER_LIMIT:
-            message = f"there are no ordinals left for frames after {COUNTER_LIMIT}"
+            message = f"frame numbers are limited to {COUNTER_LIMIT}"
             raise EditError(message)
         return place
 
 
 def _say_alike(parts: Sequence[_Part]) -> dict[str, str]:
-    """Return the metadata that all the streams have, in the order of the first."""
+    """The metadata that all streams agree in, in the order of the first."""
     said = [part.metadata or {} for part in parts]
     return {
         key: text for key, text in said[0].items() if all(other.get(key) == text for other in said)

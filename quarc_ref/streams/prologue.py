@@ -1,4 +1,4 @@
-"""What a stream says before its first frame, for readers that begin in its middle."""
+"""Reads what comes before the first frame, for readers that start in the middle."""
 
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
@@ -7,7 +7,7 @@ from quarc_ref.streams.source import Source
 
 
 def read_prologue(source: Source) -> tuple[tuple[Camera, ...], dict[str, str]]:
-    """Return the cameras and the metadata that come before the first frame of a stream.
+    """Read the cameras and the metadata before the first frame of a stream.
 
     Args:
         source: A stream; no more of it is read than comes before its first frame.

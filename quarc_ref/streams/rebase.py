@@ -1,7 +1,7 @@
-"""Snapshots of a stream whose CANO is cut away: coded against another one, or whole.
+"""Recodes snapshots whose CANO is cut away: against another one, or as a CANO.
 
-The state of every frame stays as it is, to the bit (SPEC 7.9): a snapshot has the
-Gaussians of a CANO in the order of a CANO, so that it can become one.
+States stay bit-identical (SPEC 7.9): a snapshot has its Gaussians in the order of a CANO, so it
+can become one.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from quarc_ref.format.records import CanonicalChunk, Gaussians, SnapshotChunk, S
 
 
 class Rebase:
-    """Takes the snapshots of a CANO that is cut away, in the order of the stream.
+    """Recodes the snapshots of one cut-away CANO, in stream order.
 
     Args:
         header: Of the stream.
@@ -35,7 +35,7 @@ class Rebase:
         self._after: tuple[int, Snapshot] | None = None
 
     def take(self, chunk: Chunk) -> Chunk:
-        """Return the chunk to write in the place of a snapshot.
+        """The chunk to write in place of a snapshot.
 
         Returns:
             A CANO for the first one, and where nothing else gives the same order; else a SNAP.
@@ -59,7 +59,7 @@ class Rebase:
 
 
 def _relate(first: Snapshot, later: Snapshot) -> Int64:
-    """Return `[N]` for each Gaussian of the later snapshot its index in the first, or -1."""
+    """Index in the first snapshot of each Gaussian of a later one, or -1, `[N]`."""
     known = max(first.roots.max(initial=-1), later.roots.max(initial=-1)) + 1
     places = np.full(known + 1, -1, dtype=np.int64)  # the last is that of -1
     (since,) = np.nonzero(first.roots >= 0)

@@ -1,7 +1,6 @@
 """Decoding past damage: SPEC 11.4.
 
-What is lost is said: every byte of a stream is either in a chunk that was
-taken or in a gap that is reported.
+Nothing is lost silently: every byte is either in a decoded chunk or in a reported gap.
 """
 
 from collections.abc import Iterator
@@ -26,7 +25,7 @@ from quarc_ref.streams.source import Source, as_source
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A part of a stream that was left out.
+    """A part of a stream that could not be decoded.
 
     Attributes:
         offset: Where it begins, bytes.
@@ -88,12 +87,12 @@ class _Recovery:
         self._due: int | None = None  # ordinal of the frame to come
 
     def begin(self) -> None:
-        """Take HEAD."""
+        """Read HEAD."""
         self._push(self._read())
         self._effort = SearchBudget(self._decoder.header.limits.chunk_bytes)
 
     def step(self) -> Iterator[Scene | Gap]:
-        """Take a chunk, or find the way past what cannot be taken."""
+        """Decode a chunk, or search for one that decoding can resume at."""
         try:
             chunk = self._read()
             self.is_over = chunk is None

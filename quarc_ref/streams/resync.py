@@ -1,8 +1,8 @@
-"""After damage: the next chunk that decoding can resume at (SPEC 11.4).
+"""Finds the next chunk that decoding can resume at after damage (SPEC 11.4).
 
-A search looks at every sync word once. Each payload whose CRC fails is charged
-to an `SearchBudget` that all searches of a stream share, so that their time stays in
-proportion to the stream, also where it was made to look like chunks.
+A search looks at every sync word once. Each payload whose CRC fails is charged to a
+`SearchBudget` that all searches of a stream share. Their time is therefore proportional to the
+stream, even if the damage was crafted to look like chunks.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ _FRAME_BYTES = 4
 
 
 class SearchBudget:
-    """How many payload bytes the recovery of a stream may check in vain (SPEC 11.4, 13-2).
+    """Limit on payload bytes that recovery checks in vain (SPEC 11.4, 13-2).
 
     Args:
         limit: Most bytes of a payload, by the stream's level.
@@ -39,7 +39,7 @@ class SearchBudget:
         self._spent += byte_count
 
     def allows(self, place: int) -> bool:
-        """Tell whether a payload may be checked at a place, in bytes from the stream's start."""
+        """Whether a payload at an offset of the stream may still be checked."""
         return self._spent <= _EFFORT * place + self._besides
 
 
@@ -65,7 +65,7 @@ class Search:
     canonical: int | None = None
 
     def admits(self, header: ChunkHeader) -> bool:
-        """Tell whether a chunk may be one to resume at, by its header."""
+        """Whether decoding could resume at a chunk, judging by its header."""
         if header.sequence < self.sequence or header.length > self.limit:
             return False
         if header.kind == container.TAIL:
@@ -75,7 +75,7 @@ class Search:
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
     def accepts(self, header: ChunkHeader, source: Source) -> bool:
-        """Tell whether an admitted chunk is to come: a later frame, or the very end."""
+        """Whether an admitted chunk belongs here: a later frame, or the very end."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
         payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
@@ -87,12 +87,12 @@ class Search:
 
 
 def canonical_frame(payload: bytes) -> int:
-    """Return the ordinal of the frame in a CANO or SNAP payload, or its beginning (SPEC 5.4)."""
+    """The frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
     return int.from_bytes(payload[:_FRAME_BYTES], "little")
 
 
 def find_resumption(source: Source, search: Search) -> ChunkHeader:
-    """Return the header of the first CANO or SNAP, or TAIL at the very end, whose CRCs hold.
+    """The first valid CANO or SNAP, or TAIL at the very end.
 
     Args:
         source: The stream.
@@ -113,7 +113,7 @@ def find_resumption(source: Source, search: Search) -> ChunkHeader:
                     return header
             search.effort.spend(header.length)
         if len(window) < size:
-            message = "the stream ends with no chunk to go on at"
+            message = "the stream ends without a chunk that decoding can resume at"
             raise TruncatedError(message, start + len(window))
         start += size - CHUNK_HEADER_BYTES + 1
         size = min(2 * size, WINDOW_BYTES)

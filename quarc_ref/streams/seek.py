@@ -1,8 +1,8 @@
-"""The way to a frame without what lies before it: SPEC 11.2.
+"""Seeks to a frame without decoding what lies before it: SPEC 11.2.
 
-Through INDX where a stream has one; else from chunk header to chunk header.
-Neither is trusted: the decoder holds the chunk that is come to against what led
-there. To a snapshot belongs the CANO that it is coded against.
+Uses INDX if the stream has one, else walks the chunk headers. Neither is trusted: the decoder
+checks that the chunk found is the one promised. A snapshot also needs the CANO that it is coded
+against.
 """
 
 from contextlib import suppress
@@ -20,7 +20,7 @@ _FRAME_BYTES = 4
 
 
 def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
-    """Move a reader to the last canonical frame that is not after a frame.
+    """Move a reader to the last seek point at or before a frame.
 
     Args:
         reader: Has read HEAD.
@@ -54,7 +54,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 
 def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
-    """Return the CANO that a snapshot is coded against."""
+    """Read the CANO that a snapshot is coded against."""
     place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
     if place is None:
         message = "no seek point is of the frame that a snapshot is coded against"
@@ -63,7 +63,7 @@ def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints
 
 
 def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
-    """Return the entries of INDX; None in a stream without, or without its end yet."""
+    """Read INDX; None if the stream has none, or is not finished."""
     tail_offset = size - TAIL_CHUNK_BYTES
     chunk = read_tail_chunk(reader.source, size)
     if chunk is None:
@@ -84,7 +84,7 @@ def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
 
 
 def read_tail_chunk(source: Source, size: int) -> Chunk | None:
-    """Return the TAIL chunk at the end of a stream; None where there is none that is proved."""
+    """Read the TAIL chunk at the end of a stream; None if there is no valid one."""
     offset = size - TAIL_CHUNK_BYTES
     with suppress(BitstreamError):
         data = source.read(max(0, offset), TAIL_CHUNK_BYTES)
@@ -95,7 +95,7 @@ def read_tail_chunk(source: Source, size: int) -> Chunk | None:
 
 
 def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
-    """Return the seek points up to a frame, from chunk header to chunk header."""
+    """Collect the seek points up to a frame from the chunk headers."""
     points, due = [], 0
     with suppress(TruncatedError):
         for header in reader.headers():
@@ -109,7 +109,7 @@ def _walk_headers(reader: ChunkReader, frame: int) -> SeekPoints:
 
 
 def _read_number(reader: ChunkReader, header: ChunkHeader, place: int) -> int:
-    """Return the ordinal at a place of a payload, in bytes."""
+    """Read a frame number at a byte offset of a payload."""
     if header.length < place + _FRAME_BYTES:
         message = f"a payload of {header.length} bytes has no ordinal"
         raise FieldError(message, header.offset)
@@ -121,12 +121,12 @@ def _read_number(reader: ChunkReader, header: ChunkHeader, place: int) -> int:
 
 
 def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
-    """Move a reader to a chunk, and see that it is there and of one of these types."""
+    """Move a reader to a chunk, and check that it exists and has one of these types."""
     reader.seek(offset, sequence)
     try:
         header = reader.read_header()
     except BitstreamError as error:
-        message = f"no chunk {sequence} where the stream says: {error}"
+        message = f"chunk {sequence} is not where the index says: {error}"
         raise IndexMismatchError(message, offset) from error
     if header is None or header.kind not in kinds:  # [11.2-2]
         message = f"chunk {sequence} is no {kinds[0].decode()}"

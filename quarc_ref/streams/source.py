@@ -1,4 +1,4 @@
-"""Where the bytes of a stream are: anything that reads at an offset.
+"""Sources of streams: anything that reads bytes at an offset.
 
 No I/O of its own: files, servers and pipes are in `quarc_ref.decoder`.
 """
@@ -7,10 +7,10 @@ from typing import Protocol
 
 
 class Source(Protocol):
-    """The bytes of a stream, read where they are needed."""
+    """Random access to the bytes of a stream."""
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on; fewer only at the end of what there is.
+        """Read `length` bytes at `offset`; fewer only at the current end.
 
         Raises:
             SourceError: What holds the bytes does not give them.
@@ -18,7 +18,7 @@ class Source(Protocol):
         ...
 
     def size(self) -> int | None:
-        """Return how many bytes there are now; None where that cannot be told."""
+        """Current size in bytes; None if it is unknown."""
         ...
 
 
@@ -29,14 +29,14 @@ class BytesSource:
         self._data = data
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end."""
+        """Read `length` bytes at `offset`, fewer at the end."""
         return self._data[offset : offset + length]
 
     def size(self) -> int:
-        """Return how many bytes there are."""
+        """Size in bytes."""
         return len(self._data)
 
 
 def as_source(stream: bytes | Source) -> Source:
-    """Return the source of a stream that may be given as bytes."""
+    """Wrap bytes in a source; return a source unchanged."""
     return BytesSource(stream) if isinstance(stream, bytes) else stream

@@ -1,4 +1,4 @@
-"""Streams in files and pipes; by name, also on servers (SPEC 11.2)."""
+"""Sources of streams in files, pipes and, by URL, on servers (SPEC 11.2)."""
 
 import os
 import stat
@@ -17,7 +17,7 @@ _KEPT_BYTES = LEVELS[30].chunk_bytes
 
 
 class FileSource:
-    """A stream in a file, which may still grow.
+    """A stream in a file, which may be growing.
 
     Args:
         file: Opened for reading, in binary.
@@ -27,7 +27,7 @@ class FileSource:
         self._file = file
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end of the file."""
+        """Read `length` bytes at `offset`, fewer at the end of the file."""
         missing = max(0, min(length, self.size() - offset))
         self._file.seek(offset if missing else 0)
         pieces = []
@@ -37,12 +37,12 @@ class FileSource:
         return b"".join(pieces)
 
     def size(self) -> int:
-        """Return how long the file is now."""
+        """Current size of the file, bytes."""
         return os.fstat(self._file.fileno()).st_size
 
 
 class PipeSource:
-    """A stream that comes in order, and once.
+    """A stream that can be read once, in order.
 
     Args:
         pipe: Is read as far as is asked for.
@@ -57,13 +57,13 @@ class PipeSource:
         self._start = 0  # offset of the first byte that is kept
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end of the pipe.
+        """Read `length` bytes at `offset`, fewer at the end of the pipe.
 
         Raises:
             SourceError: The bytes have come and gone.
         """
         if offset < self._start:
-            message = f"a pipe cannot go back to byte {offset}: save the stream in a file"
+            message = f"a pipe cannot seek back to byte {offset}: save the stream to a file"
             raise SourceError(message)
         while (missing := offset + length - self._start - len(self._kept)) > 0:
             piece = self._pipe.read(min(missing, _PIECE_BYTES))
@@ -75,11 +75,11 @@ class PipeSource:
         return bytes(self._kept[place : place + length])
 
     def size(self) -> None:
-        """Return that it cannot be told how many bytes will come."""
+        """None: the size of a pipe is unknown."""
         return
 
     def _forget(self, offset: int) -> None:
-        """Let go of what is neither asked for nor within reach."""
+        """Drop bytes that are too far back to be read again."""
         gone = min(offset - self._start, len(self._kept) - self._kept_bytes)
         if gone > 0:
             del self._kept[:gone]
@@ -88,7 +88,7 @@ class PipeSource:
 
 @contextmanager
 def open_source(name: str) -> Iterator[Source]:
-    """Open a stream by its name.
+    """Open a stream by path, URL or `-`.
 
     Args:
         name: A path, also of a named pipe; an HTTP URL; or `-` for standard input.

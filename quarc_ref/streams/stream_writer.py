@@ -1,7 +1,7 @@
-"""A stream written chunk by chunk: SPEC 5.1, 5.8, 5.9.
+"""Writes streams chunk by chunk: SPEC 5.1, 5.8, 5.9.
 
-The counterpart of `chunk_reader`. Numbers, seek points and totals are kept
-here and nowhere else; what the payloads say is the caller's business.
+The counterpart of `chunk_reader`. Keeps sequence numbers, seek points and totals; payloads are
+the caller's business.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from quarc_ref.streams.resync import canonical_frame
 
 
 class StreamWriter:
-    """Appends chunks to a sink, each of them whole.
+    """Appends whole chunks to a sink.
 
     Args:
         sink: Is written to by appending, and flushed after every chunk: who

@@ -1,8 +1,8 @@
-"""HTTP connections that take their timeout for a deadline.
+"""HTTP connections with one deadline for the whole exchange.
 
-The standard library's gives every single read the whole timeout, so that a
-server that sends a byte now and then is never given up. Here all of an
-exchange shares it: name lookup, connecting, tunnel, handshake, every read.
+In the standard library every single read has the whole timeout, so a server that sends a byte
+now and then is waited for forever. Here name lookup, connecting, tunnel, handshake and all reads
+share it.
 """
 
 import socket
@@ -25,7 +25,7 @@ class Deadline:
         self._end = time.monotonic() + seconds
 
     def left(self) -> float:
-        """Return how many seconds are left.
+        """Seconds left.
 
         Raises:
             TimeoutError: There are none.
@@ -38,7 +38,7 @@ class Deadline:
 
 
 class _TimedSocket(socket.socket):
-    """A socket of which nothing is read after its deadline."""
+    """A socket that reads nothing after its deadline."""
 
     deadline: Deadline
 
@@ -60,7 +60,7 @@ class TimedConnection(HTTPConnection):
         self._create_connection = self._open_socket  # in the place of the standard library's
 
     def connect(self) -> None:
-        """Connect, through a tunnel if one is set."""
+        """Connect, through a tunnel if one is configured."""
         super().connect()
         self.sock.settimeout(self._deadline.left())  # for the request, or the handshake
 
@@ -87,13 +87,13 @@ class TimedTlsConnection(HTTPSConnection, TimedConnection):
     sock: _TimedTlsSocket
 
     def connect(self) -> None:
-        """Connect as without TLS, and shake hands."""
+        """Connect, then perform the TLS handshake."""
         super().connect()
         self.sock.deadline = self._deadline
 
 
 def make_tls_context() -> ssl.SSLContext:
-    """Return the system's certificates, and how servers are proved by them."""
+    """A TLS context that verifies servers by the system's certificates."""
     context = ssl.create_default_context()
     context.set_alpn_protocols(["http/1.1"])
     context.sslsocket_class = _TimedTlsSocket
@@ -101,7 +101,7 @@ def make_tls_context() -> ssl.SSLContext:
 
 
 def _look_up(address: tuple[str, int], deadline: Deadline) -> list[Any]:
-    """Return what `getaddrinfo` does. It knows no timeout: beyond one its thread is left alone."""
+    """`getaddrinfo` with a deadline, after which its thread is abandoned."""
     found: Future[list[Any]] = Future()
 
     def look_up() -> None:

@@ -93,7 +93,7 @@ def test_one_training_camera_is_rejected_before_any_work(narrow_capture, tmp_pat
 
     assert result.exit_code == 3
     assert "narrow has 1 training camera, and depth needs at least 2" in result.stderr
-    assert "--no-checks encodes it all the same" in result.stderr
+    assert "--no-checks encodes it anyway" in result.stderr
     assert list_names(tmp_path) == ["narrow"]
 
 

@@ -142,7 +142,7 @@ def test_logs_do_not_go_with_segments(capture, tmp_path):
         (["--set", "motion.lr"], "KEY=VALUE"),
         (["--set", "motion.iterations=many"], "motion.iterations=many"),
         (["--set", "stream.level_count=9"], "level_count"),
-        (["--set", "foo=1"], "no setting 'foo'; encode --list-settings prints all there are"),
+        (["--set", "foo=1"], "no setting 'foo'; encode --list-settings lists all settings"),
         (["--lambda", "0"], "--lambda takes a number above 0; this is 0.0"),
         (["--lambda", "-1"], "--lambda takes a number above 0; this is -1.0"),
         (["--lambda", "nan"], "--lambda takes a number above 0; this is nan"),

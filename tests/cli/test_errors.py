@@ -40,9 +40,9 @@ def _leave(error):
         (RuntimeError(), 3, "RuntimeError()"),
         (ModuleNotFoundError("No module", name="torch"), 3, "pip install 'quarc-ref[encode]'"),
         (ModuleNotFoundError("No module", name="gsplat"), 3, "pip install 'quarc-ref[gpu]'"),
-        (KeyboardInterrupt(), 130, "interrupted; nothing is left behind"),
+        (KeyboardInterrupt(), 130, "interrupted; nothing was written"),
         (KeyboardInterrupt("interrupted; the file holds"), 130, "interrupted; the file holds"),
-        (Termination(), 143, "interrupted; nothing is left behind"),
+        (Termination(), 143, "interrupted; nothing was written"),
         (BrokenPipeError(errno.EPIPE, "Broken pipe"), 3, "Broken pipe"),
         (MemoryError("Unable to allocate 2 TiB"), 3, "not enough memory: Unable to allocate"),
         (MemoryError(), 3, "out of memory"),
@@ -75,7 +75,7 @@ def test_our_own_fault_shows_where_it_is_and_does_not_blame_the_stream(capsys):
 
     shown = capsys.readouterr().err
     assert "Traceback" in shown
-    assert shown.splitlines()[-1] == "quarc-ref: a fault of this program: ZeroDivisionError('oops')"
+    assert shown.splitlines()[-1] == "quarc-ref: internal error: ZeroDivisionError('oops')"
 
 
 def test_a_message_cannot_steer_the_terminal(capsys):

@@ -173,7 +173,7 @@ def test_a_stream_that_does_not_come_is_told_of_and_leaves_nothing(tmp_path):
 
     assert [result.exit_code for result in missing + empty] == [2, 2, 1, 1]
     assert all("does not exist" in result.stderr for result in missing)
-    assert all("nothing new came in 0.2 seconds" in result.stderr for result in empty)
+    assert all("no new data in 0.2 seconds" in result.stderr for result in empty)
     assert list_names(tmp_path) == ["live.quarc"]
 
 

@@ -32,7 +32,7 @@ def _viewing(*arguments, data=None, **pipes):
             viewer.send_signal(signal.SIGINT)
             said = viewer.stderr.read()
         assert viewer.wait(60) == 128 + signal.SIGINT
-        assert said == b"quarc-ref: interrupted; nothing is left behind\n"
+        assert said == b"quarc-ref: interrupted; nothing was written\n"
 
 
 def _load(url, **headers):

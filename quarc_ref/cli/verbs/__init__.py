@@ -1,1 +1,1 @@
-"""The verbs of the command line, one module for a verb or a few that are alike."""
+"""The verbs of the command line, one module for each or for a few similar ones."""

@@ -1,4 +1,4 @@
-"""The verb `bench`: how fast a stream decodes here."""
+"""The verb `bench`: decoding speed of a stream on this machine."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,19 +15,22 @@ if TYPE_CHECKING:
 def bench(
     file: StreamName,
     threads: Annotated[
-        int, typer.Option("--threads", "-t", min=1, max=64, help="1 decodes nothing ahead.")
+        int,
+        typer.Option(
+            "--threads", "-t", min=1, max=64, help="Decoding threads; 1 does not prefetch."
+        ),
     ] = 2,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Play a stream as fast as it goes: frames per second, time by stage, memory."""
+    """Decode a stream as fast as possible: frames per second, time by stage, memory."""
     with report_errors():
         from quarc_ref.inspection.decode_speed import measure_speed
 
         with TerminalProgress(quiet=quiet) as progress:
             speed = measure_speed(file, threads, progress.advance)
         if speed is None:
-            message = "the stream has no frame to decode"
+            message = "the stream has no frames to decode"
             raise UsageError(message)
         if as_json:
             print_json("bench/2", speed.as_json())
@@ -36,7 +39,7 @@ def bench(
 
 
 def _describe(speed: "Speed") -> dict[str, str]:
-    """Return the lines of `bench` as names and values."""
+    """Output of `bench`, as names and values."""
     warm = speed.warm_first_frame_s
     again = "" if warm is None else f", {warm:.2f} s with all loaded"
     share = speed.stolen_share

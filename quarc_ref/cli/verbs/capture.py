@@ -38,7 +38,7 @@ def synth(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ray-trace a synthetic capture in N3DV's layout, of which cam00 is to be held out."""
+    """Ray-trace a synthetic capture in N3DV's layout; cam00 is the camera to hold out."""
     with report_errors():
         from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.synth import SynthOptions, fill_synthetic_capture
@@ -73,7 +73,7 @@ def demo(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Do it all once: trace a capture, encode it, decode and measure it, write a report."""
+    """Run the whole pipeline: trace a capture, encode, decode and measure it, write a report."""
     with report_errors():
         config = configure("demo", settings or [], seed)
         from quarc_ref.cli.demo_work import run_demo

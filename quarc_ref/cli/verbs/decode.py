@@ -56,7 +56,7 @@ def decode_frames(
     follow: FollowFlag = False,
     patience: Patience = PATIENCE,
     past_damage: Annotated[
-        bool, typer.Option("--recover", help="Go on past damage, and report what is missing.")
+        bool, typer.Option("--recover", help="Continue after damage, and report what is missing.")
     ] = False,
     as_json: AsJson = False,
     force: Force = False,

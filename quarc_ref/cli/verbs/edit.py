@@ -1,4 +1,4 @@
-"""The verbs that make streams of streams: cut, join."""
+"""The verbs that edit streams: cut, join."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -43,7 +43,7 @@ def cut(
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Write some frames of a stream as a stream of their own, exactly; ordinals stay."""
+    """Cut frames out of a stream without re-encoding; frame numbers stay."""
     with report_errors():
         from quarc_ref.streams import open_source
         from quarc_ref.streams.cut import cut as cut_stream
@@ -70,7 +70,7 @@ def join(
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Write streams of one kind, one after the other, as one stream; states stay."""
+    """Join streams of one kind without re-encoding; states stay."""
     with report_errors(), ExitStack() as stack:
         from quarc_ref.streams import open_source
         from quarc_ref.streams.join import join as join_streams
@@ -86,14 +86,14 @@ def join(
 
 
 def _reject_mixture(output: Path, *, as_json: bool) -> None:
-    """Raise UsageError if both a stream and JSON are to go to standard output."""
+    """Raise UsageError if both a stream and JSON would go to standard output."""
     if as_json and str(output) == STANDARD_STREAM:
         message = "-o - and --json both write to standard output"
         raise UsageError(message)
 
 
 def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
-    """Print what was written, unless that is where it went."""
+    """Print a summary, unless the stream went to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size = output.stat().st_size

@@ -1,4 +1,4 @@
-"""The verb `encode`: a capture to a stream, in a file, in a file that grows, or in a pipe."""
+"""The verb `encode`: a capture to a stream in a file or pipe."""
 
 import time
 from pathlib import Path
@@ -69,7 +69,7 @@ def encode(
         bool,
         typer.Option(
             "--list-settings",
-            help="Print what --set can change, and what it is.",
+            help="Print all settings with their values and descriptions.",
             is_eager=True,
             callback=_list_settings,
         ),
@@ -78,8 +78,8 @@ def encode(
         Literal["1.0", "1.1"],
         typer.Option(
             "--format",
-            help="Version of the format: 1.1 lets single Gaussians change; 1.0 is for decoders "
-            "that know no other.",
+            help="Format version: 1.1 allows updates of single Gaussians; 1.0 is for decoders "
+            "that do not know 1.1.",
         ),
     ] = "1.1",
     keyframe_interval: Annotated[
@@ -141,7 +141,7 @@ def encode(
         typer.Option(
             "--held-out",
             metavar="NAME",
-            help="Camera to keep for eval; may be given again.",
+            help="Camera held out of training, for eval; may be repeated.",
             show_default="the first",
         ),
     ] = None,
@@ -150,13 +150,13 @@ def encode(
     ] = "auto",
     live: Annotated[
         bool,
-        typer.Option("--live", help="Write FILE in its place, so that others can follow it."),
+        typer.Option("--live", help="Write FILE directly, so that other programs can follow it."),
     ] = False,
     resume: Annotated[
         bool,
         typer.Option(
             "--resume",
-            help="Go on where an encode of the same settings broke off: the same bytes come out.",
+            help="Resume an interrupted encode of the same settings; the bytes are the same.",
         ),
     ] = False,
     segments: Annotated[
@@ -165,14 +165,17 @@ def encode(
             "--segments",
             min=1,
             metavar="K",
-            help="Encode K parts of the frames apart, several at a time, and join them.",
+            help="Encode the frames in K segments, several at a time, and join them.",
             show_default="one stream",
         ),
     ] = None,
     workers: Annotated[
         int | None,
         typer.Option(
-            "--workers", min=1, help="Segments at a time, here.", show_default="one a processor"
+            "--workers",
+            min=1,
+            help="Segments encoded at a time on this machine.",
+            show_default="one a processor",
         ),
     ] = None,
     ray: Annotated[
@@ -185,7 +188,7 @@ def encode(
         bool,
         typer.Option(
             "--no-checks",
-            help="Encode without checking whether cameras, poses and points allow a good picture.",
+            help="Do not check cameras, poses and points before encoding.",
         ),
     ] = False,
     log_json: Annotated[
@@ -255,7 +258,7 @@ def encode(
 
 
 def _reject_with(what: str, asked: dict[str, bool]) -> None:
-    """Raise UsageError if an option is given that does not go with something else."""
+    """Raise UsageError if an option is given that conflicts with something else."""
     for option, is_given in asked.items():
         if is_given:
             message = f"{what} does not go with {option}"
@@ -263,7 +266,7 @@ def _reject_with(what: str, asked: dict[str, bool]) -> None:
 
 
 def _require_segments(asked: dict[str, bool]) -> None:
-    """Raise UsageError if an option is given that is about segments, of which there are none."""
+    """Raise UsageError if an option is given that needs `--segments`."""
     for option, is_given in asked.items():
         if is_given:
             message = f"{option} needs --segments"
@@ -271,7 +274,7 @@ def _require_segments(asked: dict[str, bool]) -> None:
 
 
 def _show(output: Path, found: Warnings, seconds: float, *, as_json: bool) -> None:
-    """Print what the file is made of."""
+    """Print a summary of the stream."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 
     summary = inspect_stream(output.read_bytes())

@@ -53,7 +53,7 @@ def evaluate(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure a stream on the held-out cameras, decoded from the file."""
+    """Measure a stream's quality on the held-out cameras, decoded from the file."""
     with report_errors():
         from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 
@@ -75,7 +75,7 @@ def evaluate(
 
 @contextmanager
 def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
-    """Turn a capture that does not belong to a stream into a fault of the command line."""
+    """Report a capture that does not belong to a stream as a usage error."""
     from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
     try:
@@ -84,7 +84,7 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
         if as_json:
             captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
             print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
-        message = f"{error}: --other-capture measures it all the same"
+        message = f"{error}: --other-capture measures it anyway"
         raise UsageError(message) from error
     except MismatchError as error:
         raise UsageError(str(error)) from error
@@ -104,7 +104,7 @@ def _warn_of_other_capture(protocol: "Protocol") -> None:
 def show_evaluation(
     schema: str, file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
 ) -> None:
-    """Print what was measured, as JSON of a schema or for people.
+    """Print an evaluation, as JSON or as text.
 
     Args:
         schema: As for `print_json`.

@@ -1,4 +1,4 @@
-"""The verb `inspect`: everything that a stream is made of, chunk by chunk and frame by frame."""
+"""The verb `inspect`: the contents of a stream by chunk and by frame."""
 
 import sys
 from itertools import zip_longest
@@ -18,7 +18,7 @@ _FRAME_HEADINGS = (
 
 
 def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Show a stream chunk by chunk and frame by frame, its symbols, and real bytes beside entropy.
+    """Show the chunks, frames and symbols of a stream, and its bytes beside their entropy.
 
     Sizes are bytes. An estimate is the zero-order entropy of the same symbols.
     """

@@ -1,4 +1,4 @@
-"""The verbs that need a stream alone: info, verify."""
+"""The verbs that describe and check a stream: info, verify."""
 
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Show what a stream is made of: counts, real bytes by kind, the paper's estimate beside."""
+    """Summarize a stream: counts, bytes by kind, and the paper's estimate of them."""
     with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source
@@ -38,7 +38,7 @@ def verify(
         bool,
         typer.Option(
             "--deep",
-            help="Prove also that both entropy decoders agree, that every seek point leads to "
+            help="Also check that both entropy decoders agree, that every seek point leads to "
             "the same states, and how far the stream is within its level.",
         ),
     ] = False,
@@ -47,7 +47,7 @@ def verify(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Decode a stream from end to end and check every CRC and every state."""
+    """Decode a whole stream and check every CRC and every state."""
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.streams import open_source
@@ -75,7 +75,7 @@ def verify(
 
 
 class _Verification:
-    """A stream decoded from its beginning, as far as it goes.
+    """A verification in progress.
 
     Attributes:
         frames: How many there were.
@@ -99,7 +99,7 @@ class _Verification:
             self._note("decode", self.frames + 1, total)
 
     def prove(self, source: "Source", follow: "Follow | None") -> "Verification":
-        """Decode every frame, and prove the rest."""
+        """Decode every frame, and check everything else."""
         from quarc_ref.inspection.verify_stream import verify_stream
 
         with seekable_stream(source) as whole:
@@ -114,7 +114,7 @@ class _Verification:
 
 
 def describe_proof(proof: "Verification") -> dict[str, str]:
-    """Return the lines of `verify --deep` as names and values."""
+    """Output of `verify --deep`, as names and values."""
     bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
     coders = f"both decoders give the same {bits}"
     if proof.coders == 1:
@@ -133,7 +133,7 @@ def describe_proof(proof: "Verification") -> dict[str, str]:
 
 
 def describe(summary: "StreamSummary") -> dict[str, str]:
-    """Return the lines of `info` as names and values."""
+    """Output of `info`, as names and values."""
     from quarc_ref.inspection.stream_summary import KINDS
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
@@ -164,7 +164,7 @@ def describe(summary: "StreamSummary") -> dict[str, str]:
 
 
 def _name_frames(summary: "StreamSummary") -> str:
-    """Return how many frames there are, and which, where the stream has been cut."""
+    """Number of frames, and which ones if the stream has been cut."""
     frames = summary.frames
     if not frames or frames[0].frame == 0:
         return f"{len(frames)}"

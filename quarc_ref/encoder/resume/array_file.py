@@ -83,13 +83,13 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
     line = file.readline(_HEADER_LIMIT)
     found_key, crc, shapes = _parse(line)
     if found_key != key or not layout.fits(shapes):
-        message = "the file holds other arrays than those expected"
+        message = "the file does not hold the expected arrays"
         raise ArrayFileError(message)
     sizes = {
         name: math.prod(shape) * np.dtype(dtype).itemsize for name, (dtype, shape) in shapes.items()
     }
     if len(line) + sum(sizes.values()) != os.fstat(file.fileno()).st_size:
-        message = "the file is not as long as its header says"
+        message = "the length of the file does not match its header"
         raise ArrayFileError(message)
     arrays: Arrays = {
         name: np.frombuffer(file.read(sizes[name]), dtype).reshape(shape).copy()

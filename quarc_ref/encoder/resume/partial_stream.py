@@ -76,7 +76,7 @@ def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
     frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAMES)
     foreign = {chunk.kind for chunk in rest} - {*container.FRAMES, container.INDX, container.TAIL}
     if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or foreign:
-        message = "the stream has chunks that this encoder does not write where they are"
+        message = "the stream has chunks that this encoder would not write in these places"
         raise ResumeError(message)
     if not frames:
         return None
@@ -106,7 +106,9 @@ def require_match(
         *_compare_headers(begun.header, header),
     ]
     if differ:
-        message = f"the stream was begun otherwise, with another {', '.join(differ)}"
+        message = (
+            f"the partial stream was encoded with different inputs: another {', '.join(differ)}"
+        )
         raise ResumeError(message)
 
 
@@ -122,7 +124,7 @@ def require_frames(begun: PartialStream, frame_count: int, canonical: CanonicalS
         due = canonical.kind_due(frame)
         named = None if due == container.FRAM else frame
         if chunk.kind != due or _name_canonical(chunk) != named:
-            message = f"frame {frame} of the stream is not as this encode has it: cut, or joined"
+            message = f"frame {frame} of the stream does not match this encode: cut, or joined"
             raise ResumeError(message)
     require_count(begun, frame_count)
 

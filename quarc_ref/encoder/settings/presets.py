@@ -125,7 +125,7 @@ def choose_preset(name: str) -> EncoderConfig:
         SettingError: There is no such preset.
     """
     if name not in PRESETS:
-        message = f"no preset {name!r}; there are {', '.join(PRESETS)}"
+        message = f"no preset {name!r}; the presets are {', '.join(PRESETS)}"
         raise SettingError(message)
     return PRESETS[name]
 
@@ -149,7 +149,7 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
         last = [name for name in names if name.endswith(f".{path}")]
         close = last or difflib.get_close_matches(path, names, n=3)
         hint = f"; close to it: {', '.join(close)}" if close else ""
-        message = f"no setting {path!r}{hint}; encode --list-settings prints all there are"
+        message = f"no setting {path!r}{hint}; encode --list-settings lists all settings"
         raise SettingError(message)
     changed: EncoderConfig = _changed(config, path.split("."), path, text)
     return changed

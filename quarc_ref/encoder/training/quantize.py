@@ -29,7 +29,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
     """
     for tensor in attributes.tensors():
         if not bool(torch.isfinite(tensor).all()):
-            message = "training has left numbers that are not finite"
+            message = "training diverged: an attribute is not finite"
             raise EncodeError(message)
     unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
     index, components = split_rotations(unit, header.rotation_bits)
@@ -60,7 +60,7 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
     steps = attributes.means / position_step(header)
     kept = (steps.abs() <= half).all(dim=1)
     if not bool(kept.any()):
-        message = "training has left no Gaussian that a stream can carry"
+        message = "no trained Gaussian is within the range of the format"
         raise EncodeError(message)
     return attributes.rows(kept)
 
@@ -83,7 +83,7 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
     near = torch.tensor(_world(scene, parents)).to(attributes.means)
     offsets = attributes.means[rows] - near
     positions = _steps(offsets, position_step(scene.header))
-    places = _within(positions, CODE_LIMIT, "a newborn's place")
+    places = _within(positions, CODE_LIMIT, "the position of a new Gaussian")
     return Births(parents, Gaussians(places, newborn.rotations, newborn.codes))
 
 
@@ -111,6 +111,6 @@ def _rows(values: Tensor) -> Int64:
 
 def _within(values: Int64, limit: int, what: str) -> Int64:
     if np.any((values < -limit) | (values > limit)):
-        message = f"{what} is beyond {limit} steps: take a larger step"
+        message = f"{what} is beyond {limit} steps: increase the step"
         raise EncodeError(message)
     return values

@@ -161,7 +161,7 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
 @pytest.mark.parametrize("name", ["capture", "fingerprint", "encoder"])
 def test_another_capture_and_another_encoder_are_rejected(name, whole, tmp_path):
     other = _with_metadata(whole, **{name: "another"})
-    with pytest.raises(ResumeError, match=f"begun otherwise, with another {name}$"):
+    with pytest.raises(ResumeError, match=f"encoded with different inputs: another {name}$"):
         _go_on(tmp_path / "a.quarc", other)
 
 
