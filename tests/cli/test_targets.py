@@ -92,7 +92,7 @@ def test_a_file_takes_no_pipe_s_or_device_s_place(make, tmp_path):
 
 @pytest.mark.parametrize("make", [written_file, *_FOLDERS])
 def test_a_target_in_no_folder_is_rejected(make, tmp_path):
-    with pytest.raises(UsageError, match="no folder"), make(tmp_path / "a" / "b", force=False):
+    with pytest.raises(UsageError, match="not a folder"), make(tmp_path / "a" / "b", force=False):
         pytest.fail("the target was opened")
 
 

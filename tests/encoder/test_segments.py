@@ -35,7 +35,7 @@ def test_segments_are_all_frames_once_and_of_even_length(frame_count, data):
 
 @pytest.mark.parametrize("segment_count", [0, 6])
 def test_more_segments_than_frames_are_rejected(segment_count):
-    with pytest.raises(ValueError, match="cannot be cut"):
+    with pytest.raises(ValueError, match="cannot be split"):
         split_frames(5, segment_count)
 
 
@@ -73,5 +73,5 @@ def test_a_joined_stream_is_known_again(joined, tmp_path):
     with pytest.raises(ResumeError, match="with 3 frames, not 2"):
         require_joined(path, make_capture(3), replace(_OPTIONS, frames=2))
     path.write_bytes(joined[:-1])
-    with pytest.raises(ResumeError, match="not finished"):
+    with pytest.raises(ResumeError, match="not a finished stream"):
         require_joined(path, make_capture(3), _OPTIONS)

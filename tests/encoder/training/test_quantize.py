@@ -72,7 +72,7 @@ def test_codes_beyond_their_range_cannot_be_written():
     attributes = _attributes(header)
     attributes.log_scales[0, 0] = 1e6
 
-    with pytest.raises(EncodeError, match="larger step"):
+    with pytest.raises(EncodeError, match="increase the step"):
         quantize_gaussians(attributes, header)
 
 
@@ -92,7 +92,7 @@ def test_a_scene_of_which_no_gaussian_can_be_carried_is_an_encode_error():
     attributes = _attributes(header)
     attributes.means[:] = 1e30
 
-    with pytest.raises(EncodeError, match="no Gaussian"):
+    with pytest.raises(EncodeError, match="no trained Gaussian"):
         drop_unrepresentable(attributes, header)
 
 
@@ -131,5 +131,5 @@ def test_a_newborn_too_far_from_its_parent_cannot_be_written():
     newborn = _attributes(header, 1)
     newborn.means[:] = 100.0
 
-    with pytest.raises(EncodeError, match="place"):
+    with pytest.raises(EncodeError, match="position of a new Gaussian"):
         quantize_births(newborn, np.array([0]), moved.scene)
