@@ -192,7 +192,10 @@ class Builder:
             elif isinstance(record, SnapshotChunk) and self.reference is not None:
                 state, _ = decode_snapshot(self.header, record, self.reference.gaussians)
             elif isinstance(record, FrameChunk) and self.state is not None:
-                state = decode_frame(self.state, record)
+                # A frame of another stream may have updates where this one has none.
+                payload = wire.build_frame(record)
+                read = wire.parse_frame(payload, updates=self.header.updates)
+                state = decode_frame(self.state, read)
             else:
                 return None, 0
             return state, state_crc(state.scene)
