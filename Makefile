@@ -122,8 +122,11 @@ $(READY): pyproject.toml $(LOCKS)
 	$(PIP_INSTALL) --no-deps --no-build-isolation -e .
 	@touch $(READY)
 
+# The extension is built for this machine: with AVX2 a frame takes a tenth less.
+VECTORS := $(shell /lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | grep -q 'x86-64-v3 .supported' && echo -Ctarget-cpu=x86-64-v3)
+
 $(CORE): $(READY) $(shell find core -name '*.rs' -not -path '*/target/*') core/Cargo.toml core/Cargo.lock core/pyproject.toml
 	@if command -v cargo >/dev/null; then \
-	  $(PIP_INSTALL) ./core || echo "quarc_core could not be built: the reference engine decodes"; \
+	  RUSTFLAGS="$$RUSTFLAGS $(VECTORS)" $(PIP_INSTALL) ./core || echo "quarc_core could not be built: the reference engine decodes"; \
 	else echo "no cargo here: without quarc_core large scenes decode many times slower (core/README.md)"; fi
 	@touch $(CORE)

@@ -97,17 +97,13 @@ impl<T: Copy + Default> Rows<T> {
     /// As `remove`, but these rows stay as they are.
     #[must_use]
     pub fn without(&self, gone: &[u32]) -> Self {
-        let columns = self.columns - gone.len();
-        let mut others = Rows::zeros(self.rows, columns, self.stride - columns);
+        let mut numbers = Vec::with_capacity(self.numbers.len());
         for row in 0..self.rows {
-            let (from, mut to) = (self.row(row), others.row_mut(row));
-            for kept in kept_ranges(gone, from.len()) {
-                let (begin, rest) = to.split_at_mut(kept.len());
-                begin.copy_from_slice(&from[kept]);
-                to = rest;
-            }
+            let from = self.row(row);
+            kept_ranges(gone, from.len()).for_each(|kept| numbers.extend_from_slice(&from[kept]));
+            numbers.resize((row + 1) * self.stride, T::default());
         }
-        others
+        Rows { numbers, columns: self.columns - gone.len(), ..*self }
     }
 
     /// Append zeroed columns, in place where there is room.
