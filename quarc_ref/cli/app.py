@@ -17,6 +17,7 @@ from quarc_ref.cli.verbs import (
     capture,
     compare,
     decode,
+    doctor,
     edit,
     edit_scene,
     encode,
@@ -38,6 +39,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("calibrate", cls=Verb)(calibrate.calibrate)
+app.command("doctor", cls=Verb)(doctor.doctor)
 app.command("encode", cls=Verb)(encode.encode)
 app.command("import", cls=Verb)(scenes.import_frames)
 app.command("decode", cls=Verb)(decode.decode_frames)

@@ -1,12 +1,14 @@
-"""Whether the videos of a capture go together frame by frame: frame rates and lengths."""
+"""Whether the videos of a capture belong together: frame rates, lengths and rotation flags."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from statistics import median_high
 
 import numpy as np
 
 from quarc_ref.datasets.errors import FrameRateError
+from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.video import VideoReader
 
 _RATE_TOLERANCE = 1e-3  # 29.97 and 30 differ by as much, and are taken for one
@@ -39,7 +41,7 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
         raise FrameRateError(message)
 
 
-def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> str | None:
+def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | None:
     """Return which cameras have more or fewer frames than most; None if all have as many.
 
     Args:
@@ -47,17 +49,35 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> str | None:
         lengths: `[camera]` number of frames.
     """
     usual = median_high(lengths)
-    odd = [
-        f"{name} has {length} frames"
-        for name, length in zip(names, lengths, strict=True)
-        if length != usual
-    ]
+    odd = [index for index, length in enumerate(lengths) if length != usual]
     if not odd:
         return None
-    return (
-        f"{_shorten(odd)}, the others have {usual}: every camera is cut to the {min(lengths)} "
+    listed = [f"{names[i]} has {lengths[i]} frames" for i in odd]
+    message = (
+        f"{_shorten(listed)}, the others have {usual}: every camera is cut to the {min(lengths)} "
         "frames that all have"
     )
+    return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in odd))
+
+
+def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding | None:
+    """Return which cameras' videos have another rotation flag than most; None if none has.
+
+    Args:
+        names: Of the cameras, at least one.
+        rotations: `[camera]` degrees counterclockwise.
+    """
+    (usual, _), *_ = Counter(rotations).most_common(1)
+    odd = [index for index, degrees in enumerate(rotations) if degrees != usual]
+    if not odd:
+        return None
+    listed = [f"{names[i]} by {rotations[i] % 360} degrees counterclockwise" for i in odd]
+    message = (
+        f"a rotation flag turns the pictures of {_shorten(listed)}, those of the others by "
+        f"{usual % 360}: if these cameras were not mounted otherwise, remove the flag (ffmpeg "
+        "-display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
+    )
+    return Finding("rotation-flags", message, tuple(names[i] for i in odd))
 
 
 def _require_constant_rate(video: VideoReader) -> None:

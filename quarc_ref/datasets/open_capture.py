@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from quarc_ref.datasets.agreement import compare_lengths
+from quarc_ref.datasets.agreement import compare_lengths, compare_rotations
 from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, measure_depths
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
 from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
@@ -20,7 +20,6 @@ from quarc_ref.datasets.errors import (
     UnreadableVideoError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
@@ -131,9 +130,10 @@ def _line_up(
         has = f"{later.frame_count + start} frames that all cameras have"
         message = f"the capture has {has}, so that none is left from frame {start} on"
         raise StartError(message)
-    uneven = compare_lengths(names, footage.source.lengths)
-    if uneven is not None and (options.max_frames or later.frame_count + 1) > later.frame_count:
-        footage = replace(footage, findings=(*footage.findings, Finding(UNEVEN_LENGTHS, uneven)))
+    findings = [*footage.findings, compare_rotations(names, footage.source.rotations)]
+    if options.max_frames is None or options.max_frames > later.frame_count:
+        findings.append(compare_lengths(names, footage.source.lengths))
+    footage = replace(footage, findings=tuple(each for each in findings if each is not None))
     if any(offsets.values()):
         footage = replace(footage, descriptions=(*footage.descriptions, path / NOTES_NAME))
     return footage, later

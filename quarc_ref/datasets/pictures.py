@@ -27,12 +27,14 @@ class Pictures(PictureSource, Protocol):
         paths: `[camera]` of one video, or `[camera][frame]` of picture files.
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
+        rotations: `[camera]` degrees by which a flag of the file had the pictures turned.
         frames_per_second: Of all cameras.
     """
 
     paths: tuple[tuple[Path, ...], ...]
     sizes: tuple[Size, ...]
     lengths: tuple[int, ...]
+    rotations: tuple[int, ...]
     frames_per_second: float
 
 
@@ -52,6 +54,7 @@ class VideoPictures:
         self.paths: tuple[tuple[Path, ...], ...] = tuple((reader.path,) for reader in readers)
         self.sizes = tuple((reader.width, reader.height) for reader in readers)
         self.lengths = tuple(reader.frame_count for reader in readers)
+        self.rotations = tuple(reader.rotation for reader in readers)
         self.frames_per_second = self._readers[0].frames_per_second
 
     def read(self, camera: int, frame: int) -> Image:
@@ -77,6 +80,7 @@ class FilePictures:
         self.paths = tuple(tuple(row) for row in paths)
         self.sizes = tuple(sizes or (read_still_size(row[0]) for row in self.paths))
         self.lengths = tuple(len(row) for row in self.paths)
+        self.rotations = (0,) * len(self.paths)  # picture files with a flag are rejected
         self.frames_per_second = USUAL_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:

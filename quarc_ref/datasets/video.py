@@ -38,6 +38,7 @@ class VideoReader:
         width: Pixels, of the pictures the right way up.
         height: Pixels, of the pictures the right way up.
         frames_per_second: The average.
+        rotation: Degrees counterclockwise by which its pictures were turned upright.
         frame_count: Frames that are in the file.
         frame_times: `[frame_count]` seconds, ascending.
         tick: Seconds that frame times are whole multiples of.
@@ -88,6 +89,7 @@ class VideoReader:
             message = f"frame {frame} of {self.path} is damaged: export the video again"
             raise UnreadableVideoError(message)
         self._next = frame + 1
+        self.rotation = found.rotation
         try:
             return rotate_upright(found)
         except (av.FFmpegError, ValueError) as error:

@@ -118,5 +118,6 @@ def test_many_odd_videos_are_counted_and_not_all_named():
     names = [f"cam{index:02}" for index in range(14)]
     told = compare_lengths(names, [3 + index % 7 for index in range(14)])
 
-    assert told.count(" has ") == 5
-    assert " and 7 more differ, the others have 6: " in told
+    assert told.message.count(" has ") == 5
+    assert " and 7 more differ, the others have 6: " in told.message
+    assert len(told.cameras) == 12

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import PointProjection, camera_center, project_points
-from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.findings import Finding, list_names
 from quarc_ref.encoder.checks.color_agreement import compare_colors
+from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError
 
@@ -79,6 +80,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         *_find_one_place(seen),
         *_find_too_few_cameras(seen),
         *_find_wrong_poses(capture, seen),
+        *find_odd_pictures(seen.cameras, seen.views, _read_first(capture)),
     ]
 
 
@@ -163,10 +165,14 @@ def _nearest_cosines(
     return nearest
 
 
+def _read_first(capture: Capture) -> Iterator[Image]:
+    """Yield the training views' pictures of the first frame, whose points the points are."""
+    whole = capture.whole
+    return (whole.image(index, 0) for index in whole.training)
+
+
 def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Finding]:
-    whole = capture.whole  # whose points are those of its first frame
-    pictures = (whole.image(index, 0) for index in whole.training)
-    found = compare_colors(seen.cameras, seen.views, seen.colors, pictures)
+    found = compare_colors(seen.cameras, seen.views, seen.colors, _read_first(capture))
     if found.mixed_up:
         pairs = [
             f"{seen.cameras[picture].name} that of {seen.cameras[pose].name}"

@@ -1,0 +1,176 @@
+"""The verb `doctor`: what is wrong with a capture, before hours are spent on it."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from quarc_ref.cli.completion import complete_preset
+from quarc_ref.cli.encoder_options import configure
+from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.options import AsJson, CaptureFolder, Quiet
+from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
+
+if TYPE_CHECKING:
+    from quarc_ref.datasets.capture import Capture
+    from quarc_ref.datasets.open_capture import CaptureOptions
+    from quarc_ref.encoder.doctor import Diagnosis, Examination
+
+_FAULTS_FOUND = 1
+_UNITS = ("B", "KB", "MB", "GB", "TB")
+
+
+def doctor(
+    capture: CaptureFolder,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Look at files and the first frame only, as encode does."),
+    ] = False,
+    start: Annotated[
+        int, typer.Option("--start", min=0, help="Frame of the capture to begin with.")
+    ] = 0,
+    frames: Annotated[
+        int | None, typer.Option("--frames", min=1, help="Frames to read.", show_default="all")
+    ] = None,
+    downscale: Annotated[
+        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
+    ] = 1,
+    held_out: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--held-out",
+            metavar="NAME",
+            help="Camera to keep for eval; may be given again.",
+            show_default="the first",
+        ),
+    ] = None,
+    preset: Annotated[
+        str,
+        typer.Option(
+            "--preset", help="Preset of the encode to forecast.", autocompletion=complete_preset
+        ),
+    ] = "main",
+    device: Annotated[
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where it would be trained.")
+    ] = "auto",
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find what is wrong with a capture, and forecast what encoding it takes."""
+    with report_errors():
+        from quarc_ref.datasets.open_capture import CaptureOptions
+        from quarc_ref.encoder.doctor import Examination
+
+        restore_sigterm_handler()
+        opening = CaptureOptions(downscale, tuple(held_out or ()), frames, start)
+        config = configure(preset, [], 0)
+        with TerminalProgress(quiet=quiet) as progress:
+            found = _examine(capture, Examination(opening, quick, config, device, progress))
+        if as_json:
+            print_json("doctor/1", _as_json(capture, found, opening, quick=quick))
+        else:
+            print_table(capture.resolve().name, _describe(found))
+        for finding in () if as_json else found.findings:
+            print_message(f"{finding.kind}: {finding.message}")
+        if found.findings:
+            raise typer.Exit(_FAULTS_FOUND)
+
+
+def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
+    from quarc_ref.datasets.calibration import DownscaleError
+    from quarc_ref.datasets.errors import HeldOutError, StartError
+    from quarc_ref.encoder.doctor import examine
+
+    try:
+        return examine(folder, examination)
+    except HeldOutError as error:
+        message = f"--held-out: {error}"
+        raise UsageError(message) from error
+    except StartError as error:
+        message = f"--start {examination.opening.start}: {error}"
+        raise UsageError(message) from error
+    except DownscaleError as error:
+        message = f"--downscale {examination.opening.downscale}: {error}"
+        raise UsageError(message) from error
+
+
+def _describe(found: "Diagnosis") -> dict[str, str]:
+    """Return what was found for a table."""
+    rows = {"layout": found.layout or "none that is known"}
+    if found.capture is not None:
+        rows |= _describe_capture(found.capture)
+    if found.forecast is not None:
+        needs = found.forecast
+        low, high = needs.stream_bytes
+        rows |= {
+            "encoding takes": f"{_span(needs.seconds)}: frame 0 {_span(needs.seconds_of_first)}, "
+            f"{_span(needs.seconds_per_frame)} for each other",
+            "memory": f"{_size(needs.memory_bytes)}"
+            + (f" of {_size(free)} free" if (free := found.machine.memory_bytes) else ""),
+            "disk": f"{_size(needs.disk_bytes)} of {_size(found.machine.disk_bytes)} free",
+            "stream": f"{_size(low)} to {_size(high)}",
+        }
+    count = len(found.findings)
+    rows["findings"] = "none" if not count else f"{count}, on standard error"
+    return rows
+
+
+def _describe_capture(capture: "Capture") -> dict[str, str]:
+    sizes = sorted({(camera.width, camera.height) for camera in capture.cameras})
+    held_out = [capture.cameras[index].name for index in capture.held_out]
+    return {
+        "cameras": f"{len(capture.cameras)}; held out: {', '.join(held_out)}",
+        "pictures": ", ".join(f"{width} x {height}" for width, height in sizes),
+        "frames": f"{capture.frame_count}, {capture.frames_per_second:g} per second",
+        "initial points": f"{len(capture.points.positions)}",
+    }
+
+
+def _as_json(
+    folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool
+) -> dict[str, object]:
+    """Return what was found as docs/schemas/doctor.json has it."""
+    capture = found.capture
+    return {
+        "folder": str(folder),
+        "layout": found.layout,
+        "quick": quick,
+        "start": opening.start,
+        "capture": None
+        if capture is None
+        else {
+            "cameras": [
+                {
+                    "name": camera.name,
+                    "width": camera.width,
+                    "height": camera.height,
+                    "held_out": camera.held_out,
+                }
+                for camera in capture.cameras
+            ],
+            "frames": capture.frame_count,
+            "frames_per_second": capture.frames_per_second,
+            "points": len(capture.points.positions),
+        },
+        "forecast": None if found.forecast is None else asdict(found.forecast),
+        "machine": asdict(found.machine),
+        "findings": [asdict(finding) for finding in found.findings],
+    }
+
+
+def _span(seconds: float) -> str:
+    """Return a time for people."""
+    if seconds < 90:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+
+
+def _size(count: float) -> str:
+    """Return a number of bytes for people, in units of 1024."""
+    for unit in _UNITS[:-1]:
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1024
+    return f"{count:.3g} {_UNITS[-1]}"

@@ -1,0 +1,78 @@
+"""Points of two pictures that show the same thing: SIFT features of pycolmap, matched.
+
+Nothing here knows a pose, so that matches can be held against poses.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pycolmap
+from numpy.typing import NDArray
+
+from quarc_ref.datasets.calibration import Numbers
+from quarc_ref.datasets.capture import Image
+from quarc_ref.datasets.colmap_cameras import quiet
+
+_MOST_FEATURES = 2000
+_NUMBERS = 128  # of a descriptor
+_RATIO = 0.8  # of Lowe's test
+_LEAST_MATCHES = 16
+_MOST_PIXELS_OFF = 1.5  # of an inlier, from the epipolar line of the matrix that fits all
+_LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """Features of a picture, the largest first.
+
+    Attributes:
+        positions: `[n, 2]` pixels, pixel centers at +0.5.
+        descriptors: `[n, 128]` of length 1.
+    """
+
+    positions: Numbers
+    descriptors: NDArray[np.float32]
+
+
+def find_features(picture: Image) -> Features:
+    """Return the features of a picture.
+
+    Args:
+        picture: `[H, W, 3]` sRGB.
+    """
+    gray = np.ascontiguousarray(picture.astype(np.float32) @ _LUMA / 255, dtype=np.float32)
+    options = pycolmap.FeatureExtractionOptions()
+    options.sift.max_num_features = _MOST_FEATURES
+    with quiet():
+        extractor = pycolmap.FeatureExtractor.create(options, pycolmap.Device.cpu)
+        keypoints, coded = extractor.extract_from_float32_array(gray)
+    descriptors = coded.data.astype(np.float32).reshape(-1, _NUMBERS)
+    positions = np.array([(point.x, point.y) for point in keypoints], dtype=np.float64)
+    lengths = np.maximum(np.linalg.norm(descriptors, axis=1, keepdims=True), 1e-9)
+    return Features(positions.reshape(-1, 2), descriptors / lengths)
+
+
+def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
+    """Return `[m, 2]` and `[m, 2]` the positions of features that are the same, outliers dropped.
+
+    A match is one for both of its features, and much better than any other of the
+    first; all of them fit one fundamental matrix. There are none if too few do.
+    """
+    none = np.empty((0, 2))
+    if min(len(first.positions), len(second.positions)) < _LEAST_MATCHES:
+        return none, none
+    likeness = first.descriptors @ second.descriptors.T
+    best = likeness.argmax(axis=1)
+    rows = np.arange(len(best))
+    mutual = likeness.argmax(axis=0)[best] == rows
+    distances = np.sqrt(np.maximum(2 - 2 * np.sort(likeness, axis=1)[:, -2:], 0))
+    kept = np.flatnonzero(mutual & (distances[:, 1] < _RATIO * distances[:, 0]))
+    if kept.size < _LEAST_MATCHES:
+        return none, none
+    ours, theirs = first.positions[kept], second.positions[best[kept]]
+    options = pycolmap.RANSACOptions()
+    options.max_error, options.random_seed = _MOST_PIXELS_OFF, 0
+    found = pycolmap.estimate_fundamental_matrix(ours, theirs, options)
+    if found is None or found["num_inliers"] < _LEAST_MATCHES:
+        return none, none
+    return ours[found["inlier_mask"]], theirs[found["inlier_mask"]]

@@ -1,0 +1,166 @@
+"""Whether matches between pictures lie where the poses have them: on their epipolar lines.
+
+Matches are found without the poses, so that they say how far a pose is off, in pixels,
+even by less than what colors show. Repeated patterns can mislead single pairs of
+cameras that look from directions far apart; so neighbors are compared, and a camera is
+named if most of its pairs are against it. The worst is set aside before the next is named.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.datasets.camera_geometry import camera_center
+from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.findings import Finding
+from quarc_ref.datasets.matches import find_features, match
+from quarc_ref.format.cameras import Camera
+
+_NEAREST = 4
+_MOST_DEGREES = 20.0  # between the axes of cameras whose matches are trusted
+_FEW_DEGREES = 50.0  # if a camera has no neighbor within the former
+_LEAST_PIXELS = 1.5
+_LEAST_SHARE = 0.003  # of the width of a picture
+_WIDEST = 1000  # pixels of the pictures in which features are found
+
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Two cameras that see the same: their indices, and how far matches are off, pixels."""
+
+    first: int
+    second: int
+    degrees: float
+    error: float
+
+
+def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
+    """Yield a finding for each camera whose pose does not fit the matches of frame 0.
+
+    Args:
+        capture: All its cameras are looked at; nothing is chosen by them.
+
+    Raises:
+        CaptureError: A picture cannot be read.
+    """
+    pairs = _measure_pairs(capture)
+    while pairs:
+        errors = _judge(pairs, len(capture.cameras))
+        limits = np.array([max(_LEAST_PIXELS, _LEAST_SHARE * c.width) for c in capture.cameras])
+        worst = int(np.argmax(errors / limits))
+        if errors[worst] <= limits[worst]:
+            return
+        name = capture.cameras[worst].name
+        message = (
+            f"the pose of {name} is {errors[worst]:.1f} pixels off, as matches with its neighbors "
+            f"have it (at most {limits[worst]:.1f} is good): calibrate it again, or check that its "
+            "lens and its picture belong together"
+        )
+        yield Finding("epipolar-error", message, (name,))
+        pairs = [pair for pair in pairs if worst not in (pair.first, pair.second)]
+
+
+def _judge(pairs: Sequence[_Pair], count: int) -> Numbers:
+    """Return `[camera]` the lower median of the errors of its pairs, pixels; 0 without any.
+
+    Pairs that look from directions far apart count only where there are no others, and
+    then for the camera: the least of their errors is taken.
+    """
+    errors = np.zeros(count)
+    for camera in range(count):
+        own = [pair for pair in pairs if camera in (pair.first, pair.second)]
+        near = sorted(pair.error for pair in own if pair.degrees <= _MOST_DEGREES)
+        if near:
+            errors[camera] = near[(len(near) - 1) // 2]
+        elif own:
+            errors[camera] = min(pair.error for pair in own)
+    return errors
+
+
+def _measure_pairs(capture: Capture) -> list[_Pair]:
+    cameras = capture.cameras
+    factors = [-(-camera.width // _WIDEST) for camera in cameras]
+    features = [
+        find_features(_shrink(capture.image(index, 0), factor))
+        for index, factor in enumerate(factors)
+    ]
+    pairs = []
+    for first, second, degrees in _choose_pairs(cameras):
+        ours, theirs = match(features[first], features[second])
+        if len(ours):
+            distances = _measure_distances(
+                ours * factors[first], theirs * factors[second], cameras[first], cameras[second]
+            )
+            pairs.append(_Pair(first, second, degrees, float(np.median(distances))))
+    return pairs
+
+
+def _shrink(picture: Image, factor: int) -> Image:
+    """Return the means of squares of `factor` pixels a side."""
+    if factor == 1:
+        return picture
+    height, width = (side // factor * factor for side in picture.shape[:2])
+    cut = picture[:height, :width].reshape(height // factor, factor, width // factor, factor, 3)
+    means: Image = cut.mean(axis=(1, 3)).astype(np.uint8)
+    return means
+
+
+def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
+    """Return each camera's nearest ones that look in about the same direction, with degrees."""
+    centers = np.stack([camera_center(camera) for camera in cameras])
+    axes = np.stack([np.array(camera.rotation).reshape(3, 3)[2] for camera in cameras])
+    degrees = np.degrees(np.arccos(np.clip(axes @ axes.T, -1, 1)))
+    chosen = set()
+    for index in range(len(cameras)):
+        distances = np.linalg.norm(centers - centers[index], axis=1)
+        distances[degrees[index] > _FEW_DEGREES] = np.inf
+        distances[index] = np.inf
+        for other in np.argsort(distances)[:_NEAREST]:
+            if np.isfinite(distances[other]):
+                chosen.add((min(index, int(other)), max(index, int(other))))
+    return [(first, second, float(degrees[first, second])) for first, second in sorted(chosen)]
+
+
+def _measure_distances(ours: Numbers, theirs: Numbers, first: Camera, second: Camera) -> Numbers:
+    """Return `[m]` the mean distances of matches from their epipolar lines in both pictures."""
+    fundamental = _relate(first, second)
+    ours, theirs = (np.column_stack([points, np.ones(len(points))]) for points in (ours, theirs))
+    in_second, in_first = ours @ fundamental.T, theirs @ fundamental
+    away = np.abs((theirs * in_second).sum(axis=1))
+    tiny = 1e-12
+    distances: Numbers = (
+        away / np.maximum(np.hypot(in_second[:, 0], in_second[:, 1]), tiny)
+        + away / np.maximum(np.hypot(in_first[:, 0], in_first[:, 1]), tiny)
+    ) / 2
+    return distances
+
+
+def _relate(first: Camera, second: Camera) -> Numbers:
+    """Return `[3, 3]` the fundamental matrix of two cameras, from pixels of the first."""
+    turn, step = (
+        [np.array(values).reshape(shape) for values in pair]
+        for pair, shape in (
+            ((first.rotation, second.rotation), (3, 3)),
+            ((first.translation, second.translation), (3,)),
+        )
+    )
+    rotation = turn[1] @ turn[0].T
+    x, y, z = step[1] - rotation @ step[0]
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    fundamental: Numbers = _invert(second).T @ cross @ rotation @ _invert(first)
+    return fundamental
+
+
+def _invert(camera: Camera) -> Numbers:
+    """Return `[3, 3]` from pixels to directions."""
+    return np.array(
+        [
+            [1 / camera.fx, 0, -camera.cx / camera.fx],
+            [0, 1 / camera.fy, -camera.cy / camera.fy],
+            [0, 0, 1],
+        ]
+    )

@@ -1,0 +1,65 @@
+"""Whether this machine has the memory and the disk that an encode needs."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from quarc_ref.datasets.findings import Finding
+
+_MEMINFO = Path("/proc/meminfo")  # of Linux: proc(5)
+_GIB = 1 << 30
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """What is free.
+
+    Attributes:
+        memory_bytes: Of main memory; None where that cannot be told.
+        disk_bytes: Of the disk that the current folder is on.
+    """
+
+    memory_bytes: int | None
+    disk_bytes: int
+
+
+def look_at_machine() -> Machine:
+    """Return what is free here and now."""
+    return Machine(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
+
+
+def find_shortages(machine: Machine, memory_bytes: int, disk_bytes: int) -> Iterator[Finding]:
+    """Yield what is not enough.
+
+    Args:
+        machine: What is free.
+        memory_bytes: What is needed of memory.
+        disk_bytes: What is needed of the disk.
+    """
+    if machine.memory_bytes is not None and machine.memory_bytes < memory_bytes:
+        message = (
+            f"encoding needs about {memory_bytes / _GIB:.1f} GiB of memory, and "
+            f"{machine.memory_bytes / _GIB:.1f} GiB are free: --downscale 2 needs about a quarter "
+            "of that for pictures, and fewer cameras need less"
+        )
+        yield Finding("memory-short", message)
+    if machine.disk_bytes < disk_bytes:
+        message = (
+            f"encoding needs up to {disk_bytes / _GIB:.2f} GiB on the disk, and "
+            f"{machine.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: make room, or write "
+            "the stream elsewhere"
+        )
+        yield Finding("disk-short", message)
+
+
+def _read_free_memory() -> int | None:
+    if _MEMINFO.exists():
+        for line in _MEMINFO.read_text("ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return int(line.split()[1]) * 1024
+    try:
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):  # Windows, macOS
+        return None

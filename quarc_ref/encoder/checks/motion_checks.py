@@ -1,0 +1,235 @@
+"""What the motion that cameras record says of them: frozen, stuttering, or out of step.
+
+Cameras are in step if they see motion at the same time in the same epipolar planes: a
+plane through two cameras' centers cuts both pictures in a line, and what moves in it
+moves in both. The plane of each pixel is known from the poses; the times at which the
+planes are in motion are compared at every shift (after Ben-Artzi et al., "Camera
+Calibration from Dynamic Silhouettes Using Motion Barcodes", 2016).
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from quarc_ref.datasets.camera_geometry import camera_center
+from quarc_ref.datasets.capture_notes import NOTES_NAME
+from quarc_ref.datasets.findings import Finding, list_names
+from quarc_ref.encoder.checks.recording import Recording
+from quarc_ref.format.cameras import Camera
+
+_STILL = 0.02  # of the others' change: of a frozen picture, coding alone changes a few frames
+_LEAST_MOTION = 0.1  # levels by which pictures with motion change on average
+_REPEATED = 0.02  # of a camera's usual change
+_OTHERS_MOVE = 0.3  # of the other cameras' usual changes
+_LEAST_REPEATS = 2
+_LEAST_FRAMES = 8
+_MOST_SHIFT = 15
+_PLANES = 48
+_NEIGHBORS = 5
+_LEAST_COMMON = 6  # planes
+_CLEARLY = 0.1  # by which the correlation at a shift is above that without
+_LEAST_CORRELATION = 0.3
+
+Numbers = NDArray[np.float64]
+Changes = NDArray[np.float32]
+
+
+def find_motion_faults(
+    cameras: Sequence[Camera], recordings: Sequence[Recording]
+) -> Iterator[Finding]:
+    """Yield what sets the motion of some cameras apart from that of the others.
+
+    Args:
+        cameras: At least two.
+        recordings: Of each camera.
+    """
+    names = [camera.name for camera in cameras]
+    changes = [recording.changes for recording in recordings]
+    means = np.array([np.median(each.mean(axis=(1, 2))) if len(each) else 0 for each in changes])
+    usual = float(np.median(means))
+    frozen = (means < _STILL * usual) & (usual > _LEAST_MOTION)
+    yield from _find_frozen(names, frozen)
+    live = np.flatnonzero(~frozen).tolist()
+    yield from _find_repeats([names[i] for i in live], [recordings[i] for i in live])
+    if changes[0].shape[0] + 1 >= _LEAST_FRAMES and len(live) > 2:
+        yield from _find_shifts(
+            [cameras[i] for i in live],
+            [changes[i] for i in live],
+            [recordings[i].side for i in live],
+        )
+
+
+def _find_frozen(names: Sequence[str], frozen: NDArray[np.bool_]) -> Iterator[Finding]:
+    odd = tuple(names[i] for i in np.flatnonzero(frozen).tolist())
+    if odd:
+        message = (
+            f"{list_names(odd)} shows the same picture in all frames, while others show motion: "
+            "bring the right file, or leave the camera out"
+        )
+        yield Finding("frozen-camera", message, odd)
+
+
+def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iterator[Finding]:
+    """Yield a finding for each camera that repeats frames while most others move."""
+    means = np.array([each.changes.mean(axis=(1, 2)) for each in recordings])
+    usual = np.median(means, axis=1, keepdims=True)
+    relative = means / np.maximum(usual, 1e-9)
+    for index, name in enumerate(names):
+        others = np.median(np.delete(relative, index, axis=0), axis=0)
+        is_there = recordings[index].is_there
+        both_there = is_there[1:] & is_there[:-1]
+        repeated = (relative[index] < _REPEATED) & (others > _OTHERS_MOVE) & both_there
+        repeats = np.flatnonzero(repeated) + 1
+        if repeats.size >= _LEAST_REPEATS:
+            frames = list_names([str(frame) for frame in repeats])
+            message = (
+                f"{name} repeats the picture before in frame {frames}: frames were lost while it "
+                "was recorded or converted; convert it again from the original"
+            )
+            yield Finding("repeated-frames", message, (name,))
+
+
+def _find_shifts(
+    cameras: Sequence[Camera], changes: Sequence[Changes], sides: Sequence[int]
+) -> Iterator[Finding]:
+    for camera, shift in zip(cameras, measure_shifts(cameras, changes, sides), strict=True):
+        if shift:
+            which = "late" if shift > 0 else "early"
+            message = (
+                f"{camera.name} is {abs(shift)} frames {which}, as its motion has it: write "
+                f'{{"offsets": {{"{camera.name}": {shift}}}}} into {NOTES_NAME} in the capture, '
+                "or cut the video"
+            )
+            yield Finding("out-of-sync", message, (camera.name,))
+
+
+def measure_shifts(
+    cameras: Sequence[Camera], changes: Sequence[Changes], sides: Sequence[int]
+) -> list[int]:
+    """Return by how many frames each camera is late; 0 if that is not clear.
+
+    Args:
+        cameras: At least three, most of them in step.
+        changes: `[T - 1, rows, columns]` of each camera, as of `Recording`.
+        sides: Pixels that are one in `changes`, of each camera.
+    """
+    motion = [_keep_motion(each) for each in changes]
+    rays = [
+        _find_rays(*each)
+        for each in zip(cameras, sides, (m.shape[1:] for m in motion), strict=True)
+    ]
+    most = min(_MOST_SHIFT, len(motion[0]) // 3)
+    centers = np.stack([camera_center(camera) for camera in cameras])
+    shifts = []
+    for index, center in enumerate(centers):
+        distances = np.linalg.norm(centers - center, axis=1)
+        neighbors = (other for other in np.argsort(distances) if distances[other] > 0)
+        curves = (
+            _correlate(
+                (motion[index], motion[other]),
+                (rays[index], rays[other]),
+                centers[other] - center,
+                most,
+            )
+            for other in neighbors
+        )
+        found = islice((curve for curve in curves if curve is not None), _NEIGHBORS)
+        shifts.append(_choose_shift(list(found), most))
+    return shifts
+
+
+def _keep_motion(changes: Changes) -> Changes:
+    """Return changes without what changes all the time, such as noise."""
+    return np.maximum(changes - np.median(changes, axis=0), 0).astype(np.float32)
+
+
+def _find_rays(camera: Camera, side: int, shape: tuple[int, ...]) -> Numbers:
+    """Return `[rows, columns, 3]` the directions in the world that small pixels look in."""
+    rows, columns = ((np.arange(count) + 0.5) * side for count in shape)
+    across, down = np.meshgrid((columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy)
+    rays = np.stack([across, down, np.ones_like(across)], axis=-1)
+    turned: Numbers = rays @ np.array(camera.rotation).reshape(3, 3)
+    return turned
+
+
+def _correlate(
+    motion: tuple[Changes, Changes],
+    rays: tuple[Numbers, Numbers],
+    baseline: Numbers,
+    most: int,
+) -> Numbers | None:
+    """Return `[2 most + 1]` the correlations of two cameras' motion in their common planes.
+
+    The n-th is that of the first camera, `n - most` frames later, with the second; None
+    if they have too few planes in common.
+    """
+    middle = rays[0].mean(axis=(0, 1))
+    angles = [_find_planes(each, baseline, middle) for each in rays]
+    low, high = (
+        pick(float(bound(each)) for each in angles)
+        for pick, bound in ((max, np.min), (min, np.max))
+    )
+    if high - low <= 0:
+        return None
+    edges = np.linspace(low, high, _PLANES + 1)
+    first, second = (
+        _sum_by_plane(each, np.searchsorted(edges, angle.ravel()) - 1)
+        for each, angle in zip(motion, angles, strict=True)
+    )
+    moving = (first.max(axis=0) > 0) & (second.max(axis=0) > 0)
+    if moving.sum() < _LEAST_COMMON:
+        return None
+    first, second = first[:, moving], second[:, moving]
+    count = len(first)
+    curve = []
+    for shift in range(-most, most + 1):
+        ours = first[max(0, shift) : count + min(0, shift)]
+        theirs = second[max(0, -shift) : count + min(0, -shift)]
+        curve.append(_correlate_planes(ours, theirs))
+    return np.array(curve)
+
+
+def _find_planes(rays: Numbers, baseline: Numbers, middle: Numbers) -> Numbers:
+    """Return `[rows, columns]` the angles of the half-planes about the baseline, radians.
+
+    Args:
+        rays: `[rows, columns, 3]` directions.
+        baseline: `[3]` from one center to the other.
+        middle: `[3]` direction whose half-plane has an angle of about 0.
+    """
+    axis = baseline / np.linalg.norm(baseline)
+    aside = middle + 1e-6 * np.eye(3)[np.abs(axis).argmin()]  # it may be the axis itself
+    second = np.cross(axis, aside)
+    second /= np.linalg.norm(second)
+    first = np.cross(second, axis)
+    angles: Numbers = np.arctan2(rays @ second, rays @ first)
+    return angles
+
+
+def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
+    """Return `[T, plane]` how much moves in each plane."""
+    valid = (planes >= 0) & (planes < _PLANES)
+    sums = np.zeros((len(motion), _PLANES))
+    flat = motion.reshape(len(motion), -1)[:, valid]
+    for moment, row in enumerate(flat):
+        sums[moment] = np.bincount(planes[valid], weights=row, minlength=_PLANES)[:_PLANES]
+    return np.sqrt(sums)
+
+
+def _correlate_planes(ours: Numbers, theirs: Numbers) -> float:
+    """Return the correlation over time of what moves in planes, each plane's mean taken off."""
+    ours, theirs = ours - ours.mean(axis=0), theirs - theirs.mean(axis=0)
+    size = float(np.square(ours).sum() * np.square(theirs).sum()) ** 0.5
+    return float((ours * theirs).sum()) / size if size else 0.0
+
+
+def _choose_shift(curves: Sequence[Numbers], most: int) -> int:
+    """Return the shift at which a camera agrees clearly best with its neighbors, else 0."""
+    if not curves:
+        return 0
+    mean = np.median(np.stack(curves), axis=0)
+    best = int(mean.argmax())
+    is_clear = mean[best] > max(_LEAST_CORRELATION, mean[most] + _CLEARLY)
+    return best - most if is_clear else 0

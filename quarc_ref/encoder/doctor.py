@@ -1,0 +1,128 @@
+"""Everything that can be known of a capture before hours are spent on it.
+
+`encode` runs the quick part, `checks.capture_checks`. Here all frames are read as
+well, by all cameras: held-out ones can be broken too, and nothing is chosen by them.
+What stops the capture from being opened is a finding like any other.
+"""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.errors import CaptureError, HeldOutError, StartError
+from quarc_ref.datasets.findings import Finding
+from quarc_ref.datasets.layouts.table import choose_layout
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.checks.capture_checks import check_capture
+from quarc_ref.encoder.checks.epipolar import find_wrong_poses
+from quarc_ref.encoder.checks.machine import Machine, find_shortages, look_at_machine
+from quarc_ref.encoder.checks.motion_checks import find_motion_faults
+from quarc_ref.encoder.checks.recording import find_unreadable, record
+from quarc_ref.encoder.forecast import Forecast, forecast
+from quarc_ref.encoder.progress import NullProgress, Progress
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.presets import choose_preset
+from quarc_ref.format.errors import UnusableCaptureError
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """How to examine a capture.
+
+    Attributes:
+        opening: What to make of the capture.
+        quick: Whether to look at files and frame 0 alone, as `encode` does.
+        config: All settings of the encode that is forecast.
+        device: As `EncodeOptions` has it.
+        progress: Is told of every step.
+    """
+
+    opening: CaptureOptions = field(default_factory=CaptureOptions)
+    quick: bool = False
+    config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
+    device: str = "auto"
+    progress: Progress = field(default_factory=NullProgress)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """What was found.
+
+    Attributes:
+        layout: Name of the layout; None if it is none that is known.
+        capture: Opened; None if it cannot be.
+        forecast: Of an encode; None where there can be none.
+        machine: What is free on this machine.
+        findings: All faults; none if the capture is good.
+    """
+
+    layout: str | None
+    capture: Capture | None
+    forecast: Forecast | None
+    machine: Machine
+    findings: tuple[Finding, ...]
+
+
+def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
+    """Return what is wrong with a capture, and what encoding it will take.
+
+    Args:
+        folder: Of the capture.
+        examination: How to examine it.
+
+    Raises:
+        HeldOutError: Cameras that are to be held out are not there.
+        StartError: No frame is left from the first one that is asked for.
+        DownscaleError: The pictures cannot be made as small as asked for.
+    """
+    asked, machine = examination or Examination(), look_at_machine()
+    layout = None
+    try:
+        layout = choose_layout(folder).name
+        capture = open_capture(folder, asked.opening)
+    except (HeldOutError, StartError):
+        raise
+    except CaptureError as error:
+        return Diagnosis(layout, None, None, machine, (_as_finding(error),))
+    findings = [*capture.findings]
+    try:
+        findings += check_capture(capture)
+        if not asked.quick:
+            findings += _examine_frames(capture, asked.progress)
+        needs = forecast(capture, asked.config, device=asked.device)
+    except (CaptureError, UnusableCaptureError) as error:
+        findings.append(_as_finding(error))
+        return Diagnosis(layout, capture, None, machine, _drop_repeats(findings))
+    findings += find_shortages(machine, needs.memory_bytes, needs.disk_bytes)
+    return Diagnosis(layout, capture, needs, machine, _drop_repeats(findings))
+
+
+def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
+    """Return what all frames of all cameras say."""
+    names = [camera.name for camera in capture.cameras]
+    recordings = record(capture, lambda *done: progress.advance("frames", *done))
+    return [
+        *find_unreadable(names, recordings),
+        *find_motion_faults(capture.cameras, recordings),
+        *find_wrong_poses(capture),
+    ]
+
+
+def _as_finding(error: Exception) -> Finding:
+    """Return an error as a finding, whose kind is the name of its class."""
+    words = re.findall("[A-Z][a-z]+", type(error).__name__.removesuffix("Error"))
+    return Finding("-".join(words).lower(), str(error))
+
+
+def _drop_repeats(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Return findings without poses that colors have named already."""
+    named = {camera for each in findings if each.kind in _BY_COLORS for camera in each.cameras}
+    return tuple(
+        each
+        for each in findings
+        if each.kind != "epipolar-error" or not named.issuperset(each.cameras)
+    )
+
+
+_BY_COLORS = ("pose-disagrees", "poses-mixed-up")

@@ -1,0 +1,136 @@
+"""How long an encode will take here, and what it needs: before it is begun.
+
+Seconds are measured: some steps of the training itself are taken, on the capture's own
+pictures and points. What a scene becomes is not known beforehand, so that bytes are a
+range; docs/experiments/forecast.md compares forecasts with encodes.
+"""
+
+import time
+from dataclasses import dataclass
+
+import torch
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.encoder.progress import NullProgress
+from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.training.canonical import canonical_learning_rates, start_from_points
+from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.losses import photometric_loss
+from quarc_ref.encoder.training.trainable import Trainer
+from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
+
+_WARM_UP, _TIMED = 2, 8  # steps; the first ones compile, and fill the caches of truths
+_FLOAT_BYTES = 4
+_PICTURE_COPIES = 4  # of a training picture: itself, corrected, and two moments of the SSIM
+_HALF = 1.25  # with the picture of half the size
+_BASE_BYTES = 700 << 20  # of torch and other libraries
+_DECODER_BYTES = 8 << 20  # of a camera's video, and some of its pictures:
+_DECODER_PICTURES = 20
+_PIXEL_BYTES = 1.5  # of yuv420p
+_CACHE_BYTES = 1 << 28  # of the capture's pictures
+_NUMBERS_TRAINED = 59 * 4  # of a Gaussian: its numbers, their gradient, and Adam's two moments
+_BYTES_PER_GAUSSIAN = (7, 11)
+_FRAME_BYTES_PER_GAUSSIAN = (0.05, 0.4)
+_SHARE_OF_GAUSSIANS = (0.25, 1.0)  # that are left of the most allowed
+_FRAME_STEP = 0.6  # a step of a later frame, in steps of frame 0
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """What an encode takes.
+
+    Attributes:
+        seconds_of_first: For frame 0, measured here.
+        seconds_per_frame: For every later frame, measured here.
+        seconds: For all frames.
+        memory_bytes: At most, of main memory, and on CUDA of the device's.
+        disk_bytes: While encoding: the stream and what is kept to resume its training.
+        stream_bytes: The least and the most of the stream.
+    """
+
+    seconds_of_first: float
+    seconds_per_frame: float
+    seconds: float
+    memory_bytes: int
+    disk_bytes: int
+    stream_bytes: tuple[int, int]
+
+
+def forecast(
+    capture: Capture, config: EncoderConfig, frames: int | None = None, device: str = "auto"
+) -> Forecast:
+    """Return what an encode of a capture will take.
+
+    Args:
+        capture: To be encoded.
+        config: All settings.
+        frames: How many, from the first; None for all.
+        device: As `EncodeOptions` has it.
+
+    Raises:
+        CaptureError: A picture cannot be read, or the capture has not as many frames.
+    """
+    count = capture.require_frames(frames)
+    canonical = config.canonical
+    gaussians = canonical.max_gaussians
+    full, half = (_time_step(capture, config, device, downscale) for downscale in (1, 2))
+    halved = min(canonical.half_resolution_until_iter, canonical.iterations)
+    first = halved * half + (canonical.iterations - halved) * full
+    steps = config.motion.iterations + config.births.iterations
+    each = _FRAME_STEP * steps * full
+    low, high = (
+        int(share * gaussians * (of_first + of_frame * (count - 1)))
+        for share, of_first, of_frame in zip(
+            _SHARE_OF_GAUSSIANS, _BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
+        )
+    )
+    training = gaussians * _NUMBERS_TRAINED * _FLOAT_BYTES
+    return Forecast(
+        seconds_of_first=first,
+        seconds_per_frame=each,
+        seconds=first + each * (count - 1),
+        memory_bytes=_BASE_BYTES + _CACHE_BYTES + _count_picture_bytes(capture) + 2 * training,
+        disk_bytes=high + training,
+        stream_bytes=(low, high),
+    )
+
+
+def _count_picture_bytes(capture: Capture) -> int:
+    """Return the bytes of the training pictures of a frame, as training and decoders keep them."""
+    cameras = [capture.cameras[index] for index in capture.training]
+    pixels = sum(camera.width * camera.height for camera in cameras)
+    trained = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF
+    return int(trained + len(cameras) * _DECODER_BYTES + pixels * _DECODER_PICTURES * _PIXEL_BYTES)
+
+
+def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: int) -> float:
+    """Return the seconds of a step of training, the least of some: others may disturb them."""
+    where = choose_device(device)
+    views = TrainingViews(capture, where, downscale)
+    context = TrainingContext(
+        views,
+        choose_rasterizer(where),
+        where,
+        config.seed,
+        NullProgress(),
+        measure_extent(views.cameras),
+        Exposures(len(views.cameras), where),
+    )
+    generator = context.generator(0, "forecast")
+    start = start_from_points(capture.points, config.canonical, generator, where)
+    trainer = Trainer(start, canonical_learning_rates(config.canonical, context.extent))
+    seconds = []
+    for step in range(_WARM_UP + _TIMED):
+        view = step % min(2, len(views.cameras))
+        begun = time.perf_counter()
+        rendering = context.render(trainer.attributes.activated(), view)
+        loss = photometric_loss(
+            rendering.image, context.truth(view, 0), config.canonical.lambda_dssim
+        )
+        trainer.step(loss, rendering.means2d)
+        if where.type == "cuda":
+            torch.cuda.synchronize(where)
+        seconds.append(time.perf_counter() - begun)
+    return min(seconds[_WARM_UP:])

@@ -1,0 +1,52 @@
+import shutil
+
+import pytest
+
+from tests.cli.commands import read_json, run
+from tests.datasets import scenes
+
+
+@pytest.fixture
+def dark(capture, tmp_path):
+    """A capture without one of its videos."""
+    folder = shutil.copytree(capture, tmp_path / "dark")
+    (folder / "cam03.mp4").unlink()
+    return folder
+
+
+def test_a_capture_that_cannot_be_opened_is_a_finding(dark):
+    result = run("doctor", dark)
+
+    assert result.exit_code == 1
+    assert "count-mismatch: " in result.stderr
+    assert "4 poses, but there are 3 cameras" in result.stderr
+
+
+def test_findings_are_in_the_json(dark):
+    result = run("doctor", dark, "--json")
+    printed = read_json(result.stdout)
+
+    assert result.exit_code == 1
+    assert (printed["capture"], printed["forecast"]) == (None, None)
+    assert [each["kind"] for each in printed["findings"]] == ["count-mismatch"]
+
+
+def test_a_capture_that_can_be_opened_is_described_and_forecast(capture):
+    printed = read_json(run("doctor", capture, "--quick", "--preset", "demo", "--json").stdout)
+
+    assert [camera["name"] for camera in printed["capture"]["cameras"]] == [
+        shot.name for shot in scenes.make_shots()
+    ]
+    assert printed["capture"]["frames"] == 3
+    forecast = printed["forecast"]
+    assert forecast["seconds"] == pytest.approx(
+        forecast["seconds_of_first"] + 2 * forecast["seconds_per_frame"]
+    )
+    assert 0 < forecast["stream_bytes"][0] < forecast["stream_bytes"][1]
+
+
+def test_an_unknown_held_out_camera_is_a_usage_error(capture):
+    result = run("doctor", capture, "--held-out", "cam99")
+
+    assert result.exit_code == 2
+    assert "--held-out: there is no camera cam99" in result.stderr

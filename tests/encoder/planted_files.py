@@ -1,0 +1,147 @@
+"""Faults planted in the files of a traced capture, each as it happens to people."""
+
+import shutil
+
+import av
+import cv2
+import numpy as np
+
+from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
+from tests.datasets import forgeries, scenes
+
+CAMERA, OTHER = "cam03", "cam04"
+
+
+def rewrite(folder, change, **options):
+    """Write a camera's video anew, its pictures changed as a list."""
+    path = folder / f"{CAMERA}.mp4"
+    scenes.write_video(path, change(scenes.read_video(path)), **options)
+
+
+def change_levels(change):
+    """Return a change of all pictures, of their levels as floats."""
+    return lambda pictures: [
+        np.clip(change(picture.astype(float)), 0, 255).astype(np.uint8) for picture in pictures
+    ]
+
+
+def miss_a_video(folder):
+    (folder / f"{CAMERA}.mp4").unlink()
+
+
+def miss_the_poses(folder):
+    (folder / "poses_bounds.npy").unlink()
+
+
+def record_at_another_rate(folder):
+    rewrite(folder, list, rate=25)
+
+
+def scale_a_video(folder):
+    rewrite(folder, lambda pictures: [cv2.resize(each, (240, 180)) for each in pictures])
+
+
+def cut_a_video_short(folder):
+    rewrite(folder, lambda pictures: pictures[:-2])
+
+
+def break_off_a_video(folder):
+    path = folder / f"{CAMERA}.mp4"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def flag_a_rotation(folder):
+    path = folder / f"{CAMERA}.mp4"
+    path.write_bytes(forgeries.show_video(path.read_bytes(), "half a turn"))
+
+
+def expose_darker(folder):
+    rewrite(folder, change_levels(lambda picture: 0.5 * picture))
+
+
+def tint(folder):
+    rewrite(folder, change_levels(lambda picture: picture * (1.25, 1.0, 0.75)))
+
+
+def defocus(folder):
+    rewrite(folder, change_levels(lambda picture: cv2.GaussianBlur(picture, (0, 0), 1.5)))
+
+
+def start_late(folder):
+    """The camera misses the first three moments, so that it is three frames early after."""
+    rewrite(folder, lambda pictures: pictures[3:])
+
+
+def freeze(folder):
+    rewrite(folder, lambda pictures: [pictures[0]] * len(pictures))
+
+
+def stutter(folder):
+    rewrite(folder, lambda pictures: [pictures[i - (i % 3 == 2)] for i in range(len(pictures))])
+
+
+def damage_a_frame(folder):
+    path = folder / f"{CAMERA}.mp4"
+    with av.open(str(path)) as container:
+        packets = [(p.pos, p.size) for p in container.demux(video=0) if p.size]
+    position, size = packets[5]
+    data = bytearray(path.read_bytes())
+    data[position + 8 : position + size] = bytes(size - 8)
+    path.write_bytes(data)
+
+
+def swap_two_videos(folder):
+    first, second = (folder / f"{name}.mp4" for name in (CAMERA, OTHER))
+    first.rename(folder / "x.mp4")
+    second.rename(first)
+    (folder / "x.mp4").rename(second)
+
+
+def copy_a_video(folder):
+    shutil.copy(folder / f"{CAMERA}.mp4", folder / f"{OTHER}.mp4")
+
+
+def turn_a_pose(folder, degrees=(0.0, 1.0, 0.0)):
+    """Turn a camera about its own axes: down, right, backwards."""
+    rows = np.load(folder / "poses_bounds.npy")
+    index = int(CAMERA[3:])
+    matrix = rows[index, :15].reshape(3, 5)
+    turn = cv2.Rodrigues(np.radians(degrees))[0]
+    matrix[:, :3] = matrix[:, :3] @ turn
+    np.save(folder / "poses_bounds.npy", rows)
+
+
+def roll_a_pose(folder):
+    """Turn a camera about its optical axis, by too little for colors to show it."""
+    turn_a_pose(folder, (0.0, 0.0, 5.0))
+
+
+def move_points(folder):
+    path = folder / "points3D_init.ply"
+    points = read_points_ply(path)
+    points.positions[::2] += np.float32([0.0, 0.0, 90.0])
+    write_points_ply(path, points)
+
+
+# The kind by which each is named, and whether the camera is named as well.
+FAULTS = {
+    miss_a_video: ("count-mismatch", ()),
+    miss_the_poses: ("unknown-layout", ()),
+    record_at_another_rate: ("frame-rate", ()),
+    scale_a_video: ("unreadable-pose", ()),
+    cut_a_video_short: ("uneven-lengths", (CAMERA,)),
+    break_off_a_video: ("unreadable-video", ()),
+    flag_a_rotation: ("rotation-flags", (CAMERA,)),
+    expose_darker: ("exposure-differs", (CAMERA,)),
+    tint: ("colors-differ", (CAMERA,)),
+    defocus: ("blurred", (CAMERA,)),
+    start_late: ("out-of-sync", (CAMERA,)),
+    freeze: ("frozen-camera", (CAMERA,)),
+    stutter: ("repeated-frames", (CAMERA,)),
+    damage_a_frame: ("unreadable-frame", (CAMERA,)),
+    swap_two_videos: ("poses-mixed-up", (CAMERA, OTHER)),
+    copy_a_video: ("same-pictures", (CAMERA, OTHER)),
+    turn_a_pose: ("pose-disagrees", (CAMERA,)),
+    roll_a_pose: ("epipolar-error", (CAMERA,)),
+    move_points: ("points-outside-views", ()),
+}

@@ -1,0 +1,99 @@
+"""Every planted fault is named, and honest captures have none."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from quarc_ref.datasets.open_capture import CaptureOptions
+from quarc_ref.encoder import choose_preset, doctor
+from quarc_ref.encoder.checks.machine import Machine
+from quarc_ref.encoder.doctor import Examination, examine
+from quarc_ref.synth import SynthOptions, write_synthetic_capture
+from tests.encoder.planted_files import CAMERA, FAULTS, damage_a_frame, start_late
+
+_STILL = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
+_DEMO = choose_preset("demo")
+
+
+@pytest.fixture(scope="session")
+def honest(tmp_path_factory):
+    """Nine cameras of 18 frames."""
+    folder = tmp_path_factory.mktemp("honest") / "room"
+    write_synthetic_capture(folder, SynthOptions(160, 120, frames=18, cameras=8))
+    return folder
+
+
+@pytest.fixture
+def folder(honest, tmp_path):
+    """A copy to plant a fault in."""
+    return shutil.copytree(honest, tmp_path / "room")
+
+
+def find(folder, **options):
+    return examine(folder, Examination(config=_DEMO, device="cpu", **options)).findings
+
+
+def test_an_honest_capture_has_no_findings(honest):
+    found = examine(honest, Examination(config=_DEMO, device="cpu"))
+
+    assert found.findings == ()
+    assert found.layout.startswith("N3DV")
+    assert (len(found.capture.cameras), found.capture.frame_count) == (9, 18)
+
+
+@pytest.mark.parametrize("variant", ["fast", "visitor", "mixed-cameras", "dark-stage"])
+def test_an_honest_variant_has_no_findings(tmp_path, variant):
+    options = SynthOptions(128, 96, frames=9, cameras=8, variant=variant)
+    write_synthetic_capture(tmp_path / "room", options)
+
+    assert find(tmp_path / "room") == ()
+
+
+@pytest.mark.capture
+def test_a_real_capture_has_no_findings(real_capture):
+    assert find(real_capture, opening=CaptureOptions(max_frames=20)) == ()
+
+
+@pytest.mark.capture
+def test_a_real_capture_of_one_moment_has_no_findings():
+    folder = Path(os.environ.get("QUARC_STILL_CAPTURE", _STILL))
+    if not folder.is_dir():
+        pytest.skip("no real capture: set QUARC_STILL_CAPTURE to a folder in N3DV's layout")
+    assert find(folder) == ()
+
+
+@pytest.mark.parametrize("plant", FAULTS, ids=lambda plant: plant.__name__)
+def test_a_planted_fault_is_named(folder, plant):
+    plant(folder)
+    found = find(folder)
+    kind, cameras = FAULTS[plant]
+
+    (finding,) = (each for each in found if each.kind == kind)
+    assert finding.cameras == cameras
+    assert not cameras or cameras[0] in finding.message
+
+
+def test_memory_and_disk_that_are_too_small_are_named(honest, monkeypatch):
+    monkeypatch.setattr(doctor, "look_at_machine", lambda: Machine(1 << 20, 1 << 20))
+    memory, disk = find(honest, quick=True)
+
+    assert (memory.kind, disk.kind) == ("memory-short", "disk-short")
+    assert "0.0 GiB are free: --downscale 2" in memory.message
+
+
+def test_a_quick_look_reads_the_first_frame_alone(folder):
+    damage_a_frame(folder)
+
+    assert find(folder, quick=True) == ()
+
+
+def test_the_offset_that_is_named_is_the_one_that_mends_the_capture(folder):
+    start_late(folder)
+    (finding,) = (each for each in find(folder) if each.kind == "out-of-sync")
+    offsets = finding.message.split("write ")[1].split(" into")[0]
+
+    assert offsets == f'{{"offsets": {{"{CAMERA}": -3}}}}'
+    (folder / "quarc-capture.json").write_text(offsets)
+    assert [each.kind for each in find(folder)] == ["uneven-lengths"]
