@@ -20,6 +20,7 @@ from quarc_ref.datasets.errors import (
     UnreadableVideoError,
     UnsupportedCameraError,
 )
+from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
@@ -57,6 +58,7 @@ class CaptureOptions:
 
 
 _DEFAULTS = CaptureOptions()
+_MASKS = "masks"
 
 
 def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
@@ -130,13 +132,28 @@ def _line_up(
         has = f"{later.frame_count + start} frames that all cameras have"
         message = f"the capture has {has}, so that none is left from frame {start} on"
         raise StartError(message)
-    findings = [*footage.findings, compare_rotations(names, footage.source.rotations)]
+    findings = [
+        *footage.findings,
+        *_find_masks(path),
+        compare_rotations(names, footage.source.rotations),
+    ]
     if options.max_frames is None or options.max_frames > later.frame_count:
         findings.append(compare_lengths(names, footage.source.lengths))
     footage = replace(footage, findings=tuple(each for each in findings if each is not None))
     if any(offsets.values()):
         footage = replace(footage, descriptions=(*footage.descriptions, path / NOTES_NAME))
     return footage, later
+
+
+def _find_masks(path: Path) -> list[Finding]:
+    """Return that masks are not used, if a capture has some: nobody must take them for used."""
+    if not (path / _MASKS).is_dir():
+        return []
+    message = (
+        f"{path / _MASKS} is not used: everything in the pictures is trained. Paint black in the "
+        "pictures themselves what is not to be seen"
+    )
+    return [Finding("masks-not-used", message)]
 
 
 def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[str]:
