@@ -6,6 +6,7 @@ profile `fine`.
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -114,13 +115,8 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
         ValueError: It is no such file, or has more frames than a stream.
         ImportError: fourdgs is not installed.
     """
-    from fourdgs.exceptions import FourdgsError
-
-    try:
+    with _rejecting():
         duration, pace, at = _open(data)
-    except (FourdgsError, IndexError, OverflowError, MemoryError) as error:
-        message = f"fourdgs does not read it: {error}"
-        raise ValueError(message) from error
     pace = frames_per_second or pace
     count = round(duration * pace)
     if not (0 < duration < np.inf and 0 < count <= _MOST_FRAMES):
@@ -129,9 +125,24 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
     def read() -> Iterator[tuple[Splats, Int64]]:
         for number in range(count):
-            yield at((number + 0.5) / pace)
+            with _rejecting():
+                frame = at((number + 0.5) / pace)
+            yield frame
 
     return FourdgsFrames(count, pace, read)
+
+
+@contextmanager
+def _rejecting() -> Iterator[None]:
+    """Turn what the library says of a file, or fails at in it, into ValueError."""
+    from fourdgs.exceptions import FourdgsError
+
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is found out in the end
+            yield
+    except (FourdgsError, IndexError, OverflowError, MemoryError) as error:
+        message = f"fourdgs does not read it: {error}"
+        raise ValueError(message) from error
 
 
 _At = Callable[[float], tuple[Splats, Int64]]

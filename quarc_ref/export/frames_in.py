@@ -61,7 +61,12 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
     if path.suffix.lower() == _WHOLE:
         with _naming(path):
             whole = read_4dgs(path.read_bytes(), frames_per_second)
-        return FramesIn(whole.count, whole.read, whole.frames_per_second)
+
+        def read_whole() -> Iterator[tuple[Splats, Int64 | None]]:
+            with _naming(path):
+                yield from whole.read()
+
+        return FramesIn(whole.count, read_whole, whole.frames_per_second)
     paths = [path] if path.is_file() else _list_frames(path)
     kind = paths[0].suffix.lower()
     if kind not in _PARSERS:

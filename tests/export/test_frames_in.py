@@ -152,3 +152,31 @@ def test_a_sidecar_that_is_changed_is_rejected(before, after, clip_and_frames):
 
     with pytest.raises(ValueError, match="not as quarc-ref writes it"):
         parse_sidecar(text.replace(before, after).encode())
+
+
+def test_a_4dgs_of_gaussians_that_move_along_lines_is_sampled(tmp_path):
+    fourdgs = pytest.importorskip("fourdgs")
+    rng = np.random.default_rng(0)
+    positions = rng.uniform(-1, 1, (20, 3)).astype(np.float32)
+    born = np.where(np.arange(20) < 15, 0.0, 0.5)
+    gaussians = fourdgs.GaussianSet(
+        positions=positions,
+        scales=np.full((20, 3), 0.05, np.float32),
+        rotations=np.tile(np.float32([0, 0, 0, 1]), (20, 1)),
+        colors=rng.uniform(0.1, 0.9, (20, 4)).astype(np.float32),
+        motions=np.tile(np.float32([0.2, 0, 0]), (20, 1)),
+        mu_t=np.zeros(20, np.float32),
+        sigma_t=np.full(20, np.inf, np.float32),
+        win_lo=born,
+        win_hi=np.full(20, 1.0),
+    )
+    path = tmp_path / "lines.4dgs"
+    fourdgs.write(str(path), gaussians, 1.0, options=fourdgs.WriteOptions(profile="fine"))
+    found = open_frames(path, 10)
+    frames = list(found.read())
+
+    assert (found.count, found.frames_per_second) == (10, 10)
+    assert [len(ids) for _, ids in frames] == [15] * 5 + [20] * 5
+    shared = np.intersect1d(frames[0][1], frames[4][1], return_indices=True)[1:]
+    moved = frames[4][0].positions[shared[1]] - frames[0][0].positions[shared[0]]
+    assert moved == pytest.approx(np.tile([0.08, 0, 0], (15, 1)), abs=0.01)
