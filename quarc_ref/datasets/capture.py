@@ -13,12 +13,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.errors import TooFewFramesError
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.format.cameras import Camera
 
 Image = NDArray[np.uint8]
 _CACHE_BYTES = 1 << 28
+_NO_NOTES = CaptureNotes()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +63,7 @@ class Capture:
         whole: The capture that this is a part of; None if of none.
         findings: What its loader found wrong, or assumed.
         start: Frame of the footage, once it is lined up, that is frame 0 here.
+        notes: Which way is up, and how long a unit is.
     """
 
     def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
@@ -76,6 +79,7 @@ class Capture:
         whole: "Capture | None" = None,
         findings: Sequence[Finding] = (),
         start: int = 0,
+        notes: CaptureNotes = _NO_NOTES,
     ) -> None:
         self.name = name
         self.cameras = tuple(cameras)
@@ -85,6 +89,7 @@ class Capture:
         self.fingerprint = fingerprint
         self.findings = tuple(findings)
         self.start = start
+        self.notes = notes
         self.whole = whole or self
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()

@@ -95,6 +95,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         fingerprint=compute_fingerprint(path, footage.files),
         findings=footage.findings,
         start=options.start,
+        notes=read_capture_notes(path),
     )
 
 

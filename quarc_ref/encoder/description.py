@@ -7,6 +7,7 @@ from quarc_ref import __version__
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
+from quarc_ref.encoder.world_frame import describe_up
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 
@@ -28,6 +29,7 @@ def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dic
         "capture": capture.name,
         "fingerprint": capture.fingerprint,
         **start,
+        **describe_up(capture.notes),
         "encoder": f"quarc-ref {__version__}, {libraries}",
         "settings": " ".join(f"{name}={value}" for name, value in _list_changed(config)),
     }

@@ -41,6 +41,7 @@ from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.encoder.world_frame import set_world_frame
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -249,7 +250,7 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
     views = [whole.cameras[index] for index in whole.training]
     pictures = (whole.image(index, 0) for index in whole.training)
     stream = propose_steps(config.stream, config.steps, views, whole.points, pictures)
-    return replace(config, stream=stream)
+    return replace(config, stream=set_world_frame(stream, whole.notes))
 
 
 def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int:

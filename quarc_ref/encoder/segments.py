@@ -144,6 +144,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         cache_bytes=0,  # the capture behind it has a cache
         whole=capture.whole,
         start=capture.start,
+        notes=capture.notes,
     )
 
 

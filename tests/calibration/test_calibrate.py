@@ -53,6 +53,7 @@ def test_what_is_written_is_a_capture_that_opens_with_the_same_cameras(rig, tmp_
         np.testing.assert_allclose(camera.translation, found.pose.translation, atol=1e-9)
     assert len(capture.points.positions) == len(rig.points.positions) > 100
     notes = read_capture_notes(tmp_path / "capture")
+    assert capture.notes == notes
     assert (notes.up, notes.meters_per_unit) == ((0, -1, 0), 1)
 
 

@@ -1,0 +1,40 @@
+"""Which way is up in a stream, and how long a unit is, from the notes of a capture.
+
+HEAD (SPEC 5.3) tells an axis that points up; another direction is metadata (SPEC I.4).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from quarc_ref.datasets.capture_notes import CaptureNotes
+from quarc_ref.format.records import StreamHeader
+
+_ALONG_AXIS = 0.9998  # cosine of one degree
+
+
+def name_up_axis(notes: CaptureNotes) -> int:
+    """Return `up_axis` of a stream's header: 1 to 6 for +x, -x, +y, -y, +z, -z, else 0."""
+    if notes.up is None:
+        return 0
+    axis = max(range(3), key=lambda index: abs(notes.up[index]) if notes.up else 0)
+    if abs(notes.up[axis]) < _ALONG_AXIS:
+        return 0
+    return 2 * axis + (1 if notes.up[axis] > 0 else 2)
+
+
+def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
+    """Return a header that says what is known of the world of a capture."""
+    meters = float(np.float32(notes.meters_per_unit or 0.0))  # as the file holds it
+    return replace(
+        header,
+        up_axis=name_up_axis(notes) or header.up_axis,
+        meters_per_unit=meters or header.meters_per_unit,
+    )
+
+
+def describe_up(notes: CaptureNotes) -> dict[str, str]:
+    """Return the metadata that tells what is up, where the header cannot."""
+    if notes.up is None or name_up_axis(notes):
+        return {}
+    return {"up": " ".join(f"{value:.6f}" for value in notes.up)}
