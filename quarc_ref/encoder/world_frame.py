@@ -15,12 +15,10 @@ _ALONG_AXIS = 0.9998  # cosine of one degree
 
 def name_up_axis(notes: CaptureNotes) -> int:
     """Return `up_axis` of a stream's header: 1 to 6 for +x, -x, +y, -y, +z, -z, else 0."""
-    if notes.up is None:
-        return 0
-    axis = max(range(3), key=lambda index: abs(notes.up[index]) if notes.up else 0)
-    if abs(notes.up[axis]) < _ALONG_AXIS:
-        return 0
-    return 2 * axis + (1 if notes.up[axis] > 0 else 2)
+    for axis, along in enumerate(notes.up or ()):
+        if abs(along) >= _ALONG_AXIS:
+            return 2 * axis + (1 if along > 0 else 2)
+    return 0
 
 
 def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
