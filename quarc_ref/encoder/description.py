@@ -1,4 +1,4 @@
-"""What a stream says of how it was made: the metadata that `--resume` goes by."""
+"""The metadata of a stream: how it was made. `--resume` compares it."""
 
 from importlib.metadata import version
 from typing import Any
@@ -12,7 +12,7 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 
 def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dict[str, str]:
-    """Return the metadata of a stream: what it is made from, how, and by what.
+    """The metadata of a stream: capture, settings and software.
 
     Of the settings it has those that are not as `EncoderConfig` has them: all of
     them would be more bytes than a frame.

@@ -1,4 +1,4 @@
-"""What `encode` is asked to do with a capture."""
+"""Options of `encode`."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,15 +18,14 @@ class EncodeOptions:
 
     Attributes:
         config: All settings of training and stream.
-        frames: How many, from the first; None for all.
+        frames: Number of frames, from the first; None for all.
         device: `cpu`, `cuda`, or `auto`: CUDA where there is one and gsplat with it.
-        progress: Is told of every step.
-        checkpoint: File that keeps the training of frame 0 from minute to minute,
-            until the frame is written; what it holds of this encode is gone on
-            with. None to keep nothing.
+        progress: Called after every training step.
+        checkpoint: File in which the training of frame 0 is saved every minute, and from which
+            it is resumed if it belongs to this encode; None for no file.
         checks: Whether to check the capture before frame 0 is trained.
-        report: Is called with everything that speaks against a good picture.
-        monitor: Is called for every training step and every frame.
+        report: Called with every finding: a reason to expect poor quality.
+        monitor: Called for every training step and every frame.
     """
 
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
@@ -39,10 +38,10 @@ class EncodeOptions:
     monitor: Monitor = field(default_factory=NullMonitor)
 
     def check(self, capture: Capture) -> None:
-        """Report what speaks against a good picture of a capture, if it is to be checked.
+        """Check a capture and report findings, unless `checks` is off.
 
         Raises:
-            UnusableCaptureError: No picture can come of the capture.
+            UnusableCaptureError: The capture cannot be encoded to anything useful.
             CaptureError: A picture cannot be read.
         """
         if self.checks:

@@ -1,18 +1,18 @@
-"""How long work tells how far it is."""
+"""Progress of long work."""
 
 from typing import Protocol
 
 
 class Progress(Protocol):
-    """Is told of every step of the encoder."""
+    """Called after every step of the encoder."""
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """Note that `done` of `total` steps of a stage are done."""
+        """`done` of `total` steps of a stage are complete."""
         ...
 
 
 class NullProgress:
-    """Tells nobody."""
+    """Discards progress."""
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""

@@ -1,6 +1,6 @@
-"""A scene of the decoder put on the grid of canonical frames: SPEC 7.2, backwards.
+"""Rounds a decoded scene to the grid of canonical frames: SPEC 7.2, backwards.
 
-Integers in, integers out: no training, no floats. What is lost is at most half
+Integers only: no training, no floats. The error is at most half
 a `position_step` on an axis, and half a step of 2^-`rotation_bits` in each of
 the three coded components of a rotation.
 """
@@ -16,7 +16,7 @@ from quarc_ref.format.records import Gaussians
 
 
 def requantize(scene: Scene) -> Gaussians:
-    """Return a scene's Gaussians in the steps of its stream, in the order of the scene.
+    """A scene's Gaussians in the steps of its stream, in scene order.
 
     Raises:
         EncodeError: The scene is wider than a canonical frame can say (SPEC 5.4).
@@ -34,7 +34,7 @@ def requantize(scene: Scene) -> Gaussians:
 
 
 def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
-    """Return `[4, n]` index of the largest component and the other three, it being positive."""
+    """Index of the largest component, made positive, and the other three, `[4, n]`."""
     count = rotations.shape[1]
     largest = np.argmax(np.abs(rotations), axis=0)
     columns = np.arange(count)

@@ -1,7 +1,6 @@
-"""A capture in segments: streams of its parts, encoded apart, on one machine or many, and joined.
+"""Encodes a capture in segments, on one machine or many, and joins them.
 
-Every segment begins with a canonical frame of its own training, so that none
-waits for another.
+Every segment starts with a canonical frame of its own, so that none waits for another.
 """
 
 from collections.abc import Sequence
@@ -32,7 +31,7 @@ from quarc_ref.streams.sources import FileSource
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Some frames of a capture, as one machine needs to know of them to encode them.
+    """Consecutive frames of a capture, with everything that a machine needs to encode them.
 
     Attributes:
         folder: Of the capture.
@@ -52,12 +51,12 @@ class Segment:
 
     @property
     def name(self) -> str:
-        """What it is called in messages."""
+        """Name in messages."""
         return f"frames {self.first} to {self.first + self.count - 1}"
 
 
 def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
-    """Return the first frame and the number of frames of each segment, as even as can be.
+    """First frame and number of frames of each segment, as even as possible.
 
     Raises:
         ValueError: There are more segments than frames.
@@ -72,7 +71,7 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
 def encode_segments(
     segments: Sequence[Segment], pool: WorkerPool, progress: Progress, report: Report = ignore
 ) -> None:
-    """Encode segments, several at a time. The capture is not checked: all of them have the same.
+    """Encode segments, several at a time, without checking the capture for each.
 
     Args:
         segments: Each with a file of its own, which every machine reaches.
@@ -96,14 +95,14 @@ def encode_segments(
 
 
 def _cut_off(options: EncodeOptions) -> EncodeOptions:
-    """Return options that can be sent to another process: without whom they report to."""
+    """Options that can be sent to another process: without callbacks."""
     return replace(
         options, progress=NullProgress(), checks=False, report=ignore, monitor=NullMonitor()
     )
 
 
 def encode_segment(segment: Segment) -> list[Finding]:
-    """Encode a segment into its file, and return what speaks against a good picture of it."""
+    """Encode a segment into its file; return the findings."""
     findings: list[Finding] = []
     capture = slice_capture(
         open_capture(segment.folder, segment.opening), segment.first, segment.count
@@ -114,13 +113,13 @@ def encode_segment(segment: Segment) -> list[Finding]:
 
 
 def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
-    """Write the streams of segments as one."""
+    """Join the streams of segments."""
     with ExitStack() as files:
         join([FileSource(files.enter_context(each.file.open("rb"))) for each in segments], sink)
 
 
 def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None:
-    """Raise ResumeError unless a file has all frames of a capture, joined of such segments."""
+    """Raise ResumeError unless a file is the finished stream of this encode."""
     with path.open("rb") as file:
         begun = read_partial_stream(FileSource(file))
     if begun is None or not begun.is_finished:
@@ -132,7 +131,7 @@ def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:
-    """Return some frames of a capture as one of their own; all else stays."""
+    """A capture of some frames of another one; everything else is the same."""
     return Capture(
         name=capture.name,
         cameras=capture.cameras,
@@ -149,7 +148,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
 
 
 class _LaterFrames:
-    """The pictures of a capture from a frame on."""
+    """Pictures of a capture, starting at a frame."""
 
     def __init__(self, capture: Capture, first: int) -> None:
         self._capture = capture

@@ -1,4 +1,4 @@
-"""Where the seconds of an encode go, told by its progress alone."""
+"""Times the stages of an encode by its progress."""
 
 import time
 from collections.abc import Callable
@@ -16,7 +16,7 @@ _BETWEEN = {
 
 
 class StageTimer:
-    """Adds up the seconds of every stage of an encode, and tells another of the progress.
+    """Adds up the seconds of every stage, and passes the progress on.
 
     Args:
         then: Is told of every step as well.
@@ -40,7 +40,7 @@ class StageTimer:
         self.seconds: dict[str, float] = {}
 
     def skip(self) -> None:
-        """Leave out the seconds since the last step: others have worked."""
+        """Do not count the time since the last step."""
         self._last = self._clock()
 
     def advance(self, stage: str, done: int, total: int) -> None:

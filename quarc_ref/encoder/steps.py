@@ -1,4 +1,4 @@
-"""The lattice and the steps of a stream, from the capture's scale and resolution.
+"""Chooses lattice and quantization steps from a capture's scale and resolution.
 
 World units say nothing: a capture may be in meters or in whatever a calibration
 left it in. What a step costs in quality shows in pixels, so that steps are asked
@@ -35,7 +35,7 @@ def propose_steps(
     points: Points,
     pictures: Iterable[Image],
 ) -> StreamHeader:
-    """Return a header whose lattice and steps suit a capture.
+    """A header whose lattice and steps suit a capture.
 
     The smaller step is 8 to 16 lattice units, so that neither step is farther
     than a sixteenth from what was asked, unless the lattice must be coarser to
@@ -69,7 +69,7 @@ def propose_steps(
 
 
 def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
-    """Return how wide a pixel is at the scene, world units.
+    """Width of a pixel at the scene's distance, world units.
 
     It is the median over the points that a view sees, and the median of that
     over the views.
@@ -92,7 +92,7 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def measure_sharpness(pictures: Iterable[Image]) -> float:
-    """Return how much pictures change from a pixel to the next, in shares of white.
+    """Mean change of pictures from a pixel to the next; white is 1.
 
     It is the mean over pixels, colors and both directions, once every pixel is
     the mean of the nine about it, so that noise says little. All is counted in
@@ -112,7 +112,7 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
 
 
 def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
-    """Return the largest coordinate of cameras and points, world units."""
+    """Largest coordinate of cameras and points, world units."""
     reach = float(np.abs(points.positions).max())
     for camera in cameras:
         reach = max(reach, float(np.abs(camera_center(camera)).max()))
@@ -120,12 +120,12 @@ def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def _choose_exponent(step: float, reach: float) -> int:
-    """Return the exponent of the lattice: fine enough for a step, wide enough for a reach."""
+    """Lattice exponent: fine enough for a step, wide enough for a reach."""
     fine = math.ceil(math.log2(_LEAST_UNITS / step))
     wide = math.floor(math.log2(POSITION_LIMIT / (_MARGIN * reach)))
     return min(max(min(fine, wide), 0), LATTICE_EXPONENT_LIMIT)
 
 
 def _count_units(step: float, exponent: int) -> int:
-    """Return a step in lattice units."""
+    """A step in lattice units."""
     return max(1, round(step * 2.0**exponent))

@@ -1,4 +1,4 @@
-"""A stream that grows in a file of its own, at the hands of one encode at a time."""
+"""Encodes into a file, one encode at a time."""
 
 import os
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from quarc_ref.streams.sources import FileSource
 
 
 def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
-    """Encode a capture into a file; what this has of the stream already is gone on with.
+    """Encode a capture into a file, resuming a partial stream in it.
 
     However the work breaks off, the file is good for another call, which ends
     with the same bytes. One that holds the whole stream is left as it is. Until
@@ -42,7 +42,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
 
 
 def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOptions) -> None:
-    """Do as `encode_file` with a file that is `open_exclusively`.
+    """Like `encode_file`, with a file from `open_exclusively`.
 
     Args:
         capture: As `encode` takes it.
@@ -64,7 +64,7 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
 
 @contextmanager
 def open_exclusively(path: Path) -> Iterator[BinaryIO]:
-    """Open a file to read and write, which no other process opens so until it is closed.
+    """Open a file for reading and writing, locked against other encodes.
 
     It is made if it is not there. Where it is rejected, nothing has been done to it.
 

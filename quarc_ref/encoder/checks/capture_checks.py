@@ -1,4 +1,4 @@
-"""What can be known of a picture before it is trained: that it will be bad, or none at all.
+"""Checks before training whether a capture can be encoded well, or at all.
 
 The initial points tell where the scene is. If training views hardly see them, see them
 from directions too far apart, or see other colors where they should be, training fits
@@ -32,13 +32,13 @@ _LEAST_RADIUS = 0.01  # of the cameras' distance to the points they see: half a 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _ProjectedPoints:
-    """Some initial points as all training views see them.
+    """Some initial points, projected into all training views.
 
     Attributes:
         cameras: The training views.
         positions: `[P, 3]` world units.
         colors: `[P, 3]` sRGB.
-        views: Of the points, one to a camera.
+        views: Projections of the points, one per camera.
         within: `[V, P]` whether a camera sees a point.
     """
 
@@ -50,7 +50,7 @@ class _ProjectedPoints:
 
 
 def check_capture(capture: Capture) -> list[Finding]:
-    """Return what speaks against a good picture; nothing is trained, and frame 0 alone is read.
+    """Find reasons to expect poor quality; only frame 0 is read.
 
     Args:
         capture: Its held-out cameras are not looked at.
@@ -141,7 +141,7 @@ def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
 
 
 def _measure_parallax(seen: _ProjectedPoints) -> float:
-    """Return how far apart two neighboring cameras look at the same point, degrees.
+    """Angle between neighboring cameras as seen from a point, degrees.
 
     It is the median, over all cameras and the points they see, of the angle to the
     nearest other camera that sees the point. Without any such pair it is 0.
@@ -157,7 +157,7 @@ def _measure_parallax(seen: _ProjectedPoints) -> float:
 def _nearest_cosines(
     directions: NDArray[np.float64], within: NDArray[np.bool_], view: int
 ) -> NDArray[np.float64]:
-    """Return `[P]` cosines of the angle to the nearest other view of a point; -2 without one."""
+    """Cosine of the angle to the nearest other view of each point, -2 without one, `[P]`."""
     cosines = np.einsum("vpk,pk->vp", directions, directions[view])
     shared = within & within[view]
     shared[view] = False

@@ -1,4 +1,4 @@
-"""Whether pictures show initial points in the points' colors, as poses that are right have it.
+"""Checks poses by color: pictures should show initial points in the points' colors.
 
 The agreement of a picture and a pose is the correlation of the colors of the points
 that the pose sees with the pixels on which they fall. Exposure does not change it.
@@ -92,7 +92,7 @@ def compare_colors(
 
 
 def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return which pose belongs to each picture: its own, unless all gain by an exchange.
+    """The pose that belongs to each picture: its own, unless all involved gain by a permutation.
 
     Args:
         fits: `[n, n]` agreement of every picture with every pose.
@@ -126,7 +126,7 @@ def _blur(picture: Image) -> Image:
 
 
 def _agree(picture: Image, sample: _Sample, across: float = 0.0, down: float = 0.0) -> float:
-    """Return the correlation of points with pixels, from -1 to 1, of a picture shifted by shares.
+    """Correlation of points with the pixels of a shifted picture, from -1 to 1.
 
     It is 0 if half of the points fall outside, or a picture has one color.
     """

@@ -1,8 +1,8 @@
 """Whether a decoded first frame shows its training views as well as can be expected.
 
-Training sees these views all along, so what it does not show even there, it shows
-nowhere. The measure is each picture's own: its PSNR if it is averaged over squares of a
-twentieth of its width. A scene that is no nearer to a picture than that has no detail.
+Training sees these views all along, so a scene that fails there fails everywhere. Each picture
+is its own reference: its PSNR after averaging over squares of a twentieth of its width. A scene
+that is no closer to the picture than that has no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,7 +27,7 @@ _FAR_BELOW = 8.0  # dB
 
 @dataclass(frozen=True, slots=True)
 class ViewQuality:
-    """How a training view is shown.
+    """Quality of a training view.
 
     Attributes:
         name: Of the camera.
@@ -41,12 +41,12 @@ class ViewQuality:
 
     @property
     def detail(self) -> float:
-        """By how much the scene shows more than the squares, dB."""
+        """PSNR of the scene above that of the averaged picture, dB."""
         return self.psnr - self.coarse
 
 
 def check_first_frame(context: TrainingContext, state: FrameState) -> Iterator[Finding]:
-    """Yield what is wrong with a decoded first frame, if its training views show it."""
+    """Yield findings about a decoded first frame."""
     names = [camera.name for camera in context.views.cameras]
     return judge_views(measure_views(names, render_views(context, state)))
 
@@ -54,7 +54,7 @@ def check_first_frame(context: TrainingContext, state: FrameState) -> Iterator[F
 def measure_views(
     names: Iterable[str], pairs: Iterable[tuple[Tensor, Tensor]]
 ) -> list[ViewQuality]:
-    """Return how views are shown.
+    """Measure the quality of views.
 
     Args:
         names: Of their cameras.
@@ -71,7 +71,7 @@ def measure_views(
 
 
 def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
-    """Yield what is wrong with a first frame, if its views show it."""
+    """Yield findings from the quality of its views."""
     usual = median(view.detail for view in views)
     if usual < 0:
         message = (
@@ -94,7 +94,7 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
 
 
 def _average_squares(picture: Tensor) -> Tensor:
-    """Return a picture `[H, W, 3]` whose squares have one color each."""
+    """Average a picture `[H, W, 3]` over squares."""
     side = max(_LEAST_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
     planes = picture.permute(2, 0, 1)[None]
     means = functional.avg_pool2d(planes, side, ceil_mode=True, count_include_pad=False)

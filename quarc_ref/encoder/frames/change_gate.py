@@ -1,4 +1,4 @@
-"""Where the picture really changed: the gate of new Gaussians (paper section 5).
+"""The change gate: where the scene changed between frames (paper section 5).
 
 Of two pictures a frame apart, the one rendered scene is compared with both; the
 difference of the two losses moves a Gaussian in the picture only where the
@@ -18,7 +18,7 @@ _LEAST_MEDIAN = 1e-12
 def measure_change(
     context: TrainingContext, attributes: Attributes, frame: int, view_count: int
 ) -> Tensor:
-    """Return `[N]` the weight of each Gaussian, 0 to 1 (Eq. 5).
+    """The gate's weight of each Gaussian, 0 to 1, `[N]` (Eq. 5).
 
     Args:
         context: Views and renderer.

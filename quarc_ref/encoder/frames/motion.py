@@ -158,7 +158,7 @@ class _Fit:
 def _descend(
     adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra: Tensor
 ) -> Tensor:
-    """Take a step down a loss, and return the gradient by one more tensor of its graph."""
+    """Take an optimizer step; return the gradient by one more tensor of the graph."""
     *gradients, by_extra = torch.autograd.grad(loss, [*leaves, extra])
     for leaf, gradient in zip(leaves, gradients, strict=True):
         leaf.grad = gradient
@@ -188,7 +188,7 @@ class _Residuals:
         ]
 
     def leaves(self) -> list[Tensor]:
-        """Return what is trained: of each kind, one tensor to a level."""
+        """The trained tensors: one per level, of translation, then of rotation."""
         return [leaf for kind in self._kinds for leaf in kind]
 
     def learning_rates(self, settings: MotionSettings, left: float) -> list[float]:
@@ -201,7 +201,7 @@ class _Residuals:
         ]
 
     def quantized(self) -> Tensor:
-        """Return `[A, c]` the residuals that the symbols stand for, straight through."""
+        """Quantized residuals with straight-through gradients, `[A, c]`."""
         parts = []
         for kind, step in zip(self._kinds, self._steps, strict=True):
             limit = SYMBOL_LIMIT * step
@@ -218,13 +218,13 @@ class _Residuals:
         return torch.log1p(norms).mean()
 
     def in_steps(self) -> Tensor:
-        """Return `[A, c]` the residuals that the symbols stand for, in steps."""
+        """Quantized residuals in steps, `[A, c]`."""
         with torch.no_grad():
             kinds = zip(_kinds(self.quantized()), self._steps, strict=True)
             return torch.cat([kind / step for kind, step in kinds], dim=1)
 
     def symbols(self) -> list[Int64]:
-        """Return `[c, a]` of each level."""
+        """Symbols of each level, `[c, a]`."""
         with torch.no_grad():
             residuals = self.quantized()
         kinds = zip(_kinds(residuals), self._steps, strict=True)
@@ -234,7 +234,7 @@ class _Residuals:
 
 
 def _kinds(residuals: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the columns of translation and of rotation."""
+    """Split residuals into translation and rotation columns."""
     return residuals[:, :_TRANSLATION], residuals[:, _TRANSLATION:]
 
 

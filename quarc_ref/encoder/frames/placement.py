@@ -1,8 +1,8 @@
-"""Where newborn start: as clones that the change gate lets through, or on errors.
+"""Where new Gaussians start: as clones that pass the change gate, or on errors.
 
-`gate` is the paper's rule (section 5). `errors` (ours) puts a Gaussian, with the
-color of the truth, on the surface under the pixels that are farthest from it:
-what has changed its color moves no Gaussian, and the gate hardly sees it.
+`gate` is the paper's rule (section 5). `errors` (not in the paper) puts a Gaussian with the true
+color on the surface at pixels with a large error: the gate hardly sees changes of color, because
+they move no Gaussian.
 """
 
 import math
@@ -31,7 +31,7 @@ def place_clones(
     statistics: ScreenStatistics,
     settings: BirthSettings,
 ) -> tuple[Attributes, Tensor]:
-    """Return clones of the Gaussians of the largest gated statistic, and their parents.
+    """Clone the Gaussians with the largest gated gradients.
 
     Args:
         context: Views, renderer and draws.
@@ -41,7 +41,7 @@ def place_clones(
         settings: Thresholds and bound.
 
     Returns:
-        The newborn, and `[n]` the index of each one's parent.
+        The clones, and the index of each one's parent, `[n]`.
     """
     weights = measure_change(context, scene, frame, settings.gate_views)
     gated = statistics.mean_gradients() * weights
@@ -51,7 +51,7 @@ def place_clones(
     parents = chosen[best]
     clones = scene.rows(parents)
     generator = context.generator(frame, "births")
-    newborn = Attributes(
+    births = Attributes(
         clones.means + draw_within(clones, settings.spread, generator),
         _identities(parents.numel(), clones.means),
         clones.log_scales,
@@ -59,13 +59,13 @@ def place_clones(
         clones.sh_dc,
         clones.sh_rest,
     )
-    return newborn, parents
+    return births, parents
 
 
 def place_on_errors(
     context: TrainingContext, scene: FixedScene, frame: int, settings: BirthSettings
 ) -> tuple[Attributes, Tensor]:
-    """Return Gaussians on the pixels that are farthest from the truth, and the nearest to each.
+    """Place Gaussians at the pixels with the largest errors.
 
     Args:
         context: Views and renderer.
@@ -74,7 +74,7 @@ def place_on_errors(
         settings: Threshold and bound.
 
     Returns:
-        The newborn, and `[n]` the index of the Gaussian nearest to each.
+        The new Gaussians, and the index of the Gaussian nearest to each, `[n]`.
     """
     found = [
         _find_errors(context, scene, view, frame, settings)
@@ -83,7 +83,7 @@ def place_on_errors(
     errors, places, colors, sizes = (torch.cat(parts) for parts in zip(*found, strict=True))
     best = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
     places, colors, sizes = places[best], colors[best], sizes[best]
-    newborn = Attributes(
+    births = Attributes(
         places,
         _identities(best.numel(), places),
         torch.log(sizes)[:, None].repeat(1, 3),
@@ -91,11 +91,11 @@ def place_on_errors(
         to_sh_dc(colors)[:, None],
         places.new_zeros(best.numel(), 3, 3),
     )
-    return newborn, find_nearest(scene.attributes.means, places)
+    return births, find_nearest(scene.attributes.means, places)
 
 
 def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
-    """Return `[n]` the index of the row of `scene` `[N, 3]` nearest to each place `[n, 3]`."""
+    """Index of the row of `scene` `[N, 3]` nearest to each place `[n, 3]`, `[n]`."""
     if not places.shape[0]:
         return torch.zeros(0, dtype=torch.int64, device=places.device)
     _, nearest = cKDTree(scene.cpu().numpy()).query(places.cpu().numpy())
@@ -103,7 +103,7 @@ def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
 
 
 def find_largest_around(numbers: Tensor, reach: int) -> Tensor:
-    """Return `[H, W]` the largest number up to `reach` rows and columns off.
+    """Maximum filter over squares of `2 reach + 1` pixels, `[H, W]`.
 
     It is `max_pool2d`, in a tenth of the time on a CPU.
 
@@ -122,7 +122,7 @@ def find_largest_around(numbers: Tensor, reach: int) -> Tensor:
 def _find_errors(
     context: TrainingContext, scene: FixedScene, view: int, frame: int, settings: BirthSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Return of a view's worst pixels the error, the place, the true color and the size there.
+    """Error, position, true color and pixel size at the worst pixels of a view.
 
     A pixel counts if it is the worst of those around it, above the threshold,
     and covered by the scene, so that its depth is known.
@@ -140,14 +140,14 @@ def _find_errors(
 
 
 def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:
-    """Return `[H, W]` the mean depth of what a view sees."""
+    """Mean depth of a view, `[H, W]`."""
     with torch.no_grad():
         painted = context.render(_paint_depths(scene.attributes, context.camera(view)), view)
     return painted.image[..., 0] / painted.alpha
 
 
 def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:
-    """Return the Gaussians in colors that are their depths."""
+    """Gaussians colored by their depth."""
     drawn = scene.activated()
     forward = scene.means.new_tensor(camera.rotation[6:])
     depths = scene.means @ forward + camera.translation[2]
@@ -157,7 +157,7 @@ def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:
 
 
 def _unproject(camera: Camera, columns: Tensor, rows: Tensor, depths: Tensor) -> Tensor:
-    """Return `[n, 3]` the points of the world at places of the picture and their depths."""
+    """World positions of pixels at given depths, `[n, 3]`."""
     x = (columns - camera.cx) / camera.fx * depths
     y = (rows - camera.cy) / camera.fy * depths
     rotation = depths.new_tensor(camera.rotation).reshape(3, 3)

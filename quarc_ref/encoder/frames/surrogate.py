@@ -1,7 +1,7 @@
-"""The decoder's motion in floats, for gradients alone: SPEC 7.5 and 7.8, paper Eq. 2.
+"""The decoder's motion in floats, for gradients only: SPEC 7.5 and 7.8, paper Eq. 2.
 
-Never state: what a residual really does is decided by the decoder when it is
-committed. The two differ by rounding on the lattice and in Q22, no more.
+It never becomes state: the decoder decides what a residual does. The two differ only by rounding
+on the lattice and in Q22.
 """
 
 from typing import Any
@@ -16,7 +16,7 @@ from quarc_ref.format.records import StreamHeader
 
 
 class BindingSums:
-    """Which anchors each Gaussian follows, and which Gaussians follow each anchor.
+    """Sums residuals over the anchors that each Gaussian is bound to.
 
     Args:
         anchors: Of a frame.
@@ -33,13 +33,13 @@ class BindingSums:
         self._counts = torch.bincount(flat, minlength=sum(sizes)).to(device)
 
     def sum_levels(self, residuals: Tensor) -> Tensor:
-        """Return `[N, c]` the sum over the levels of residuals `[A, c]`, levels in a row."""
+        """Sum of each Gaussian's residuals `[A, c]` over the levels, `[N, c]`."""
         total: Tensor = _SumLevels.apply(residuals, self._anchors, self._followers, self._counts)
         return total
 
 
 class _SumLevels(Function):
-    """Gathered forwards, and backwards summed in a fixed order: the same on every run."""
+    """Gathers forward; backward sums in a fixed order, so that every run gives the same."""
 
     @staticmethod
     def forward(
@@ -66,7 +66,7 @@ class _SumLevels(Function):
 def deform(
     attributes: Attributes, translations: Tensor, rotations: Tensor, header: StreamHeader
 ) -> Attributes:
-    """Return attributes moved by sums of residuals.
+    """Move attributes by sums of residuals.
 
     Args:
         attributes: Of the scene before the motion.
@@ -88,12 +88,12 @@ def deform(
 
 
 def rotate(rotations: Tensor, residuals: Tensor) -> Tensor:
-    """Return rotations `[N, 4]` turned by residuals `[N, 3]` from the identity (SPEC 7.8)."""
+    """Rotate `[N, 4]` by residuals `[N, 3]` from the identity (SPEC 7.8)."""
     return _product(rotations, torch.nn.functional.pad(residuals, (1, 0), value=1.0))
 
 
 def _product(left: Tensor, right: Tensor) -> Tensor:
-    """Return the Hamilton product, `[N, 4]` wxyz."""
+    """Hamilton product, `[N, 4]` wxyz."""
     aw, ax, ay, az = left.unbind(dim=1)
     bw, bx, by, bz = right.unbind(dim=1)
     return torch.stack(

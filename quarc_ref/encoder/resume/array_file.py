@@ -1,4 +1,4 @@
-"""Named arrays in a file, of which nothing is taken unless all of it is as expected.
+"""Named arrays in a file, which is read only if all of it is as expected.
 
 A line of JSON gives a key, the type and shape of every array, and a CRC; the bytes of
 the arrays follow in that order, uncompressed. Types and shapes are compared with a
@@ -40,7 +40,7 @@ class Layout:
     lengths: dict[str, range]
 
     def fits(self, found: _Shapes) -> bool:
-        """Return whether arrays are those expected."""
+        """Whether arrays have the expected names, types and shapes."""
         lengths: dict[str, int] = {}
         return found.keys() == self.kinds.keys() and all(
             dtype == self.kinds[name][0] and self._fits(shape, self.kinds[name][1], lengths)
@@ -50,7 +50,7 @@ class Layout:
     def _fits(
         self, shape: tuple[int, ...], expected: tuple[int | str, ...], lengths: dict[str, int]
     ) -> bool:
-        """Return whether a shape is the one expected; named lengths are noted in `lengths`."""
+        """Whether a shape is as expected; named lengths are recorded in `lengths`."""
         return len(shape) == len(expected) and all(
             length in self.lengths[place] and lengths.setdefault(place, length) == length
             if isinstance(place, str)
@@ -60,7 +60,7 @@ class Layout:
 
 
 def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
-    """Write arrays, and a key that tells what they are of."""
+    """Write arrays, with a key that identifies what they belong to."""
     shapes = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
     header = {"key": key, "crc32": _compute_crc(arrays), "arrays": shapes}
     sink.write(json.dumps(header).encode() + b"\n")
@@ -102,7 +102,7 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
 
 
 def _parse(line: bytes) -> tuple[object, object, _Shapes]:
-    """Return the key, the CRC and the shapes that a header gives."""
+    """Key, CRC and shapes from a header."""
     try:
         header = json.loads(line)
         shapes = {

@@ -1,6 +1,6 @@
-"""The training of a canonical frame on disk, so that one that breaks off is gone on with.
+"""Checkpoints of the training of a canonical frame.
 
-Later frames need none of this: they go on from the stream itself (`resume`).
+Later frames need none: they resume from the stream itself (`partial_stream`).
 """
 
 import hashlib
@@ -25,22 +25,22 @@ _SUFFIX = ".training"
 
 
 def checkpoint_path(stream: Path) -> Path:
-    """Return the file beside a stream that holds the training of its frame 0."""
+    """Path of the checkpoint of a stream, beside it."""
     return stream.with_name(stream.name + _SUFFIX)
 
 
 def remove_checkpoint(path: Path) -> None:
-    """Remove the file of a checkpoint, and what killed processes have left of it."""
+    """Remove a checkpoint and its temporary files."""
     path.unlink(missing_ok=True)
     remove_leftovers(path)
 
 
 class Checkpoint:
-    """A file with all that the next step of a training needs, renewed every minute at least.
+    """A file with everything that the next iteration depends on, written every minute.
 
     Args:
         path: Of the file.
-        said: What tells this training from all others, in JSON's types.
+        said: Identifies this training, in types of JSON.
     """
 
     def __init__(self, path: Path, said: object) -> None:
@@ -49,7 +49,7 @@ class Checkpoint:
         self._saved = time.monotonic()
 
     def load(self, layout: Layout) -> Arrays | None:
-        """Return what was saved; None if that is nothing, or nothing whole, of this training.
+        """Load the arrays; None if the file is missing, damaged or of another training.
 
         Args:
             layout: What the arrays of this training can be.
@@ -61,7 +61,7 @@ class Checkpoint:
             return None
 
     def save_if_due(self, describe: Callable[[], Arrays]) -> None:
-        """Do as `save`, if the file is a minute old.
+        """Save if the last save is a minute ago.
 
         Raises:
             OSError: The file cannot be written.
@@ -70,7 +70,7 @@ class Checkpoint:
             self.save(describe)
 
     def save(self, describe: Callable[[], Arrays]) -> None:
-        """Put what `describe` returns in the file's place.
+        """Replace the file with the arrays that `describe` returns.
 
         Raises:
             OSError: The file cannot be written.
@@ -80,5 +80,5 @@ class Checkpoint:
         self._saved = time.monotonic()
 
     def remove(self) -> None:
-        """Remove the file, and what killed processes have left of it."""
+        """Remove the file and its temporary files."""
         remove_checkpoint(self._path)

@@ -1,4 +1,4 @@
-"""Work that Ctrl-C and SIGTERM end between its steps, and not in the middle of one."""
+"""Defers Ctrl-C and SIGTERM to the end of a step."""
 
 import signal
 import threading
@@ -10,7 +10,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def signals_deferred() -> Iterator[None]:
-    """Let a signal that comes within this context take effect when the context ends.
+    """Deliver signals that arrive within this context when it ends.
 
     Signals that no Python function handles are left alone, and so are all of them outside
     the main thread, where none arrives.

@@ -1,10 +1,9 @@
-"""Going on with a stream that was begun: what its whole frames say is all that is needed.
+"""Partial streams, from which an interrupted encode is resumed.
 
-What a frame hands to the next is the decoder's state of it; draws come from
-(seed, frame, purpose), exposures from decoded frame 0 and prices from the sizes
-of frames. So the bytes that follow are those of an encode that was never
-interrupted, if the capture, the settings and the software are the same, which
-the stream's metadata tells.
+The whole frames of the stream are all that is needed: a frame depends on the decoder's state of
+the previous one, random numbers on (seed, frame, purpose), exposures on decoded frame 0, and
+rate-distortion weights on the sizes of frames. The bytes are those of an uninterrupted encode if
+capture, settings and software are the same, which the metadata of the stream shows.
 """
 
 from collections.abc import Sequence
@@ -26,7 +25,7 @@ _PROLOGUE = (container.HEAD, container.CAME, container.META)
 
 @dataclass(frozen=True, slots=True)
 class PartialStream:
-    """The part of a stream that is whole.
+    """The whole frames at the beginning of a stream.
 
     Attributes:
         header: From HEAD.
@@ -46,7 +45,7 @@ class PartialStream:
 
 
 def read_partial_stream(source: Source) -> PartialStream | None:
-    """Return what there is of a stream up to its last whole frame.
+    """Read a stream up to its last whole frame.
 
     What follows is taken for the rest of a write that was interrupted.
 
@@ -93,7 +92,7 @@ def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
 def require_match(
     begun: PartialStream, header: StreamHeader, cameras: Sequence[Camera], metadata: dict[str, str]
 ) -> None:
-    """Raise ResumeError unless an encode that begins now would have begun so.
+    """Raise ResumeError unless header, cameras and metadata match this encode's.
 
     Args:
         begun: What there is.
@@ -113,7 +112,7 @@ def require_match(
 
 
 def require_frames(begun: PartialStream, frame_count: int, canonical: CanonicalSettings) -> None:
-    """Raise ResumeError unless the frames are the first of those that are to be there.
+    """Raise ResumeError unless the frames are the first ones of this encode.
 
     Args:
         begun: What there is.
@@ -130,7 +129,7 @@ def require_frames(begun: PartialStream, frame_count: int, canonical: CanonicalS
 
 
 def require_count(begun: PartialStream, frame_count: int) -> None:
-    """Raise ResumeError unless a stream has no more frames than asked for, and all if finished."""
+    """Raise ResumeError if there are too many frames, or too few in a finished stream."""
     found = len(begun.frames)
     if found > frame_count or (begun.is_finished and found < frame_count):
         end = "is finished with" if begun.is_finished else "has"
@@ -139,7 +138,7 @@ def require_count(begun: PartialStream, frame_count: int) -> None:
 
 
 def _name_canonical(chunk: Chunk) -> int | None:
-    """Return the ordinal of a canonical frame; None for any other."""
+    """Frame number of a canonical frame; None for other frames."""
     return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL else None
 
 
@@ -148,13 +147,13 @@ def _as_written(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
 
 
 def _compare_headers(before: StreamHeader, now: StreamHeader) -> list[str]:
-    """Return the names of the fields that differ; the level follows from frame 0."""
+    """Names of header fields that differ; the conformance level follows from frame 0."""
     names = [field.name for field in fields(StreamHeader) if field.name != "level"]
     return [name for name in names if getattr(before, name) != getattr(now, name)]
 
 
 def _compare_metadata(before: dict[str, str], now: dict[str, str]) -> list[str]:
-    """Return the names of what differs; of the settings, of each."""
+    """Names of metadata that differ, with each setting by its name."""
     if "settings" in before:
         before = before | {"settings": update_names(before["settings"])}
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]

@@ -1,4 +1,4 @@
-"""What a saved training of the canonical frame can be, so that nothing else is gone on with.
+"""Validates checkpoints of the canonical frame before they are used.
 
 Its file lies where others may be able to write. Kernels do not check what they are
 given, so types, shapes and values are checked here.
@@ -18,7 +18,7 @@ _GAUSSIANS, _VIEWS = "Gaussians", "views"
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """How large the numbers of a training can be.
+    """Bounds of the numbers in a checkpoint.
 
     Attributes:
         gaussians: How many there are at most.
@@ -31,7 +31,7 @@ class Bounds:
     iterations: int
 
     def describe_layout(self, fresh: Arrays, of_gaussians: Collection[str]) -> Layout:
-        """Return of what types and shapes the arrays of the training are at any step.
+        """Types and shapes of the training's arrays at any step.
 
         Args:
             fresh: Those of its beginning.
@@ -46,7 +46,7 @@ class Bounds:
         return Layout(kinds, lengths)
 
     def allow(self, saved: Arrays) -> bool:
-        """Return whether arrays of that layout have values that the training can have."""
+        """Whether arrays of that layout have values that are possible in the training."""
         squares = [array for name, array in saved.items() if name.endswith(".exp_avg_sq")]
         return (
             0 < int(saved["step"]) <= self.iterations

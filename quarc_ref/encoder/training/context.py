@@ -1,7 +1,7 @@
-"""What every stage of training works with: views, a renderer, and draws.
+"""What training works with: views, renderer and random numbers.
 
-All draws come from (seed, frame, purpose) alone, never from what was drawn
-before, so that any frame can be trained anew from the decoded state before it.
+Random numbers depend only on (seed, frame, purpose), so that any frame can be trained again from
+the decoded state before it.
 """
 
 import hashlib
@@ -20,17 +20,17 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rend
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingContext:
-    """The training views of a capture and the means to draw them.
+    """The training views of a capture, and how to render them.
 
     Attributes:
         views: The training views.
         rasterizer: Draws on `device`.
         device: Where tensors live.
-        seed: Of every draw.
-        progress: Is told of every step.
+        seed: Seed of all random numbers.
+        progress: Called after every step.
         extent: Of the capture, world units (`measure_extent`).
         exposures: Of the training views.
-        monitor: Is called for every training step.
+        monitor: Called for every training step.
     """
 
     views: TrainingViews
@@ -43,7 +43,7 @@ class TrainingContext:
     monitor: Monitor = field(default_factory=NullMonitor)
 
     def halved(self) -> "TrainingContext":
-        """Return the context with pictures of half the width and half the height."""
+        """The context at half the width and half the height."""
         return replace(self, views=self.views.halved())
 
     @property
@@ -52,16 +52,16 @@ class TrainingContext:
         return len(self.views.cameras)
 
     def camera(self, view: int) -> Camera:
-        """Return the camera of a view."""
+        """Camera of a view."""
         return self.views.cameras[view]
 
     def render(self, gaussians: Gaussians, view: int) -> Rendering:
-        """Draw what a view sees, before black."""
+        """Render a view on black."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render(gaussians, self.camera(view), background)
 
     def render_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
-        """Draw what a view sees, for others to be added."""
+        """Render a view as a backdrop that Gaussians can be added to."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
 
@@ -94,11 +94,11 @@ class TrainingContext:
         )
 
     def truth(self, view: int, frame: int) -> Tensor:
-        """Return `[H, W, 3]` the picture of a view, as the mean camera would have taken it."""
+        """Picture of a view with its exposure corrected, `[H, W, 3]`."""
         return self.exposures.correct(self.views.picture(view, frame), view)
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:
-        """Return the source of all draws of a purpose in a frame, on the CPU."""
+        """Random generator for a purpose in a frame, on the CPU."""
         name = f"{self.seed}/{frame}/{purpose}".encode()
         seed = int.from_bytes(hashlib.sha256(name).digest()[:8], "little") >> 1
         return torch.Generator().manual_seed(seed)

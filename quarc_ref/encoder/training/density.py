@@ -1,7 +1,7 @@
-"""Where Gaussians are missing and where they are not: 3DGS's density control.
+"""Adaptive density control of 3DGS.
 
-A Gaussian whose place in the picture the loss would move is cloned if small
-and split if large; one that is nearly transparent goes.
+Gaussians with large screen-space gradients are cloned if small and split if large; nearly
+transparent ones are pruned.
 """
 
 import math
@@ -19,7 +19,7 @@ _SPLIT_SHRINK = 0.8 * _SPLIT_INTO
 
 
 class ScreenStatistics:
-    """The mean screen gradient of every Gaussian over the views that see it.
+    """Mean screen-space gradient of every Gaussian over the views that see it.
 
     Args:
         count: Number of Gaussians.
@@ -53,15 +53,15 @@ class ScreenStatistics:
         self.add(gradient.reshape(-1, 2)[-count:], part, camera)
 
     def mean_gradients(self) -> Tensor:
-        """Return `[N]` in NDC; 0 where no view has seen the Gaussian."""
+        """Mean gradients in NDC, 0 for Gaussians that no view has seen, `[N]`."""
         return self._sums / self._views.clamp(min=1)
 
     def state(self) -> dict[str, Tensor]:
-        """Return all that was added up, each `[N]`."""
+        """The accumulated tensors, each `[N]`."""
         return {"sums": self._sums, "views": self._views, "radii": self._radii}
 
     def restore(self, state: dict[str, Tensor]) -> None:
-        """Go on from what `state` has returned."""
+        """Restore what `state` returned."""
         self._sums, self._views, self._radii = (
             state[name].to(self._sums.device) for name in ("sums", "views", "radii")
         )
@@ -71,7 +71,7 @@ class ScreenStatistics:
         return self._radii
 
     def without(self, gone: Tensor) -> "ScreenStatistics":
-        """Return those of the Gaussians that a mask `[N]` leaves."""
+        """Statistics without the Gaussians of a mask `[N]`."""
         left = ScreenStatistics(0, self._sums.device)
         left.restore({name: values[~gone] for name, values in self.state().items()})
         return left
@@ -106,7 +106,7 @@ def densify(
 
 
 def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
-    """Return two smaller Gaussians in place of each, drawn from it."""
+    """Replace each Gaussian by two smaller ones, sampled from it."""
     twice = Attributes(*(torch.cat([rows] * _SPLIT_INTO) for rows in attributes.tensors()))
     offsets = draw_within(twice, 1.0, generator)
     return Attributes(
@@ -120,7 +120,7 @@ def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
 
 
 def draw_within(attributes: Attributes, spread: float, generator: torch.Generator) -> Tensor:
-    """Return `[N, 3]` offsets drawn from each Gaussian, its scales times `spread`."""
+    """Sample an offset from each Gaussian, with scales times `spread`, `[N, 3]`."""
     noise = torch.randn(attributes.means.shape, generator=generator).to(attributes.means.device)
     local = noise * torch.exp(attributes.log_scales) * spread
     unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
@@ -131,7 +131,7 @@ def draw_within(attributes: Attributes, spread: float, generator: torch.Generato
 
 
 def _largest(values: Tensor, count: int) -> Tensor:
-    """Return the mask of the `count` largest values."""
+    """Mask of the `count` largest values."""
     mask = torch.zeros_like(values, dtype=torch.bool)
     mask[torch.topk(values, min(count, values.numel())).indices] = True
     return mask

@@ -1,4 +1,4 @@
-"""How each camera's colors differ from those of all cameras together (ours).
+"""Exposure compensation: a color gain per training camera (not in the paper).
 
 Cameras of a rig differ in exposure and white balance. Left to itself, training
 paints the differences into the scene, as view-dependent color that is wrong
@@ -35,7 +35,7 @@ class Exposures:
         self._corrected = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
-        """Return a view's picture `[H, W, 3]` as the mean camera would have taken it.
+        """A view's picture `[H, W, 3]` with its exposure corrected to the mean camera's.
 
         As long as the gains stay what they are, it is the same tensor every time.
         """
@@ -45,7 +45,7 @@ class Exposures:
         return corrected
 
     def observe(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
-        """Let a view's gain go a share of its way to what one comparison finds.
+        """Update a view's gain by an exponential moving average.
 
         Args:
             view: Index of the view.
@@ -57,23 +57,23 @@ class Exposures:
         self._balance()
 
     def settle(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Find all gains anew, from what the scene shows and what the camera took, view by view."""
+        """Estimate all gains again, from pairs of rendering and picture."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._balance()
 
     def restore(self, gains: Tensor) -> None:
-        """Go on from gains `[V, 3]` found before."""
+        """Restore gains `[V, 3]`."""
         self.gains = gains.to(self.gains)
         self._corrected = WeakTensorKeyDictionary()
 
     def _balance(self) -> None:
-        """Make the mean of the gains 1; what was corrected by others is let go."""
+        """Normalize the mean gain to 1 and drop cached pictures."""
         self.gains /= self.gains.mean(dim=0)
         self._corrected = WeakTensorKeyDictionary()
 
 
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
-    """Return `[3]` by how much an image is to be multiplied to be nearest to a picture.
+    """Least-squares gain from an image to a picture, `[3]`.
 
     Pixels that the camera has saturated say nothing; a few of the others say enough.
     """

@@ -1,7 +1,6 @@
-"""What the decoded first frame settles for all later ones: exposures, and the unit of prices.
+"""What later frames take from decoded frame 0: exposures and the reference loss.
 
-Both follow from the file and the pictures alone, so that an encode that is resumed finds
-the same.
+Both depend only on the file and the pictures, so that a resumed encode has the same.
 """
 
 from collections.abc import Iterator
@@ -17,7 +16,7 @@ from quarc_ref.encoder.training.trainable import from_splats
 
 
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
-    """Yield what a decoded scene shows in each training view, and the picture, `[H, W, 3]`."""
+    """Yield the rendering of a decoded scene and the picture of each training view, `[H, W, 3]`."""
     drawn = from_splats(dequantize(state.scene), context.device).activated()
     for view in range(len(context.views.cameras)):
         with torch.no_grad():
@@ -26,12 +25,12 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
 
 
 def refit_exposures(context: TrainingContext, state: FrameState) -> None:
-    """Find the exposures of the training views anew, and keep them from here on."""
+    """Estimate the exposures of the training views from a decoded scene."""
     context.exposures.settle(render_views(context, state))
 
 
 def measure_loss(context: TrainingContext, state: FrameState, dssim: float) -> float:
-    """Return the mean loss of the training views.
+    """Mean loss of the training views.
 
     Args:
         context: Its exposures are settled.

@@ -1,4 +1,4 @@
-"""The scene that newborn come to, which stays as it is, and what each view sees of it."""
+"""The fixed scene behind new Gaussians, rendered once per view."""
 
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes
@@ -6,7 +6,7 @@ from quarc_ref.rendering.rasterizer import Backdrop
 
 
 class FixedScene:
-    """Gaussians that are drawn once for each view, however many come to them.
+    """Gaussians that are rendered once per view, however many are added to them.
 
     Args:
         context: Views and renderer.
@@ -23,7 +23,7 @@ class FixedScene:
         self._seen: dict[int, Backdrop] = {}
 
     def backdrop(self, view: int) -> Backdrop:
-        """Return what a view sees."""
+        """The scene in a view."""
         if view not in self._seen:
             self._seen[view] = self._context.render_backdrop(self._drawn, view)
         return self._seen[view]

@@ -25,7 +25,7 @@ _MOMENTS = WeakTensorKeyDictionary()
 
 
 def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
-    """Return the loss of a picture.
+    """Loss of a rendering.
 
     Args:
         image: `[H, W, 3]` rendered.
@@ -36,7 +36,7 @@ def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
 
 
 def mean_ssim(image: Tensor, truth: Tensor) -> Tensor:
-    """Return the mean SSIM of two pictures `[H, W, 3]`, differentiable by the first."""
+    """Mean SSIM of two pictures `[H, W, 3]`, differentiable by the first."""
     if image.device.type == "cpu" and image.dtype == torch.float32:
         value: Tensor = _NumbaSsim.apply(image, truth)
         return value
@@ -68,7 +68,7 @@ class _NumbaSsim(Function):
 
 
 def _recall_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return a truth `[H, 3 W]`, and its moments `[2, H, 3 W]`."""
+    """A truth `[H, 3 W]` and its cached moments `[2, H, 3 W]`."""
     picture = truth.detach().contiguous().numpy().reshape(truth.shape[0], -1)
     if truth not in _MOMENTS:
         moments = np.empty((2, *picture.shape), dtype=np.float32)
@@ -79,7 +79,7 @@ def _recall_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.floa
 
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
-    """Return `[3, H, W]` the SSIM of every number."""
+    """SSIM of every pixel and color, `[3, H, W]`."""
     taps = image.new_tensor(ssim_kernels.WINDOW)
     window = (taps[:, None] * taps).expand(3, 1, taps.numel(), taps.numel())
 

@@ -1,4 +1,4 @@
-"""Which Gaussians of a canonical frame the pictures would miss.
+"""Prunes Gaussians of a canonical frame that contribute little to the pictures.
 
 A picture is linear in the opacity of one Gaussian, the others as they are: its
 derivative by that opacity, times the opacity, is all that would change if the
@@ -28,7 +28,7 @@ _COLORS = 3
 def prune_by_contribution(
     trainer: Trainer, context: TrainingContext, price: float, generator: torch.Generator
 ) -> None:
-    """Drop the Gaussians that frame 0 would not miss, at most half of those that show.
+    """Prune the Gaussians that contribute least to frame 0, at most half of the visible ones.
 
     Args:
         trainer: Changed in place.
@@ -49,7 +49,7 @@ def prune_by_contribution(
 def measure_contributions(
     context: TrainingContext, attributes: Attributes, generator: torch.Generator
 ) -> tuple[Tensor, Tensor]:
-    """Return what each Gaussian of frame 0 does to its pictures, and what these miss around it.
+    """Measure each Gaussian's contribution to the pictures, and their error around it.
 
     Args:
         context: Its training views are the pictures.
@@ -82,11 +82,11 @@ def measure_contributions(
 
 
 def _gated(drawn: Gaussians, gates: Tensor) -> Gaussians:
-    """Return Gaussians whose opacities are multiplied by `[N]` gates."""
+    """Gaussians with opacities multiplied by gates `[N]`."""
     return replace(drawn, opacities=drawn.opacities * gates)
 
 
 def _tinted(drawn: Gaussians, tints: Tensor) -> Gaussians:
-    """Return Gaussians to whose colors `[N]` tints are added, alike to red, green and blue."""
+    """Gaussians with tints `[N]` added to red, green and blue."""
     sh = torch.cat([drawn.sh[:, :1] + to_sh_dc(tints + 0.5)[:, None, None], drawn.sh[:, 1:]], dim=1)
     return replace(drawn, sh=sh)

@@ -1,8 +1,7 @@
-"""Trained floats to the integers of the format.
+"""Converts trained floats to the integers of the format.
 
-The rounding is the one that training went through (`straight_through`), done
-by the same operations; what a stream cannot carry is an EncodeError, never
-clamped.
+Rounding uses the same operations as during training (`straight_through`). Values out of the
+format's range raise EncodeError and are never clamped.
 """
 
 import numpy as np
@@ -22,7 +21,7 @@ _FARTHEST = 2.0**62  # beyond all limits, and within int64
 
 
 def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussians:
-    """Return attributes in the steps of a stream.
+    """Quantize attributes to the steps of a stream.
 
     Raises:
         EncodeError: A number is not finite, or beyond what the format carries.
@@ -48,7 +47,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
 
 
 def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attributes:
-    """Return the Gaussians whose positions a canonical frame can carry (SPEC 5.4).
+    """Drop Gaussians whose positions a canonical frame cannot represent (SPEC 5.4).
 
     Those farther off the middle than the lattice or the axis bits reach, a few
     stragglers of training at most, are left out.
@@ -66,10 +65,10 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
-    """Return newborn, placed by their parents and in the order of these.
+    """Quantize new Gaussians relative to their parents, in the order of the parents.
 
     Args:
-        attributes: Of the newborn.
+        attributes: New Gaussians.
         parents: `[n]` indices in the scene.
         scene: After the motion of the frame.
 
@@ -79,21 +78,21 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
     order = np.argsort(parents, kind="stable")
     rows = torch.from_numpy(order).to(attributes.means.device)
     parents = parents[order]
-    newborn = quantize_gaussians(attributes.rows(rows), scene.header)
+    gaussians = quantize_gaussians(attributes.rows(rows), scene.header)
     near = torch.tensor(_world(scene, parents)).to(attributes.means)
     offsets = attributes.means[rows] - near
     positions = _steps(offsets, position_step(scene.header))
     places = _within(positions, CODE_LIMIT, "the position of a new Gaussian")
-    return Births(parents, Gaussians(places, newborn.rotations, newborn.codes))
+    return Births(parents, Gaussians(places, gaussians.rotations, gaussians.codes))
 
 
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:
-    """Return `[c, a]` the symbols of residuals `[a, c]`."""
+    """Symbols `[c, a]` of residuals `[a, c]`."""
     return _steps(residuals, step)
 
 
 def _world(scene: Scene, indices: Int64) -> NDArray[np.float64]:
-    """Return `[n, 3]` positions in world units."""
+    """Positions in world units, `[n, 3]`."""
     unit = 2.0**-scene.header.lattice_exponent
     world: NDArray[np.float64] = scene.positions[:, indices].T * np.float64(unit)
     return world
@@ -104,7 +103,7 @@ def _steps(values: Tensor, step: float) -> Int64:
 
 
 def _rows(values: Tensor) -> Int64:
-    """Return `[c, n]` integers of `[n, c]` whole numbers."""
+    """Integers `[c, n]` of integral floats `[n, c]`."""
     rows: Int64 = np.ascontiguousarray(values.detach().cpu().numpy().T.astype(np.int64))
     return rows
 

@@ -1,7 +1,6 @@
-"""The quantizer in training: forward rounds, backward does not know (paper Eq. 3).
+"""The quantizer in training: rounds forward, identity backward (paper Eq. 3).
 
-What leaves a quantizer here is what the decoder would make of the symbol, to
-float precision; the state itself is made by the decoder alone.
+Values are what the decoder would reconstruct, to float precision; only the decoder makes states.
 """
 
 from collections.abc import Iterator
@@ -18,9 +17,9 @@ _rounds = ContextVar("rounds", default=True)
 
 @contextmanager
 def without_rounding() -> Iterator[None]:
-    """Within this context training goes on as if no stream were to be written.
+    """Disable rounding within this context.
 
-    What it ends on is in no step: this is for measuring what rounding costs.
+    The result cannot be written to a stream: this measures what rounding costs.
     """
     token = _rounds.set(False)
     try:
@@ -30,14 +29,14 @@ def without_rounding() -> Iterator[None]:
 
 
 def round_to_step(values: Tensor, step: float) -> Tensor:
-    """Return the multiples of a step nearest to values, with the gradient of the identity."""
+    """Round to multiples of a step, with the gradient of the identity."""
     if not _rounds.get():
         return values
     return values + (torch.round(values / step) * step - values).detach()
 
 
 def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
-    """Return unit quaternions whose three smaller components are on the grid (SPEC 7.2).
+    """Normalize quaternions and round their three smaller components to the grid (SPEC 7.2).
 
     Args:
         quaternions: `[N, 4]` wxyz, of any norm above 0.
@@ -57,7 +56,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
 
 
 def split_rotations(unit: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
-    """Return `[N]` the index of the largest component and `[N, 3]` the others in steps.
+    """Index of the largest component `[N]`, and the others in steps `[N, 3]`.
 
     The sign is taken so that the largest component is positive.
     """
@@ -68,16 +67,16 @@ def split_rotations(unit: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
 
 
 def position_step(header: StreamHeader) -> float:
-    """Return the step of canonical and newborn positions, world units."""
+    """Step of Gaussian positions, world units."""
     return float(header.position_step * 2.0**-header.lattice_exponent)
 
 
 def translation_step(header: StreamHeader) -> float:
-    """Return the step of translation residuals, world units."""
+    """Step of translation residuals, world units."""
     return float(header.translation_step * 2.0**-header.lattice_exponent)
 
 
 def _places(index: Tensor) -> Tensor:
-    """Return `[N, 4]` where the largest component stands, then the others in order."""
+    """Indices of the largest component, then of the others in order, `[N, 4]`."""
     table = index.new_tensor([[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]])
     return table[index]

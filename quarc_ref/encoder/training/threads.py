@@ -1,12 +1,9 @@
-"""The number of torch's threads, which reaches its results.
+"""Fixes torch's number of threads, on which its results depend.
 
-torch cuts long arrays into a piece for each thread. Sums are made piece by
-piece, and the numbers at the end of a piece are computed by other instructions
-than those before: last bits hang on the number of threads. Training therefore
-runs with one on every machine. The kernels of the renderer do not hang on the
-number of theirs, take all there are, and do most of the work: a second thread
-of torch's gains nothing, and waits for the first wherever other work shares the
-processor.
+torch splits long arrays into a piece per thread. It sums piece by piece, and computes the end of
+a piece with other instructions than the rest, so the last bits depend on the number of threads.
+Training therefore uses one thread on every machine. The renderer's kernels, whose results do not
+depend on it, use all processors and do most of the work: a second thread of torch gains nothing.
 """
 
 from collections.abc import Iterator
@@ -21,7 +18,7 @@ _THREADS = 1
 
 @contextmanager
 def fixed_threads() -> Iterator[None]:
-    """Give torch the same number of threads whatever the machine and its environment say."""
+    """Run with the same number of torch threads on every machine."""
     start_threads()  # of numba, which sets OpenMP's number, and so torch's, when it starts its own
     before = torch.get_num_threads()
     torch.set_num_threads(_THREADS)

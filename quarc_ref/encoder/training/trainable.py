@@ -1,7 +1,6 @@
-"""Gaussians under training: raw attributes and their Adam state, row by row.
+"""Gaussians in training: raw attributes and their Adam state, row by row.
 
-Densification removes and adds rows; what Adam knows of the rows that stay,
-stays with them.
+Densification removes and adds rows; the rows that stay keep their Adam state.
 """
 
 import math
@@ -28,7 +27,7 @@ _SH_C0 = 0.28209479177387814
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attributes:
-    """Raw attributes, a row to each Gaussian, as 3DGS stores them.
+    """Raw attributes, a row per Gaussian, as 3DGS stores them.
 
     Attributes:
         means: `[N, 3]` world units.
@@ -47,16 +46,16 @@ class Attributes:
     sh_rest: Tensor
 
     def rows(self, which: Tensor) -> "Attributes":
-        """Return the rows that a mask or an index names."""
+        """Rows of a mask or an index."""
         return Attributes(*(tensor[which] for tensor in self.tensors()))
 
     def joined(self, other: "Attributes") -> "Attributes":
-        """Return these rows and then another's."""
+        """These rows, followed by another's."""
         pairs = zip(self.tensors(), other.tensors(), strict=True)
         return Attributes(*(torch.cat(pair) for pair in pairs))
 
     def tensors(self) -> tuple[Tensor, ...]:
-        """Return the tensors in the order of the attributes."""
+        """The tensors, in the order of the attributes."""
         return (
             self.means,
             self.rotations,
@@ -67,11 +66,11 @@ class Attributes:
         )
 
     def detached(self) -> "Attributes":
-        """Return copies outside of any graph."""
+        """Detached copies."""
         return Attributes(*(tensor.detach().clone() for tensor in self.tensors()))
 
     def quantized(self, header: StreamHeader) -> "Attributes":
-        """Return what would be left of the attributes in a stream, straight through."""
+        """Attributes as a stream would store them, with straight-through gradients."""
         return Attributes(
             round_to_step(self.means, position_step(header)),
             round_rotations(self.rotations, header.rotation_bits),
@@ -82,7 +81,7 @@ class Attributes:
         )
 
     def activated(self) -> Gaussians:
-        """Return the Gaussians as they are drawn."""
+        """Activated Gaussians, ready to be rendered."""
         return Gaussians(
             self.means,
             self.rotations,
@@ -96,7 +95,7 @@ _NAMES = tuple(field.name for field in fields(Attributes))
 
 
 def from_splats(splats: Splats, device: torch.device) -> Attributes:
-    """Return a decoded scene as attributes; SH degree 1 is 0 where the stream has none."""
+    """Attributes of a decoded scene; SH degree 1 is 0 if the stream has none."""
     sh = torch.zeros((splats.positions.shape[0], 4, 3), device=device)
     sh[:, : splats.sh.shape[1]] = torch.from_numpy(splats.sh).to(device)
     return Attributes(
@@ -110,7 +109,7 @@ def from_splats(splats: Splats, device: torch.device) -> Attributes:
 
 
 class Trainer:
-    """Attributes and an Adam that follows their rows.
+    """Attributes and an Adam optimizer whose rows can be replaced.
 
     Args:
         attributes: Where training starts.
@@ -140,7 +139,7 @@ class Trainer:
             group["lr"] = rate
 
     def step(self, loss: Tensor, extra: Tensor) -> Tensor:
-        """Take a step down a loss, and return the gradient by one more tensor of its graph."""
+        """Take an optimizer step; return the gradient by one more tensor of the graph."""
         *gradients, by_extra = torch.autograd.grad(loss, [*self._leaves, extra], allow_unused=True)
         for leaf, gradient in zip(self._leaves, gradients, strict=True):
             leaf.grad = gradient
@@ -148,13 +147,13 @@ class Trainer:
         return by_extra
 
     def fade(self, which: Tensor, share: float) -> None:
-        """Take a share of their opacity from the Gaussians of a mask `[N]`."""
+        """Decay the opacity of the Gaussians of a mask `[N]`."""
         logits = self._leaves[_NAMES.index("opacities")].detach()
         faded = torch.sigmoid(logits) * (1 - share)
         logits.copy_(torch.where(which, torch.logit(faded, eps=_LEAST_OPACITY), logits))
 
     def state(self) -> dict[str, Tensor]:
-        """Return all that the next step needs: the attributes, and what Adam knows of each."""
+        """Everything that the next step depends on: attributes and Adam state."""
         state = {}
         for name, leaf in zip(_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
@@ -163,7 +162,7 @@ class Trainer:
         return state
 
     def restore(self, state: dict[str, Tensor]) -> None:
-        """Go on from what `state` has returned."""
+        """Restore what `state` returned."""
         device = self._leaves[0].device
         self._leaves = [_leaf(state[name].to(device)) for name in _NAMES]
         self._adam.state.clear()
@@ -192,18 +191,18 @@ class Trainer:
 
 
 def to_sh_dc(colors: Tensor) -> Tensor:
-    """Return the SH DC coefficients of colors from 0 to 1 (SPEC 10.2)."""
+    """SH DC coefficients of colors from 0 to 1 (SPEC 10.2)."""
     return (colors - 0.5) / _SH_C0
 
 
 def cosine_decay(step: int, iterations: int, end: float) -> float:
-    """Return the share of a rate that is left at a step: from 1 to `end` after the last."""
+    """Cosine decay factor of a step: 1 at the first, `end` after the last."""
     turn = (1 + math.cos(math.pi * step / iterations)) / 2
     return end + (1 - end) * turn
 
 
 def _forget(leaf: Tensor) -> dict[str, Tensor]:
-    """Return what Adam knows of an attribute that has had no gradient yet."""
+    """Initial Adam state of an attribute."""
     nothing = torch.zeros_like(leaf, requires_grad=False)
     return {"step": torch.zeros((), device=leaf.device), "exp_avg": nothing, "exp_avg_sq": nothing}
 

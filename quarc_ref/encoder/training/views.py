@@ -1,4 +1,4 @@
-"""The training views as tensors: the only way from a capture into training.
+"""The training views as tensors, the only data of a capture that training sees.
 
 Held-out cameras are not reachable from here.
 """
@@ -40,7 +40,7 @@ class TrainingViews:
         return self._cameras
 
     def picture(self, view: int, frame: int) -> Tensor:
-        """Return `[H, W, 3]` float32 from 0 to 1.
+        """Picture of a view, float32 from 0 to 1, `[H, W, 3]`.
 
         Args:
             view: Index in `cameras`.
@@ -54,20 +54,20 @@ class TrainingViews:
         return self._pictures[key]
 
     def halved(self) -> "TrainingViews":
-        """Return the same views in half the width and half the height."""
+        """The same views at half the width and half the height."""
         return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
     def drop_before(self, frame: int) -> None:
-        """Let go of the pictures of earlier frames."""
+        """Drop the pictures of earlier frames."""
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
 
     def shuffled(self, generator: torch.Generator) -> "Shuffle":
-        """Return all views in random order, for ever."""
+        """All views in random order, endlessly."""
         return Shuffle(len(self._indices), generator)
 
 
 class Shuffle(Iterator[int]):
-    """Numbers below a bound in random order, each once before any comes again, for ever.
+    """An endless random sequence of the numbers below a bound, in complete permutations.
 
     Args:
         count: The bound.
@@ -90,7 +90,7 @@ class Shuffle(Iterator[int]):
 
 
 def _average(picture: Tensor, downscale: int) -> Tensor:
-    """Return the means of squares of `downscale` pixels a side."""
+    """Average over squares of `downscale` pixels."""
     if downscale == 1:
         return picture
     means = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1), downscale)
@@ -98,7 +98,7 @@ def _average(picture: Tensor, downscale: int) -> Tensor:
 
 
 def measure_extent(cameras: tuple[Camera, ...]) -> float:
-    """Return the extent of a capture as 3DGS has it: 1.1 times the cameras' radius, world units.
+    """Extent of a capture as in 3DGS: 1.1 times the cameras' radius, world units.
 
     Cameras that are all in one place have no radius; their extent is 1.
     """
