@@ -9,6 +9,7 @@
     ├── SourceError             what holds the bytes cannot be read
     ├── EnvironmentVariableError           an environment variable has an unknown value
     ├── EncodeError             your scene or setting cannot be written
+    │   └── BoundError          a decoded frame breaks its bounds: our fault
     ├── ResumeError             the stream cannot be resumed with these inputs
     ├── EditError               your streams cannot be cut or joined so
     ├── ClosedLoopError         encoder and decoder disagree: our fault
