@@ -51,6 +51,10 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
     assert find(tmp_path / "room") == ()
 
 
+def test_an_honest_capture_of_one_moment_has_no_findings(honest):
+    assert find(honest, opening=CaptureOptions(max_frames=1)) == ()
+
+
 @pytest.mark.capture
 def test_a_real_capture_has_no_findings(real_capture):
     assert find(real_capture, opening=CaptureOptions(max_frames=20)) == ()

@@ -47,7 +47,9 @@ def find_motion_faults(
     """
     names = [camera.name for camera in cameras]
     changes = [recording.changes for recording in recordings]
-    means = np.array([np.median(each.mean(axis=(1, 2))) if len(each) else 0 for each in changes])
+    if not len(changes[0]):  # of one moment, nothing moves
+        return
+    means = np.array([np.median(each.mean(axis=(1, 2))) for each in changes])
     usual = float(np.median(means))
     frozen = (means < _STILL * usual) & (usual > _LEAST_MOTION)
     yield from _find_frozen(names, frozen)
