@@ -7,7 +7,7 @@ import pytest
 
 from quarc_ref.cli import encode_job
 from quarc_ref.datasets.findings import Finding
-from quarc_ref.encoder import encode_stream, segments
+from quarc_ref.encoder import encode_options, encode_stream, segments
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.datasets import scenes
 
@@ -18,7 +18,7 @@ _LATER = Finding("first-frame-coarse", "the first frame is coarse")
 @pytest.fixture
 def found(monkeypatch):
     """Whatever is encoded has a finding before training, and another one after."""
-    monkeypatch.setattr(encode_stream, "check_capture", lambda _: [_FINDING])
+    monkeypatch.setattr(encode_options, "check_capture", lambda _: [_FINDING])
     monkeypatch.setattr(encode_stream, "check_first_frame", lambda *_: [_LATER])
 
 

@@ -2,7 +2,7 @@
 
 import time
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -30,6 +30,9 @@ from quarc_ref.cli.options import (
 )
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.verbs.stream import describe
+
+if TYPE_CHECKING:
+    from quarc_ref.encoder.settings.config import EncoderConfig
 
 _PRESET_HELP = (
     "main: best quality for its bytes; demo: quicker, for the built-in capture; "
@@ -214,15 +217,13 @@ def encode(
     with report_errors():
         to_pipe = str(output) == STANDARD_STREAM
         if to_pipe:
-            _reject_with("-o -", {"--json": as_json, "--live": live, "--resume": resume})
-            _reject_with("-o -", {"--segments": segments is not None})
+            piped = {"--json": as_json, "--live": live, "--resume": resume}
+            _reject_with("-o -", piped | {"--segments": segments is not None})
         if segments is None:
             _require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
             logs = {"--log-json": log_json is not None, "--tensorboard": tensorboard is not None}
             _reject_with("--segments", {"--live": live, **logs})
-        if version == "1.0":
-            _reject_with("--format 1.0", {"--snapshot-interval": snapshot_interval is not None})
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         asked = {
             "canonical.keyframe_interval": keyframe_interval,
@@ -231,8 +232,7 @@ def encode(
             "rd_lambda": rd_lambda,
             "target_kb_per_frame": target,
         }
-        old = ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
-        config = configure(preset, [*(settings or []), *as_settings(asked), *old], seed)
+        config = _change_settings(preset, settings, asked, seed, version)
         begun, found = time.monotonic(), Warnings()
         wanted_logs = LogsWanted(log_json, tensorboard, keep=resume, force=force)
         with (
@@ -246,15 +246,36 @@ def encode(
                 capture, opening, config, frames, device, progress, found, not no_checks, monitor
             )
             wanted = WriteMode(force, live, resume)
-            if to_pipe:
-                encode_to_pipe(work, output)
-            elif segments is None:
-                encode_to_file(work, output, wanted)
-            else:
+            if segments is not None:
                 pool = choose_pool(segments, workers, ray, device)
                 encode_to_joined_file(work, output, wanted, segments, pool)
+            else:
+                _encode_whole(work, output, wanted)
         if not to_pipe:
             _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)
+
+
+def _encode_whole(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
+    """Encode all frames in one go, to standard output or a file."""
+    if str(output) == STANDARD_STREAM:
+        encode_to_pipe(work, output)
+    else:
+        encode_to_file(work, output, wanted)
+
+
+def _change_settings(
+    preset: str, settings: list[str] | None, asked: dict[str, float | None], seed: int, version: str
+) -> "EncoderConfig":
+    """A preset with `--set` and the options that stand for settings applied.
+
+    Raises:
+        UsageError: No such setting or value, or format 1.0 does not have it.
+    """
+    if version == "1.0":
+        is_asked = asked["canonical.snapshot_interval"] is not None
+        _reject_with("--format 1.0", {"--snapshot-interval": is_asked})
+    old = ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
+    return configure(preset, [*(settings or []), *as_settings(asked), *old], seed)
 
 
 def _reject_with(what: str, asked: dict[str, bool]) -> None:

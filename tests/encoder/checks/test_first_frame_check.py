@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from quarc_ref.encoder import EncodeOptions, encode, encode_stream
+from quarc_ref.encoder import EncodeOptions, encode, encode_options, encode_stream
 from quarc_ref.encoder.checks.first_frame_check import ViewQuality, judge_views, measure_views
 from tests.encoder.toys import SMALL, make_capture
 
@@ -97,7 +97,7 @@ def test_an_encode_that_is_trained_has_no_findings(tmp_path):
 
 
 def test_a_stream_that_is_gone_on_with_is_not_judged_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(encode_stream, "check_capture", None)
+    monkeypatch.setattr(encode_options, "check_capture", None)
     monkeypatch.setattr(encode_stream, "check_first_frame", None)
     from quarc_ref.encoder.stream_file import encode_file
 
