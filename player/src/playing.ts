@@ -52,6 +52,7 @@ export class Playing {
   #sought: number | null = null; // by the present seek
   #wanted: number | null = null; // where to seek when that is done
   #soughtAt = 0;
+  #steps = 0; // to frames that follow, which are still to be shown
   #isPlaying = false;
   #isLooping = false;
 
@@ -134,6 +135,7 @@ export class Playing {
   play(): void {
     if (this.#isPlaying) return;
     this.#isPlaying = true;
+    this.#steps = 0;
     this.#dueAt = performance.now();
     if (this.#isAtEnd && this.#info !== null) this.setFrame(this.#info.firstFrame);
     this.#events.onState();
@@ -167,9 +169,12 @@ export class Playing {
     this.pause();
     const { target } = this;
     if (target === null) return;
-    const isNext = by === 1 && this.#wanted === null && !this.#isFirst;
-    if (isNext && this.#ring[0]?.run === this.#runShown && !this.#screen.isBusy) this.#showNext();
-    else this.setFrame(target + by);
+    const isNext = by === 1 && this.#wanted === null && !this.#isFirst && !this.#isAtEnd;
+    if (!isNext) this.setFrame(target + this.#steps + by);
+    else {
+      this.#steps += 1; // it may have to be decoded first
+      this.#wait();
+    }
   }
 
   /** Take note that a frame is on the screen. */
@@ -245,7 +250,7 @@ export class Playing {
   #wait(): void {
     if (this.#wanted !== null && this.#isFirst && this.#ring.length === 0) return; // its timer runs
     clearTimeout(this.#timer);
-    if (this.#isFirst) this.#goOn();
+    if (this.#isFirst || this.#steps > 0) this.#goOn();
     else if (this.#isPlaying) {
       this.#timer = window.setTimeout(() => this.#goOn(), this.#dueAt - performance.now());
     }
@@ -270,11 +275,13 @@ export class Playing {
     if (isLate && this.#isPlaying && !this.#isFirst) this.lateFrames += 1;
     this.#dueAt = isLate || this.#isFirst ? now + lasts : this.#dueAt + lasts;
     this.#isFirst = false;
+    this.#steps = Math.max(0, this.#steps - 1);
     this.#screen.show(packet);
     this.#grant(1);
   }
 
   #stopAtEnd(): void {
+    this.#steps = 0;
     if (!this.#isPlaying) return;
     if (this.#isLooping) {
       this.#decodeAgain();
@@ -305,6 +312,7 @@ export class Playing {
     this.#run += 1;
     this.#ring = [];
     this.#isFirst = true;
+    this.#steps = 0;
     this.#wanted = null;
   }
 

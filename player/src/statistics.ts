@@ -35,14 +35,15 @@ export class Recorder {
   /** Take note of a frame that is on the screen. */
   add(packet: FramePacket, cost: FrameCost): void {
     this.#times.push(performance.now());
+    this.#forget();
     this.#packet = packet;
     this.#cost = cost;
   }
 
   /** The figures; null before the first frame. */
   read(bufferedFrames: number, lateFrames: number): Statistics | null {
-    const [packet, since] = [this.#packet, performance.now() - WINDOW_MS];
-    while ((this.#times[0] ?? since) < since) this.#times.shift();
+    this.#forget();
+    const packet = this.#packet;
     if (packet === null) return null;
     return {
       gaussians: packet.count,
@@ -56,6 +57,11 @@ export class Recorder {
       lateFrames,
       receivedBytes: this.receivedBytes,
     };
+  }
+
+  #forget(): void {
+    const since = performance.now() - WINDOW_MS;
+    while ((this.#times[0] ?? since) < since) this.#times.shift();
   }
 }
 

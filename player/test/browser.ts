@@ -14,7 +14,7 @@ import { decodePng, type Pixels } from "./png.js";
 import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./server.js";
 
 const NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
-const ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
 const PATIENCE_MS = 60_000; // machines of CI are slow, and share their processors
 
 const executable = findChromium();
