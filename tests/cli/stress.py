@@ -58,7 +58,7 @@ VERBS = {
         f"{{capture}} -o {{out}} --frames 2 {_TINY}", "file", _WRITE, leaves=("out.part",)
     ),
     "import": Verb(f"{_PLY} -o {{out}}", "file", _WRITE),
-    "doctor": Verb("{capture}", None, "quarc_ref.encoder.doctor.record"),
+    "doctor": Verb("{capture}", None, "quarc_ref.encoder.checks.recording._shrink"),
     "decode": Verb("{stream} -o {out}", "folder", _WRITE_FRAME),
     "verify": Verb("{stream}", None, _PUSH),
     "info": Verb("{stream}", None, _PUSH),
