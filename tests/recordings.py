@@ -2,8 +2,6 @@
 
 import shutil
 
-import numpy as np
-
 from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 
@@ -18,5 +16,4 @@ def write_recordings(folder):
     folder.mkdir()
     for path in sorted(traced.glob("*.mp4")):
         shutil.copy(path, folder / path.name)
-    np.testing.assert_equal(len(true), OPTIONS.cameras + 1)
     return true

@@ -17,6 +17,7 @@ BY_LEVEL = "level"
 BY_PLANE = "plane"
 UP = (0.0, -1.0, 0.0)
 _LEAST_SPREAD = 0.02  # of squared sines: level cameras must look in different directions
+_LEAST_FOR_PLANE = 4
 _FLAT = 0.3  # greatest ratio of thickness and width of a rig that lies in a plane
 _PARALLEL = 1e-3  # of the smallest eigenvalue: axes that do not meet
 
@@ -111,16 +112,13 @@ def _find_level(cameras: Sequence[CalibratedCamera], mean: Numbers) -> tuple[Num
 def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
     places = np.array([_center(camera) for camera in cameras])
     _, spreads, axes = np.linalg.svd(places - places.mean(axis=0))
-    if len(cameras) < LEAST_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
+    if len(cameras) < _LEAST_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
         message = (
             "the cameras do not stand in one plane, by which to tell what is up: leave out --up "
             "if they stand level, or name one that does"
         )
         raise CalibrationError(message)
     return np.asarray(axes[2] if axes[2] @ mean >= 0 else -axes[2])
-
-
-LEAST_FOR_PLANE = 4
 
 
 def _find_focus(cameras: Sequence[CalibratedCamera], points: Numbers) -> Numbers:
