@@ -13,7 +13,7 @@ from quarc_ref.calibration.world import Distance
 from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.capture_notes import read_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
-from quarc_ref.datasets.video_writer import VideoForm, write_mp4
+from quarc_ref.datasets.video_writer import VideoForm, write_video_file
 from quarc_ref.files import written_folder
 from tests.calibration.rigs import compare
 
@@ -22,7 +22,7 @@ FLAT = np.full((48, 64, 3), 128, np.uint8)
 
 def write_flat(path, pictures=(FLAT,)):
     with path.open("wb") as file:
-        write_mp4(file, pictures, VideoForm(64, 48, Fraction(30)))
+        write_video_file(file, pictures, VideoForm(64, 48, Fraction(30)))
 
 
 @pytest.fixture(scope="session")
@@ -84,7 +84,7 @@ def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced, tmp_path
         (tmp_path / path.name).symlink_to(path)
     with (tmp_path / "gray.mp4").open("wb") as file:
         gray = np.full((240, 320, 3), 128, np.uint8)
-        write_mp4(file, [gray], VideoForm(320, 240, Fraction(30)))
+        write_video_file(file, [gray], VideoForm(320, 240, Fraction(30)))
 
     found = calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE, moments=1))
 
