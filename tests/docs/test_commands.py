@@ -9,15 +9,14 @@ import pytest
 import typer.main
 
 from quarc_ref.cli.app import app
+from tests.docs.pages import GUIDES, ROOT, find_fences
 
-ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs" / "guides").glob("*.md"))]
-FENCE = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / "README.md", *sorted(GUIDES.glob("*.md"))]
 
 
 def find_commands(page: Path) -> Iterator[list[str]]:
     """Yield the arguments of every `quarc-ref` command in the shell fences of a page."""
-    for fence in FENCE.findall(page.read_text("utf-8")):
+    for fence in find_fences(page):
         for line in fence.replace("\\\n", " ").splitlines():
             for command in " ".join(shlex.split(line, comments=True)).split(" | "):
                 program, *arguments = command.split() or [""]

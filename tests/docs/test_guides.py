@@ -1,0 +1,75 @@
+"""The walkthroughs work: their commands are run as they stand, on small captures."""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.commands import TINY_OPTIONS, run
+from tests.datasets import scenes
+from tests.docs.pages import ROOT, find_fences
+
+TINY = shlex.join(TINY_OPTIONS)
+# What is shortened is the training, by settings at the end of a command; nothing else.
+PREAMBLE = f"""
+set -e
+quarc-ref() {{
+  case $1 in
+    encode) {shlex.quote(sys.executable)} -m quarc_ref "$@" {TINY} --frames 2 --no-checks ;;
+    *) {shlex.quote(sys.executable)} -m quarc_ref "$@" ;;
+  esac
+}}
+python() {{
+  case $1 in
+    benchmarks/paper.py)
+      {shlex.quote(sys.executable)} {ROOT}/"$@" {TINY} --frames 2 --only full ;;
+    *) (cd {ROOT} && {shlex.quote(sys.executable)} "$@") ;;
+  esac
+}}
+"""
+
+
+def follow(guide: str, folder: Path) -> None:
+    """Run all commands of a guide in a folder; a command that fails is shown with its output."""
+    script = PREAMBLE + "".join(find_fences(ROOT / "docs" / "guides" / guide))
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "QUARC_REF_QUIET": "1"}
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+
+
+@pytest.fixture
+def capture(tmp_path):
+    """A capture of four cameras, 48 x 32, three frames, in N3DV's layout."""
+    folder = tmp_path / "capture"
+    return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+def test_your_method_against_ours(tmp_path, capture):
+    stream = tmp_path / "other.quarc"
+    made = run("encode", capture, "-o", stream, "--frames", "2", *TINY_OPTIONS)
+    assert made.exit_code == 0, made.stderr
+    assert run("decode", stream, "-o", tmp_path / "plys", "--to", "ply").exit_code == 0
+
+    follow("your-method.md", tmp_path)
+
+    assert (tmp_path / "side" / "index.html").exists()
+    assert (tmp_path / "theirs.quarc").stat().st_size > 0
+
+
+def test_the_papers_table(tmp_path):
+    folder = tmp_path / "N3DV" / "plane"
+    folder.parent.mkdir()
+    scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+    follow("paper-table.md", tmp_path)
+
+    assert (tmp_path / "paper" / "index.html").exists()
+
+
+def test_a_decoder_of_your_own(tmp_path):
+    follow("decoder.md", tmp_path)
