@@ -11,6 +11,7 @@ import pytest
 from tests.cli.commands import TINY_OPTIONS, run
 from tests.datasets import scenes
 from tests.docs.pages import ROOT, find_fences
+from tests.recordings import write_recordings
 
 TINY = shlex.join(TINY_OPTIONS)
 # What is shortened is the training, by settings at the end of a command; nothing else.
@@ -18,24 +19,24 @@ PREAMBLE = f"""
 set -e
 quarc-ref() {{
   case $1 in
-    encode) {shlex.quote(sys.executable)} -m quarc_ref "$@" {TINY} --frames 2 --no-checks ;;
+    encode) {shlex.quote(sys.executable)} -m quarc_ref "$@" {TINY} --frames $FRAMES --no-checks ;;
     *) {shlex.quote(sys.executable)} -m quarc_ref "$@" ;;
   esac
 }}
 python() {{
   case $1 in
     benchmarks/paper.py)
-      {shlex.quote(sys.executable)} {ROOT}/"$@" {TINY} --frames 2 --only full ;;
+      {shlex.quote(sys.executable)} {ROOT}/"$@" {TINY} --frames $FRAMES --only full ;;
     *) (cd {ROOT} && {shlex.quote(sys.executable)} "$@") ;;
   esac
 }}
 """
 
 
-def follow(guide: str, folder: Path) -> None:
+def follow(guide: str, folder: Path, frames: int = 2) -> None:
     """Run all commands of a guide in a folder; a command that fails is shown with its output."""
     script = PREAMBLE + "".join(find_fences(ROOT / "docs" / "guides" / guide))
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "QUARC_REF_QUIET": "1"}
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "FRAMES": str(frames)}
     done = subprocess.run(
         ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
     )
@@ -47,6 +48,15 @@ def capture(tmp_path):
     """A capture of four cameras, 48 x 32, three frames, in N3DV's layout."""
     folder = tmp_path / "capture"
     return scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.plane_points())
+
+
+def test_from_cameras_to_a_page(tmp_path):
+    write_recordings(tmp_path / "videos")
+
+    follow("cameras-to-page.md", tmp_path, frames=1)
+
+    assert (tmp_path / "capture" / "calibration.html").exists()
+    assert (tmp_path / "site" / "index.html").exists()
 
 
 def test_your_method_against_ours(tmp_path, capture):
