@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.calibration.fusion import Indices, Keypoints
 from quarc_ref.datasets.capture import Image
+from quarc_ref.files import write_file
 
 _MOST_FEATURES = 4096  # in a picture
 _MOST_PIXELS = 1600  # across: larger pictures are searched at this size
@@ -103,7 +104,7 @@ class Features:
 
     def _match(self, pairs: Sequence[tuple[str, str]]) -> None:
         listed = self.folder / "pairs.txt"
-        listed.write_text("".join(f"{first} {second}\n" for first, second in pairs))
+        write_file(listed, "".join(f"{first} {second}\n" for first, second in pairs).encode())
         matching = pycolmap.FeatureMatchingOptions()
         matching.skip_geometric_verification = True  # is done for all moments together
         pairing = pycolmap.ImportedPairingOptions()

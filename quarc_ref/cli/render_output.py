@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import written_file, written_folder, written_frame
 
@@ -109,6 +107,8 @@ def write_depths(
 
 
 def _build_archive(depth: "Float32", opacity: "Float32") -> bytes:
+    import numpy as np
+
     buffer = io.BytesIO()
     np.savez_compressed(buffer, depth=depth, opacity=opacity)
     return buffer.getvalue()

@@ -91,9 +91,9 @@ def _said_to_stay(place: Path) -> Iterator[None]:
     except KeyboardInterrupt as error:
         training = _name_training(place)
         if _holds_something(place):
-            kept = f"{place} holds the frames that were written: --resume goes on with them"
+            kept = f"{place} holds the frames that were written: --resume continues from them"
         elif _holds_something(training):
-            kept = f"{training} holds the training of frame 0: --resume goes on with it"
+            kept = f"{training} holds the training of frame 0: --resume continues it"
         else:
             raise
         message = f"interrupted; {kept}"

@@ -63,7 +63,7 @@ def test_a_command_line_that_does_not_exist_is_a_usage_error(arguments):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--to", "foo"], "'foo' is not one of 'mp4', 'png'."),
+        (["--to", "foo"], "'foo' is not one of 'mp4', 'webm', 'png', 'npz'."),
         (["--width", "0"], "greater than or equal to 1"),
     ],
 )

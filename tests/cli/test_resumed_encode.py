@@ -24,7 +24,7 @@ app.main()
 @pytest.mark.parametrize(
     ("fault", "code", "said"),
     [
-        (KeyboardInterrupt(), 130, "--resume goes on"),
+        (KeyboardInterrupt(), 130, "--resume continues"),
         (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left"),
         (RuntimeError("out of memory"), 3, "out of memory"),
     ],
@@ -140,8 +140,7 @@ def test_a_training_that_a_signal_ends_in_its_first_minute_is_kept_to_the_step(
     assert first.startswith("canonical 1/400: ")
     assert encoding.returncode == 128 + ending
     assert said.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {training} holds the training of frame 0: "
-        "--resume goes on with it"
+        f"quarc-ref: interrupted; {training} holds the training of frame 0: --resume continues it"
     )
     assert list_names(tmp_path) == [training.name]
     assert 0 < read_saved(training)["step"] < 400
@@ -169,8 +168,7 @@ def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
 
     assert (result.exit_code, list_names(tmp_path)) == (130, [training.name])
     assert result.stderr.splitlines()[-1] == (
-        f"quarc-ref: interrupted; {training} holds the training of frame 0: "
-        "--resume goes on with it"
+        f"quarc-ref: interrupted; {training} holds the training of frame 0: --resume continues it"
     )
     rejected = run(*command)
     assert rejected.exit_code == 2

@@ -73,7 +73,7 @@ def test_segments_that_are_done_are_kept_and_those_begun_gone_on_with(
 
     assert (broken.exit_code, left) == (130, [])
     assert "a.quarc.segments holds the frames" in broken_again.stderr
-    assert (rejected.exit_code, "--resume goes on" in rejected.stderr) == (2, True)
+    assert (rejected.exit_code, "--resume continues" in rejected.stderr) == (2, True)
     assert resumed.exit_code == 0
     assert file.read_bytes() == join_bytes(*parts)
     assert list_names(tmp_path) == ["a.quarc"]
@@ -127,7 +127,7 @@ def test_a_folder_with_other_things_is_not_touched(capture, tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--segments", 4], "3 frames cannot be cut into 4"),
+        (["--segments", 4], "3 frames cannot be split into 4 segments"),
         (["--segments", 0], "--segments"),
         (["--segments", 2, "--live"], "--live"),
         (["--workers", 2], "quarc-ref: --workers needs --segments\n"),

@@ -19,7 +19,7 @@ from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 if TYPE_CHECKING:
     pass
 
-_FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORTS.values())
+_FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORTS.values()) + "."
 
 
 def _check_format(name: str | None) -> str | None:
@@ -46,7 +46,7 @@ def decode_frames(
         typer.Option(
             "--to",
             metavar="FORMAT",
-            help=f"{_FORMATS}.",
+            help=_FORMATS,
             callback=_check_format,
             autocompletion=lambda: list(EXPORTS),
             show_default="as PATH's name ends, else ply",
