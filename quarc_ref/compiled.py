@@ -20,7 +20,7 @@ __all__ = ["keep", "numba"]
 
 @contextmanager
 def _hiding(module: str) -> Iterator[None]:
-    """Have a module not be found that has not been imported yet."""
+    """Make a module appear missing to later imports, unless it has been imported already."""
     if module in sys.modules:
         yield
         return

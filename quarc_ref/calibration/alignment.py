@@ -41,7 +41,7 @@ def align(
     """Return the shift of each of some signals; their median is 0.
 
     Args:
-        count: Of signals.
+        count: Number of signals.
         correlate: Returns the curve of two signals, as `correlate_signals` does, all of one
             length; None for two that have nothing in common.
         peak_width: Samples on either side of a shift that are taken for the same one.

@@ -42,8 +42,8 @@ class CalibrateOptions:
         masks: By the names of cameras, `[H, W]`, True where features may be.
         sync: What offsets are found from.
         up: As `world.settle_world` has it.
-        distance: Of two cameras, if it is known.
-        report: Is told of every stage how many steps are done, and of how many.
+        distance: Distance of two cameras, if known.
+        report: Called with each stage, its number of finished steps, and their total.
     """
 
     lenses: LensOptions = field(default_factory=LensOptions)
@@ -60,11 +60,11 @@ class Calibration:
     """A calibrated rig.
 
     Attributes:
-        recordings: Of all cameras, those that did not join too.
-        offsets: Of all cameras.
+        recordings: Recordings of all cameras, including those that did not join.
+        offsets: Offsets of all cameras.
         solution: Which cameras joined, and how well.
         world: Those cameras, upright.
-        points: Of the scene at frame 0, in the same world.
+        points: Points of the scene at frame 0, in the same world.
         moments: How many moments were searched for features.
     """
 

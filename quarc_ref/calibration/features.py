@@ -47,7 +47,7 @@ class Features:
         Args:
             moment: A number of its own.
             pictures: `[camera]` of `[H, W, 3]` sRGB.
-            report: Is told how many steps are done, and of how many.
+            report: Called with the number of finished steps, and the total.
         """
         names = [_name_file(camera, moment) for camera in range(len(pictures))]
         pairs = list(combinations(names, 2))

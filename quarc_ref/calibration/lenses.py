@@ -45,7 +45,7 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
 
     Args:
         capture: Folder of a capture in any layout; its poses are not used.
-        names: Of the cameras.
+        names: Names of the cameras.
         sizes: `[camera]` width and height of their pictures.
 
     Raises:

@@ -17,7 +17,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     Args:
         folder: With a picture to a camera, named after it, of the size of its recording:
             nothing is looked for where it is black. Cameras without one have no mask.
-        recordings: Of the cameras.
+        recordings: Recordings of the cameras.
 
     Raises:
         CalibrationError: There is no mask, or one that is black all over.

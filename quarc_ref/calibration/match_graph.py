@@ -54,7 +54,7 @@ def build_match_graph(
     """Return the graph of all moments that have features.
 
     Args:
-        features: Of the pictures.
+        features: Features of the pictures.
         names: `[camera]`.
         sizes: `[camera]` width and height of pictures.
         lenses: What is assumed of them.

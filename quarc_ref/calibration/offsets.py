@@ -48,7 +48,7 @@ class Offsets:
         method: What the offsets were found from; `NONE` if they were not looked for.
         frames: By the names of cameras: frame `t` of the rig is frame `t + offset` of the
             camera's recording. Those that are not clear are 0, the median of all.
-        clearness: Of each, as `alignment.Shift` has it; empty without a method.
+        clearness: Clearness of each offset, as in `alignment.Shift`; empty without a method.
     """
 
     method: SyncMethod
@@ -67,9 +67,9 @@ def find_offsets(
     """Return the offsets of recordings.
 
     Args:
-        recordings: Of one rig, at one frame rate.
+        recordings: Recordings of one rig, at one frame rate.
         method: `AUTO` for sound where every recording has it, else motion.
-        report: Is told how many recordings have been read, and of how many.
+        report: Called with the number of recordings read so far, and the total.
 
     Returns:
         The offsets, and what moves in each recording, by the name of the camera, if they

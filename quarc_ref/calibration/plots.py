@@ -22,8 +22,8 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
 
     Args:
         cameras: In a world in which up is -y.
-        points: Of the scene in the same world.
-        unit: Of lengths, for the axes.
+        points: Points of the scene in the same world.
+        unit: Unit of length, for the labels of the axes.
     """
     figure = Figure(figsize=(10, 5.2), layout="constrained")
     centers = np.array([-camera.pose.rotation.T @ camera.pose.translation for camera in cameras])

@@ -24,7 +24,7 @@ class Recordings:
     """What the cameras of a rig recorded.
 
     Attributes:
-        names: Of the cameras, in natural order, of letters, digits, `_` and `-`.
+        names: Names of the cameras, in natural order, of letters, digits, `_` and `-`.
         pictures: `[camera]` in the same order.
     """
 
@@ -57,7 +57,7 @@ def find_recordings(folder: Path) -> Recordings:
     arrangements that captures have.
 
     Args:
-        folder: Of the recordings; it needs neither poses nor any other file.
+        folder: Folder of the recordings; it needs neither poses nor any other file.
 
     Raises:
         CalibrationError: There are not three cameras, or two of the same name.

@@ -24,8 +24,8 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
 
     Args:
         calibration: What to show.
-        name: Of the rig, for the title.
-        folder: To be filled.
+        name: Name of the rig, for the title.
+        folder: Folder that is filled.
     """
     world = calibration.world
     unit = "meters" if world.meters_per_unit else "units"

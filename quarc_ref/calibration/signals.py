@@ -22,7 +22,7 @@ def measure_loudness(sound: Sound, first_picture: float, levels_per_second: floa
     """Return the loudness of a sound from the time of the first picture on.
 
     Args:
-        sound: Of a recording.
+        sound: Sound of a recording.
         first_picture: Seconds on the clock of the container.
         levels_per_second: How finely loudness is measured.
 
@@ -44,7 +44,7 @@ def watch_motion(source: PictureSource, camera: int, frames: int) -> Motion:
     """Return how much the pictures of a camera change from frame to frame.
 
     Args:
-        source: Of the pictures.
+        source: Source of the pictures.
         camera: Which of them.
         frames: How many are read, from the first.
 

@@ -78,7 +78,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
     """Return the poses and lenses of all cameras that join.
 
     Args:
-        graph: Of verified matches.
+        graph: Graph of verified matches.
         lenses: What is assumed of them.
 
     Raises:

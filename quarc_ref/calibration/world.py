@@ -67,7 +67,7 @@ def settle_world(
         points: `[P, 3]` of the scene in the same world.
         up: `level` if the cameras stand level, `plane` if they stand in one level plane, or
             the name of a camera that stands level.
-        distance: Of two cameras; None if it is not known.
+        distance: Distance of two cameras; None if unknown.
 
     Raises:
         CalibrationError: The cameras do not stand in a plane, or two are in one place.

@@ -32,7 +32,7 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
 
     Args:
         calibration: What to write; cameras that did not join are left out.
-        folder: To be filled.
+        folder: Folder that is filled.
 
     Raises:
         OSError: A file cannot be read or written.
@@ -69,7 +69,7 @@ def _add_recording(
 
 
 def _describe(camera: CalibratedCamera) -> Values:
-    """Return lens and pose as an entry of `transforms.json` has them."""
+    """Return lens and pose in the form of an entry of `transforms.json`."""
     right, down, forward = camera.pose.rotation
     center = -camera.pose.rotation.T @ camera.pose.translation
     matrix = np.eye(4)

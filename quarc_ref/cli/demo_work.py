@@ -35,10 +35,10 @@ def run_demo(
     """Make a capture, a stream and a report in a folder.
 
     Args:
-        folder: To be filled.
-        options: Of the capture.
-        config: Of the encoder.
-        progress: Is told of every step.
+        folder: Folder that is filled.
+        options: Options of the capture.
+        config: Settings of the encoder.
+        progress: Called after every step.
     """
     with folder.folder("capture") as made:
         fill_synthetic_capture(made, options, partial(progress.advance, "synth"))

@@ -27,15 +27,15 @@ class EncodeJob:
     """A capture and how to encode it.
 
     Attributes:
-        folder: Of the capture.
-        opening: What to make of it.
+        folder: Folder of the capture.
+        opening: How to open it.
         config: All settings of training and stream.
         frames: How many, from the first; None for all.
         device: As `--device` has it.
-        progress: Is told of every step.
-        warnings: Takes everything that speaks against a good picture.
+        progress: Called after every step.
+        warnings: Receives all findings: reasons to expect poor quality.
         checks: Whether to check the capture before it is encoded.
-        monitor: Is called for every training step and every frame.
+        monitor: Called for every training step and every frame.
     """
 
     folder: Path
@@ -52,7 +52,7 @@ class EncodeJob:
         """Open the capture; return it and the options.
 
         Raises:
-            UsageError: Something is asked for that is not there.
+            UsageError: A camera or frame that was asked for does not exist.
             CaptureError: The capture cannot be read.
         """
         from quarc_ref.datasets.errors import TooFewFramesError
@@ -82,8 +82,8 @@ class WriteMode:
 
     Attributes:
         force: Whether to replace one.
-        live: Whether to write it in its own place.
-        resume: Whether to go on with what an encode has left.
+        live: Whether to write it in place, under its final name.
+        resume: Whether to resume an interrupted encode.
     """
 
     force: bool
@@ -104,7 +104,7 @@ def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
     """Encode into a file, or resume one.
 
     Raises:
-        UsageError: The file cannot be written so.
+        UsageError: The file cannot be written in this way.
     """
     with growing_stream(target, force=wanted.force, live=wanted.live, resume=wanted.resume) as (
         path,
@@ -122,8 +122,8 @@ def encode_to_joined_file(
     """Encode segments independently, and join them into a file.
 
     Raises:
-        UsageError: The file cannot be written so, or there are fewer frames than segments.
-        UnusableCaptureError: No picture can come of the capture.
+        UsageError: The file cannot be written in this way, or there are fewer frames than segments.
+        UnusableCaptureError: The capture cannot be encoded to anything useful.
         ResumeError: The file that is there is not the one asked for.
         JobsError: Some segments could not be encoded; the others are kept.
     """

@@ -46,7 +46,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     A file that is to be followed, and is not there yet, is waited for.
 
     Args:
-        name: Of the stream.
+        name: Name of the stream.
         patience: Seconds.
         follow: Whether to wait at all.
 

@@ -38,8 +38,8 @@ def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) 
     """Return the camera to look through at first; None if the stream has none.
 
     Args:
-        cameras: Of the stream, from `read_cameras`.
-        name: Of one of them, or None.
+        cameras: Cameras of the stream, from `read_cameras`.
+        name: Name of one of them, or None.
 
     Raises:
         UsageError: The stream has no frame, or no such camera.

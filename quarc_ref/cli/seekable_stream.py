@@ -119,7 +119,7 @@ class _Copying:
 
     Args:
         source: The stream.
-        file: Is written to.
+        file: The copy, opened for writing and reading.
     """
 
     def __init__(self, source: "Source", file: _Sink) -> None:

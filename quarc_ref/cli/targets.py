@@ -102,8 +102,8 @@ class OneFrame:
     """A file for a single frame.
 
     Args:
-        target: Of the file.
-        sink: Is written to.
+        target: Path of the file.
+        sink: Binary file that the frame is written to.
     """
 
     def __init__(self, target: Path, sink: BinaryIO) -> None:

@@ -45,7 +45,7 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
     """Return which cameras have more or fewer frames than most; None if all have as many.
 
     Args:
-        names: Of the cameras, at least one.
+        names: Names of the cameras, at least one.
         lengths: `[camera]` number of frames.
     """
     usual = median_high(lengths)
@@ -64,7 +64,7 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
     """Return which cameras' videos have another rotation flag than most; None if none has.
 
     Args:
-        names: Of the cameras, at least one.
+        names: Names of the cameras, at least one.
         rotations: `[camera]` degrees counterclockwise.
     """
     (usual, _), *_ = Counter(rotations).most_common(1)

@@ -39,8 +39,8 @@ def list_picture_folders(folder: Path, inside: str = "") -> Files:
     """Return the pictures in each folder of a folder, named after it, in the order of frames.
 
     Args:
-        folder: Of the cameras' folders.
-        inside: Of the folder of pictures within a camera's folder, such as `images`.
+        folder: Folder that contains the cameras' folders.
+        inside: Name of the folder of pictures within a camera's folder, such as `images`.
     """
     found = {each.name: _list_stills(each / inside) for each in _list(folder) if each.is_dir()}
     return {name: paths for name, paths in found.items() if paths}
@@ -86,8 +86,8 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
     """Return the pictures of cameras, wherever they are in a folder.
 
     Args:
-        folder: Of the capture.
-        names: Of the cameras, at least one.
+        folder: Folder of the capture.
+        names: Names of the cameras, at least one.
 
     Raises:
         MissingFileError: No camera has a picture or a video in any arrangement.

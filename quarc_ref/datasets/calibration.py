@@ -108,7 +108,7 @@ class CalibratedCamera:
 
     Attributes:
         name: As the capture names it.
-        lens: Of the pictures on disk, or of those made pinhole pictures.
+        lens: Lens of the pictures on disk, or of the pinhole pictures made from them.
         pose: Where it stands.
         near: Least depth of the scene, world units; None to find it from the points.
     """

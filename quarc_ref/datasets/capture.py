@@ -55,7 +55,7 @@ class Capture:
         name: For reports.
         cameras: In the order of their names; undistorted, at the size of `image`.
         frame_count: Frames that every camera has.
-        frames_per_second: Of all cameras.
+        frames_per_second: Frame rate of all cameras.
         points: Initial points, from frame 0.
         source: Where pictures come from.
         fingerprint: A digest of the files that the capture is made of, hex.

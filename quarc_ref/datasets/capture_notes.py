@@ -84,7 +84,7 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
     """Return the notes of a capture; empty ones if the folder has no such file.
 
     Args:
-        folder: Of the capture.
+        folder: Folder of the capture.
 
     Raises:
         MissingFileError: The file is there and cannot be read.
@@ -109,7 +109,7 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
     """Write notes as a file, which `read_capture_notes` reads; one that is there is replaced.
 
     Args:
-        path: Of the file, named `NOTES_NAME`.
+        path: Path of the file, named `NOTES_NAME`.
         notes: What to write; what is unknown is left out.
 
     Raises:

@@ -29,7 +29,7 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
     """Return the lens of a camera of a model.
 
     Args:
-        name: Of the camera, for messages.
+        name: Name of the camera, for messages.
         camera: As COLMAP has it.
 
     Raises:
@@ -59,7 +59,7 @@ def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
 
     Args:
         lens: Any.
-        camera_id: Of the camera in the model.
+        camera_id: Id of the camera in the model.
     """
     coefficients = list(lens.coefficients)
     if lens.fisheye:

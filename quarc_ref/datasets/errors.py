@@ -1,7 +1,7 @@
 """What can be wrong with a capture, by name; each message says what to fix.
 
     CaptureError
-    ├── UnknownLayoutError      the folder is no capture that we know
+    ├── UnknownLayoutError      the folder has no capture in a known layout
     ├── MissingFileError        a file that the layout needs is not there
     ├── OutsideFileError        a description names a file outside of its folder
     ├── MissingCameraError      poses and pictures do not name the same cameras
@@ -12,7 +12,7 @@
     │   └── StartError          the first frame asked for is after the last
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
-    ├── UnreadablePoseError     a pose file is malformed, or its numbers no pose
+    ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
     ├── UnreadableNotesError    quarc-capture.json is malformed
     ├── UnsupportedCameraError  a camera model that cannot be made a pinhole
     └── UnreadablePointsError   initial points are malformed, or cannot be found
@@ -26,7 +26,7 @@ class CaptureError(Exception):
 
 
 class UnknownLayoutError(CaptureError):
-    """The folder is no capture of a layout that is known."""
+    """The folder does not contain a capture in a known layout."""
 
 
 class MissingFileError(CaptureError):
@@ -70,7 +70,7 @@ class UnreadableVideoError(CaptureError):
 
 
 class UnreadablePoseError(CaptureError):
-    """A pose file is malformed, or its numbers are no pose."""
+    """A pose file is malformed, or its numbers do not form a pose."""
 
 
 class UnreadableNotesError(CaptureError):

@@ -79,7 +79,7 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """Return the SHA-256 of a capture's files, hex.
 
     Args:
-        folder: Of the capture; names count from here on, so that it can be moved.
+        folder: Folder of the capture; names are relative to it, so that it can be moved.
         files: As the loader lists them.
 
     Raises:

@@ -29,7 +29,7 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
     """Open a video to demux and decode its first video stream.
 
     Args:
-        path: Of an mp4, mov, mkv or webm file.
+        path: Path of an mp4, mov, mkv or webm file.
 
     Returns:
         The container, and the stream in it.
@@ -60,7 +60,7 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
     """Return the picture of a PNG or JPEG file.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         size: Width and height that the picture must have, pixels; None for any.
 
     Raises:

@@ -31,7 +31,7 @@ from quarc_ref.format.cameras import Camera
 
 @dataclass(frozen=True, slots=True)
 class CaptureOptions:
-    """What to make of a capture.
+    """How to open a capture.
 
     Attributes:
         downscale: Times that pictures are made smaller.
@@ -65,8 +65,8 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     """Return the capture in a folder.
 
     Args:
-        path: Of the folder, in a layout of `layouts.table`.
-        options: What to make of it.
+        path: Path of the folder, in a layout of `layouts.table`.
+        options: How to open it.
 
     Raises:
         CaptureError: The folder is no capture that can be used; the message
@@ -116,7 +116,7 @@ def _line_up(
     """Return the pictures from the first frame that is wanted on, each camera's by its offset.
 
     Args:
-        path: Of the capture.
+        path: Path of the capture.
         footage: What it holds.
         options: Which frames are wanted.
 

@@ -28,7 +28,7 @@ class Pictures(PictureSource, Protocol):
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
         rotations: `[camera]` degrees by which a flag of the file had the pictures turned.
-        frames_per_second: Of all cameras.
+        frames_per_second: Frame rate of all cameras.
     """
 
     paths: tuple[tuple[Path, ...], ...]
@@ -92,7 +92,7 @@ class LaterPictures:
     """Pictures from a frame of each camera on, so that cameras that began apart are together.
 
     Args:
-        source: Of the pictures on disk.
+        source: Source of the pictures on disk.
         firsts: `[camera]` frame of `source` that is frame 0 here.
 
     Attributes:
@@ -115,7 +115,7 @@ class RectifiedPictures:
     """Pictures of another source, made pinhole pictures.
 
     Args:
-        source: Of the pictures on disk.
+        source: Source of the pictures on disk.
         names: `[camera]` for messages.
         rectifiers: `[camera]`.
     """

@@ -24,7 +24,7 @@ def read_points_ply(path: Path) -> Points:
     """Return the points of a PLY file.
 
     Args:
-        path: Of an ascii or little-endian binary file, its vertices first, with
+        path: Path of an ascii or little-endian binary file, its vertices first, with
             floating-point x, y, z and uchar red, green, blue among the properties.
 
     Raises:
@@ -47,7 +47,7 @@ def write_points_ply(path: Path, points: Points) -> None:
     """Write points as a little-endian binary PLY file.
 
     Args:
-        path: Of the file; one that is there is replaced.
+        path: Path of the file; an existing one is replaced.
         points: To write.
     """
     rows = np.empty(len(points.positions), dtype=_WRITTEN)

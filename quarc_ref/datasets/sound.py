@@ -18,7 +18,7 @@ class Sound:
     Attributes:
         samples: `[S]` from -1 to 1.
         start: Seconds on the clock of the container at which the first sample is heard.
-        samples_per_second: Of `samples`.
+        samples_per_second: Sample rate of `samples`.
     """
 
     samples: NDArray[np.float32]
@@ -30,7 +30,7 @@ def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Soun
     """Return the sound of a video, its channels mixed to one; None if it has none.
 
     Args:
-        path: Of the video.
+        path: Path of the video.
         samples_per_second: To which the sound is resampled.
         most_seconds: How much of the sound is read at most.
 

@@ -23,13 +23,13 @@ class Rectifier:
     The maps are computed for the first picture, and kept.
 
     Args:
-        lens: Of the pictures on disk.
+        lens: Lens of the pictures on disk.
         downscale: Pixels across and down that are averaged to one. What does
             not fill a pixel on the right and at the bottom is cut off.
 
     Attributes:
         source: As given.
-        lens: Of the pictures that come out; a pinhole.
+        lens: Lens of the resulting pictures; a pinhole.
 
     Raises:
         UnsupportedCameraError: The lens sees too wide for a pinhole.

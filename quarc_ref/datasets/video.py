@@ -31,7 +31,7 @@ class VideoReader:
     the key frame before it.
 
     Args:
-        path: Of a file with time stamps: mp4, mov, mkv, webm.
+        path: Path of a file with time stamps: mp4, mov, mkv, webm.
 
     Attributes:
         path: As given.
@@ -120,7 +120,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
     """Return `[H, W, 3]` sRGB of a PNG or JPEG file; transparency is left out.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         size: Width and height that the picture must have, pixels; None for any.
 
     Raises:

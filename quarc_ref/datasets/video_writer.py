@@ -32,7 +32,7 @@ class VideoForm:
         width: Pixels.
         height: Pixels.
         frames_per_second: Its pace.
-        options: Of the encoder.
+        options: Options of the encoder.
         pixel_format: `yuv444p`, or `yuv420p`, which needs even sizes and
             halves the resolution of colors.
         container: `mp4` holds H.264, `webm` VP9.
@@ -50,9 +50,9 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm)
     """Write pictures as a video file.
 
     Args:
-        sink: Of the file; must seek.
+        sink: Binary file that is written; must be seekable.
         pictures: `[H, W, 3]` sRGB each.
-        form: Of the video.
+        form: Format of the video.
 
     Returns:
         How many there were.

@@ -70,7 +70,7 @@ def sample_anchors(scene: Scene) -> Anchors:
     """Choose the anchors of a frame and bind every Gaussian to them (SPEC 6.2 to 6.5).
 
     Args:
-        scene: Of the frame, its dead gone.
+        scene: Scene of the frame, after its deaths.
     """
     ranks = rank(scene)
     order, merges = _sort_cells(scene.positions)

@@ -15,7 +15,7 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
     """Return the state of a canonical frame (SPEC 7.2).
 
     Args:
-        header: Of the stream.
+        header: Header of the stream.
         frame: Ordinal of the frame.
         gaussians: As they are coded, in the order of their ids.
 

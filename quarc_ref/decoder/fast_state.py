@@ -17,7 +17,7 @@ class FastState:
     """A state of the core; see `engine.FrameState`. Its arrays are made when they are asked for.
 
     Args:
-        header: Of the stream.
+        header: Header of the stream.
         core: The state.
     """
 

@@ -65,8 +65,8 @@ def decode_snapshot(
     """Return the state of a snapshot (SPEC 7.9).
 
     Args:
-        header: Of the stream.
-        chunk: Of the frame.
+        header: Header of the stream.
+        chunk: Chunk of the frame.
         canonical: Gaussians of the CANO that it is coded against, as they are coded.
 
     Returns:
@@ -103,8 +103,8 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
     """Return the state of the frame after `state` (SPEC 7.4 to 7.8).
 
     Args:
-        state: Of the frame before.
-        chunk: Of the frame.
+        state: State of the previous frame.
+        chunk: Chunk of the frame.
 
     Raises:
         BitstreamError: What is wrong with the chunk.

@@ -22,7 +22,7 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
     """Reject a frame of too many births.
 
     Args:
-        header: Of the stream.
+        header: Header of the stream.
         count: How many births.
         gaussian_count: Gaussians of the scene without them.
 

@@ -26,7 +26,7 @@ def begin_frame(state: State, death_count: int) -> State:
     """Remove the Gaussians that die, and bind the others to anchors (SPEC 7.4).
 
     Args:
-        state: Of the frame before.
+        state: State of the previous frame.
         death_count: Gaussians that leave, those of least (opacity code, id).
 
     Raises:

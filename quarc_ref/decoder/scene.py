@@ -17,7 +17,7 @@ class Scene:
     """One decoded frame. Gaussians stand in the order of their ids.
 
     Attributes:
-        header: Of the stream.
+        header: Header of the stream.
         frame: Ordinal of the frame in the stream.
         phase: Frames since the canonical one, 0 there.
         ids: `[N]` ascending: 0 to N - 1 in the canonical frame, then counted on by birth.

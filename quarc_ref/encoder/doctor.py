@@ -31,11 +31,11 @@ class Examination:
     """How to examine a capture.
 
     Attributes:
-        opening: What to make of the capture.
+        opening: How to open the capture.
         quick: Whether to look at files and frame 0 alone, as `encode` does.
         config: All settings of the encode that is forecast.
         device: As `EncodeOptions` has it.
-        progress: Is told of every step.
+        progress: Called after every step.
     """
 
     opening: CaptureOptions = field(default_factory=CaptureOptions)
@@ -52,7 +52,7 @@ class Diagnosis:
     Attributes:
         layout: Name of the layout; None if it is none that is known.
         capture: Opened; None if it cannot be.
-        forecast: Of an encode; None where there can be none.
+        forecast: Forecast of an encode; None if none can be made.
         machine: What is free on this machine.
         findings: All faults; none if the capture is good.
     """
@@ -68,7 +68,7 @@ def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
     """Return what is wrong with a capture, and what encoding it will take.
 
     Args:
-        folder: Of the capture.
+        folder: Folder of the capture.
         examination: How to examine it.
 
     Raises:

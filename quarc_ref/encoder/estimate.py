@@ -37,7 +37,7 @@ def estimate_encode(
     Args:
         context: Views and renderer.
         points: Initial points.
-        plan: What there is to do.
+        plan: The work ahead.
         config: All settings.
     """
     initial, expected = _guess_gaussians(len(points.positions), config.canonical)

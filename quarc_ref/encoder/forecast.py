@@ -64,7 +64,7 @@ def forecast(
     """Return what an encode of a capture will take.
 
     Args:
-        capture: To be encoded.
+        capture: Capture to encode.
         config: All settings.
         frames: How many, from the first; None for all.
         device: As `EncodeOptions` has it.

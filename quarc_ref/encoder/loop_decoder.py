@@ -32,7 +32,7 @@ class LoopDecoder(StreamDecoder):
 
         Args:
             before: State of the frame before.
-            chunk: Of the frame: its sections as they were decoded, and the CRC of `after`.
+            chunk: Chunk of the frame: its sections as they were decoded, and the CRC of `after`.
             after: What decoding them one by one has given.
         """
         self._decoded = _Decoded(before, wire.build_frame(chunk), after)

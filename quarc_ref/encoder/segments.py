@@ -34,12 +34,12 @@ class Segment:
     """Consecutive frames of a capture, with everything that a machine needs to encode them.
 
     Attributes:
-        folder: Of the capture.
-        opening: What to make of it.
-        options: Of the encode; all frames of the segment are encoded.
+        folder: Folder of the capture.
+        opening: How to open it.
+        options: Options of the encode; all frames of the segment are encoded.
         first: Its first frame.
         count: How many frames it has.
-        file: Its stream; what this has already is gone on with.
+        file: Its stream; an existing partial stream in it is resumed.
     """
 
     folder: Path
@@ -76,8 +76,8 @@ def encode_segments(
     Args:
         segments: Each with a file of its own, which every machine reaches.
         pool: Processes or Ray cluster that encode them.
-        progress: Is told of every segment that is done.
-        report: Is called, when all are done, with what speaks against a good picture of any.
+        progress: Called after every finished segment.
+        report: Called with the findings of all segments, once all are done.
 
     Raises:
         JobsError: Some could not be encoded; all others are.

@@ -19,7 +19,7 @@ class StageTimer:
     """Adds up the seconds of every stage, and passes the progress on.
 
     Args:
-        then: Is told of every step as well.
+        then: Progress that every step is passed on to.
         clock: Seconds since any moment.
 
     Attributes:

@@ -26,7 +26,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
 
     Args:
         capture: As `encode` takes it.
-        path: Of the file, which is made if it is not there.
+        path: Path of the file, which is created if missing.
         options: Settings; the checkpoint is chosen here.
 
     Raises:

@@ -20,8 +20,8 @@ class CameraGroup:
     Args:
         capture: Whose pictures are the truth.
         cameras: To draw with, in the order of the capture, as for `measure_views`.
-        indices: Of the cameras in the group.
-        correction: Of colors, for the figures that are named after it.
+        indices: Indices of the cameras in the group.
+        correction: Color correction, for the metrics that are named after it.
         lpips: Measures LPIPS too, as `lpips`; None to leave it out.
 
     Raises:
@@ -83,8 +83,8 @@ def find_background(capture: Capture, index: int) -> Picture | None:
     """Return what a camera sees that does not move, as `regions.find_background` has it.
 
     Args:
-        capture: Of the camera.
-        index: Of the camera.
+        capture: Capture that the camera belongs to.
+        index: Index of the camera.
 
     Raises:
         CaptureError: A picture cannot be read.

@@ -37,7 +37,7 @@ class CameraMeter:
 
     Args:
         background: `[H, W, 3]` of `find_background`; None where there are no regions.
-        correction: Of colors, for the figures that are named after it.
+        correction: Color correction, for the metrics that are named after it.
     """
 
     def __init__(self, background: Picture | None, correction: Correction = COLOR) -> None:

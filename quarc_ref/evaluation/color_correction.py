@@ -24,7 +24,7 @@ class Correction:
     """A way to correct colors.
 
     Attributes:
-        prefix: Of the names of figures that are measured after it.
+        prefix: Prefix of the names of metrics that are measured after it.
         apply: From a rendering and the truth, `[H, W, 3]` from 0 to 1, to the corrected rendering.
     """
 

@@ -30,9 +30,9 @@ class Protocol:
         held_out: Names of the cameras that were measured.
         resolution: Width and height of the first held-out camera.
         frames: How many were measured.
-        seed: Of every draw of the encoder.
+        seed: Seed of all random numbers of the encoder.
         renderer: What drew the decoded scenes.
-        versions: Of this package, the format and the libraries that are installed.
+        versions: Versions of this package, the format and the libraries that are installed.
         metrics: The variant of each metric, by its name.
     """
 
@@ -94,7 +94,7 @@ def describe_protocol(
         capture: Whose held-out pictures are the truth.
         cameras: As the stream has them, at least one of them held out.
         frames: How many are measured.
-        seed: Of the stream.
+        seed: Seed of the stream.
         encoded_from: Fingerprint that the stream names.
     """
     held_out = [camera for camera in cameras if camera.held_out]

@@ -30,7 +30,7 @@ def choose_frames(frame_count: int) -> list[int]:
     """Return the ordinals of the frames whose median is the background, in ascending order.
 
     Args:
-        frame_count: Of the capture.
+        frame_count: Number of frames of the capture.
     """
     count = min(frame_count, _MOST_FRAMES)
     frames: list[int] = np.linspace(0, frame_count - 1, count).round().astype(int).tolist()

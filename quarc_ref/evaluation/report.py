@@ -28,7 +28,7 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
 
     Args:
         evaluation: What to show.
-        folder: To be filled (`quarc_ref.files.written_folder`).
+        folder: Folder that is filled (`quarc_ref.files.written_folder`).
     """
     pictures = {
         "frames.png": plot_frames(

@@ -22,7 +22,7 @@ class OtherCaptureError(MismatchError):
     """A stream that could be measured on a capture, but was made from another one.
 
     Attributes:
-        fingerprint: Of the capture.
+        fingerprint: Fingerprint of the capture.
         encoded_from: Fingerprint that the stream names.
     """
 
@@ -41,8 +41,8 @@ def open_same_capture(
     """Open the capture of a stream at the stream's size, with its cameras held out.
 
     Args:
-        summary: Of the stream.
-        folder: Of the capture.
+        summary: Summary of the stream.
+        folder: Folder of the capture.
         other_capture: Whether it may be another one of the same cameras and sizes.
 
     Raises:

@@ -50,7 +50,7 @@ def measure_views(
         cameras: To draw with, in the order of the capture: those of a stream
             are not to the last bit those of its capture.
         capture: Whose pictures are the truth.
-        indices: Of the cameras wanted; None for the held-out ones.
+        indices: Indices of the cameras to show; None for the held-out ones.
     """
     wanted = capture.held_out if indices is None else indices
     return [

@@ -33,9 +33,9 @@ class Clip:
     """What holds for all frames of a stream.
 
     Attributes:
-        header: Of the stream.
-        cameras: Of the stream; maybe none.
-        metadata: Of the stream.
+        header: Header of the stream.
+        cameras: Cameras of the stream; may be empty.
+        metadata: Metadata of the stream.
     """
 
     header: StreamHeader

@@ -16,7 +16,7 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
         data: The file.
         source: Its format: `ply`, `spz` or `sog`.
         target: The format to make.
-        options: Of the library.
+        options: Options of the library.
 
     Raises:
         ExportError: The library rejects it.

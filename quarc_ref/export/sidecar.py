@@ -50,8 +50,8 @@ class Sidecar:
         up_axis: 0 unknown, else 1 to 6.
         right_handed: Whether the frame is.
         meters_per_unit: 0 where unknown.
-        cameras: Of the stream that the frames come from.
-        metadata: Of that stream.
+        cameras: Cameras of the stream that the frames come from.
+        metadata: Metadata of that stream.
     """
 
     frames_per_second: float | None = None

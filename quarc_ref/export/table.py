@@ -32,9 +32,9 @@ class Export:
     """A file format for decoded frames.
 
     Attributes:
-        suffix: Of its files, without the dot; also its name.
+        suffix: Suffix of its files, without the dot; also its name.
         title: What it is, for people.
-        module: Of this package: what writes it.
+        module: Name of the module of this package that writes it.
         is_sequence: Whether one file holds all frames; else there is one file per frame.
         package: The library that writes it, as it is imported; None for none.
         extra: Extra of quarc-ref that installs the library; None for none.

@@ -23,7 +23,7 @@ def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
     """Open a regular file; one that is created has the permissions of any new file.
 
     Args:
-        path: Of the file; a symbolic link is rejected, not followed.
+        path: Path of the file; a symbolic link is rejected, not followed.
         flags: As for `os.open`.
 
     Raises:

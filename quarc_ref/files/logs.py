@@ -15,7 +15,7 @@ def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
     """Open a file to append lines to; one that stays empty is removed.
 
     Args:
-        path: Of the file, which is made if it is not there.
+        path: Path of the file, which is created if missing.
         keep: Whether what is in it already stays.
 
     Raises:

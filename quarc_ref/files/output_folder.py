@@ -18,12 +18,12 @@ class OutputFolder:
     """A folder that is being filled. Its marker is open, and locked, until it is closed.
 
     Args:
-        path: Of the folder.
+        path: Path of the folder.
         marker: Its marker, opened to be read and written.
         listed: The lines that are in the marker.
 
     Attributes:
-        path: Of the folder.
+        path: Path of the folder.
         kept_aside: Where the folder is that this one has replaced, if others have put
             files in it which are still there.
     """
@@ -63,7 +63,7 @@ class OutputFolder:
         a copy elsewhere.
 
         Args:
-            name: Of the file in the folder.
+            name: Name of the file in the folder.
             source: The file.
 
         Raises:

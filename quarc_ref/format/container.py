@@ -158,7 +158,7 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
     """Return the chunk of a payload and its CRC, proved.
 
     Args:
-        header: Of the chunk.
+        header: Header of the chunk.
         data: What the stream has from the payload on, to the end of the chunk at most.
 
     Raises:
@@ -174,7 +174,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
     """Reject types that a stream cannot have (SPEC 5.2).
 
     Args:
-        header: Of the chunk.
+        header: Header of the chunk.
         stream: What HEAD says; None before it.
 
     Raises:
@@ -196,7 +196,7 @@ def check_place(header: ChunkHeader, before: bytes) -> None:
     """Reject a chunk that stands where its type may not (SPEC 5.1).
 
     Args:
-        header: Of the chunk.
+        header: Header of the chunk.
         before: Type of the chunk before it; nothing where that is not known.
 
     Raises:
@@ -217,7 +217,7 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
     Args:
         length: Bytes of the payload.
         stream: From HEAD; None for HEAD itself (SPEC 5.3).
-        offset: Of the chunk.
+        offset: Offset of the chunk.
 
     Raises:
         ChunkSizeError: It is longer.

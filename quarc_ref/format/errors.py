@@ -236,7 +236,7 @@ class LimitError(QuarcError):
 
 
 class SourceError(QuarcError):
-    """What holds the stream cannot be read as asked: no fault of the bytes."""
+    """The file, pipe or server that holds the stream cannot be read; its bytes may be valid."""
 
 
 class EnvironmentVariableError(QuarcError):

@@ -205,7 +205,7 @@ class SnapshotChunk:
         origin: Least xyz of their positions, in position steps.
         axis_bits: Width of a position less the origin.
         survivors: Which Gaussians of the CANO are still there, and how they differ.
-        sections: Of the newborn, as a CANO has them.
+        sections: Sections of the newborn, as a CANO has them.
         state_crc: CRC-32 of the decoded state.
     """
 

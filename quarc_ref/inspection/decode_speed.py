@@ -18,14 +18,14 @@ class Speed:
 
     Attributes:
         frames: With the first, which is canonical.
-        gaussians: Of the last frame.
+        gaussians: Number of Gaussians in the last frame.
         threads: As asked for.
         engine: `fast` or `reference`.
-        fps: Of the frames after the first.
+        fps: Frames per second, the first frame left out.
         cpu_ms: Milliseconds of the processor per frame after the first, of all
             threads; beside other work it tells more than `fps`.
-        stolen_share: Of the time that this machine's processors had work, meanwhile, what share
-            its host gave to others; None where the system does not say.
+        stolen_share: Share of this machine's busy processor time that its host gave to other
+            machines meanwhile; None if the system does not report it.
         ms_by_stage: Milliseconds per frame after the first; what threads do
             side by side adds up to more than a frame takes.
         first_frame_s: From opening the stream to its first frame; where it is the first that
@@ -58,7 +58,7 @@ def measure_speed(
     """Play a stream from its beginning to its end.
 
     Args:
-        name: Of the stream, as for `open_source`.
+        name: Name of the stream, as for `open_source`.
         threads: As for `Player`.
         on_progress: Called after every frame with stage, done, and 0.
 

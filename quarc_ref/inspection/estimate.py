@@ -31,7 +31,7 @@ def estimate_updates(updates: Updates, count: int) -> float:
     """Return the price of a frame's updates, bytes.
 
     Args:
-        updates: Of the frame.
+        updates: Updates of the frame.
         count: Gaussians that might have been updated, which are a channel too; the others are
             who dies and, of each field, which Gaussians it changes and its numbers of these.
     """

@@ -92,7 +92,7 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
     """Return the bytes of the coded planes of a frame's chunk, by kind.
 
     Args:
-        chunk: Of a frame.
+        chunk: Chunk of a frame.
         updates: Whether its stream has updates.
 
     Raises:

@@ -24,7 +24,7 @@ class FrameSummary:
         deaths: How many left.
         updates: How many single Gaussians were changed, those among the deaths left out.
         chunk_bytes: Its chunk, framing included.
-        coded_bytes: Of these, coded planes by kind.
+        coded_bytes: Bytes of coded planes, by kind; a part of the above.
         estimate_bytes: The zero-order estimate of the same symbols, by kind.
         magnitudes: How often its symbols have each magnitude.
         sha256: Digest of its state.
@@ -101,7 +101,7 @@ class StreamSummary:
         header: From HEAD.
         cameras: From `came`.
         metadata: From `meta`.
-        total_bytes: Of the whole.
+        total_bytes: Size of the whole stream.
         frames: In order.
         chunks: In order, also those of types that are unknown.
     """

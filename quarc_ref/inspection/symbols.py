@@ -15,8 +15,8 @@ class Magnitudes:
     """How many symbols have each magnitude, from 0 up to the greatest there is.
 
     Attributes:
-        translation: Of x, y and z.
-        rotation: Of x, y and z, and of w where residuals have one.
+        translation: Magnitudes of x, y and z.
+        rotation: Magnitudes of x, y and z, and of w where residuals have one.
     """
 
     translation: tuple[int, ...]

@@ -17,7 +17,7 @@ class Job(Generic[Argument]):
 
     Attributes:
         name: For messages.
-        argument: Of the function; can be pickled.
+        argument: Argument of the function; must be picklable.
     """
 
     name: str
@@ -31,7 +31,7 @@ class WorkerPool:
     Attributes:
         workers: Processes of this machine at a time; of a cluster, what its
             processors bear.
-        threads: Of each job.
+        threads: Threads of each job.
         ray: Address of a Ray cluster, as `ray.init` takes it: `host:port`,
             `ray://host:port`, `auto` for one that runs on this machine, or
             `local` for one that is started here and ended with the jobs. None
@@ -64,7 +64,7 @@ class Outcome:
     """How a job has ended.
 
     Attributes:
-        result: Of the function, pickled; nothing after a fault.
+        result: Result of the function, pickled; empty if it raised.
         fault: A line; empty if there was none.
         details: The traceback of the fault.
     """
@@ -78,7 +78,7 @@ class JobsError(RuntimeError):
     """Some jobs have failed; all others are done.
 
     Args:
-        outcomes: Of the jobs that have failed, by name.
+        outcomes: Outcomes of the failed jobs, by name.
         total: How many jobs there were.
 
     Attributes:
@@ -102,8 +102,8 @@ def attempt(call: bytes, environment: Mapping[str, str]) -> Outcome:
     """Make a call where it is to run.
 
     Args:
-        call: Of `pack_call`.
-        environment: Is set first.
+        call: Call packed by `pack_call`.
+        environment: Environment variables, set before the call.
     """
     os.environ.update(environment)
     try:
@@ -118,7 +118,7 @@ def take_results(jobs: Sequence[Job[Any]], outcomes: Mapping[int, Outcome]) -> l
 
     Args:
         jobs: All of them.
-        outcomes: Of each, by its place.
+        outcomes: Outcome of each job, by its index.
 
     Raises:
         JobsError: Some have failed.

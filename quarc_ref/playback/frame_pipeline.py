@@ -35,7 +35,7 @@ class Frame:
     Attributes:
         state: All that is known of it.
         splats: Its floats, which are not to be written to.
-        chunk_bytes: Of the chunk's payload.
+        chunk_bytes: Size of the chunk's payload.
         nanoseconds: How long it took to decode: the times that its chunk and
             its floats took, which for frames after one another may overlap.
     """

@@ -21,7 +21,7 @@ def choose_rasterizer(device: torch.device) -> Rasterizer:
     """Return the backend for a device: gsplat on CUDA, numba on a CPU.
 
     Raises:
-        RuntimeError: gsplat is not installed, on CUDA.
+        RuntimeError: The device is CUDA, and gsplat is not installed.
     """
     if device.type == "cuda":
         return GsplatRasterizer()

@@ -71,10 +71,10 @@ def _interval(b, inverse, most, det, half, other, turn, low, high):
     The first number is larger than the second where it does not go at all.
 
     Args:
-        b: Of the conic.
-        inverse: Of the axis' own coefficient of the conic.
+        b: Coefficient b of the conic.
+        inverse: Inverse of the conic's coefficient for the axis.
         most: Twice the reach times that coefficient.
-        det: Of the conic.
+        det: Determinant of the conic.
         half: Half of its extent along the axis.
         other: Half of its extent along the other.
         turn: Where on the other axis it is farthest along this one.

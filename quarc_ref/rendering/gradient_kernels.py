@@ -51,10 +51,10 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
         rows: As `_composite_backward` has them; changed.
         first: The first row.
         last: The one after the last.
-        dx: Of the first column, from the Gaussian's center.
-        dy: Of the tile's first row.
+        dx: Distance of the first column from the Gaussian's center.
+        dy: The same of the tile's first row.
         conic: a / 2, b, c / 2.
-        opacity: Of the Gaussian.
+        opacity: Opacity of the Gaussian.
         color: Red, green, blue.
         lanes: `[9 TILE]` of every column the sums over the rows of q, q e and
             q e^2, q being the gradient by the exponent and e the row's

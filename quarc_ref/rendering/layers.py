@@ -31,9 +31,9 @@ class Layer:
     """Gaussians that stay as they are, and the picture of them alone.
 
     Attributes:
-        projection: Of the Gaussians.
-        tiles: Of the whole picture.
-        picture: Of them alone.
+        projection: Projection of the Gaussians.
+        tiles: Tiles of the whole picture.
+        picture: Picture of these Gaussians alone.
     """
 
     projection: Projection

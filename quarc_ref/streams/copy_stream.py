@@ -12,7 +12,7 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
 
     Args:
         source: A stream; one that comes only once will do.
-        sink: Is written to.
+        sink: Binary file that the copy is written to.
 
     Returns:
         How many frames it has.

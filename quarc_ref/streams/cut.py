@@ -30,7 +30,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
         source: A stream.
         start: Ordinal of the first frame wanted; None for the stream's first.
         stop: Ordinal after the last frame wanted; None for all.
-        sink: Is written to by appending, once `start` has been found.
+        sink: Binary file that is appended to, once `start` has been found.
 
     Returns:
         How many frames there are in what was written.
@@ -117,8 +117,8 @@ class _Copying:
     """Writes chunks unchanged, except snapshots whose CANO is cut away.
 
     Args:
-        writer: Is written to.
-        walk: Of the stream.
+        writer: Writer of the new stream.
+        walk: Walk of the stream.
         reference: The CANO that is cut away, if it matters.
     """
 

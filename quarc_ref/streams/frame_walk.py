@@ -23,7 +23,7 @@ class Step:
     """A chunk of a walk.
 
     Attributes:
-        header: Of the chunk.
+        header: Header of the chunk.
         frame: Ordinal of the frame that it holds or comes after; None before
             the first frame.
     """

@@ -37,7 +37,7 @@ class HttpClient:
 
         Args:
             url: Where to ask, `http` or `https`.
-            headers: Of the request.
+            headers: Headers of the request.
             timeout: Seconds from now to the last byte of the answer's body.
 
         Returns:

@@ -27,7 +27,7 @@ class HttpSource:
     reject a file that has only grown.
 
     Args:
-        url: Of the stream, `http` or `https`.
+        url: URL of the stream, `http` or `https`.
         timeout: Seconds that an answer may take: from connecting, through all
             redirects, to the last byte.
     """

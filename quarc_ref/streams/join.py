@@ -34,7 +34,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
     Args:
         sources: Streams, read twice each: pipes will not do.
-        sink: Is written to by appending, once all the streams have been
+        sink: Binary file that is appended to, once all the streams have been
             looked through.
 
     Returns:
@@ -124,7 +124,7 @@ class _Joining:
     """A joined stream in the making.
 
     Args:
-        sink: Is written to.
+        sink: Binary file that the stream is appended to.
         parts: What is known of all the streams.
     """
 

@@ -21,7 +21,7 @@ class Rebase:
     """Recodes the snapshots of one cut-away CANO, in stream order.
 
     Args:
-        header: Of the stream.
+        header: Header of the stream.
         canonical: The CANO.
 
     Raises:

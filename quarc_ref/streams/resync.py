@@ -1,8 +1,8 @@
 """Finds the next chunk that decoding can resume at after damage (SPEC 11.4).
 
 A search looks at every sync word once. Each payload whose CRC fails is charged to a
-`SearchBudget` that all searches of a stream share. Their time is therefore proportional to the
-stream, even if the damage was crafted to look like chunks.
+`SearchBudget` that all searches of a stream share. The time of all searches
+together is therefore proportional to the stream, even if damage was crafted to look like chunks.
 """
 
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ class Search:
         sequence: Least number of a chunk that is still to come.
         frame: Least ordinal of a frame that is still to come.
         limit: Most bytes of a payload, by the stream's level.
-        effort: Of the whole recovery.
+        effort: Search budget of the whole recovery.
         canonical: Ordinal of the CANO that a snapshot may be coded against; None if there is
             none.
     """

@@ -45,7 +45,7 @@ class PipeSource:
     """A stream that can be read once, in order.
 
     Args:
-        pipe: Is read as far as is asked for.
+        pipe: Binary file that is read no further than requested.
         kept_bytes: How far back a read may go: what `recover` needs after
             damage is the longest chunk of the stream.
     """

@@ -21,7 +21,7 @@ class StreamWriter:
         sink: Is written to by appending, and flushed after every chunk: who
             reads along finds it there.
         head: Payload of HEAD, which is written at once.
-        check: Is shown every chunk before it is written; nothing is if it raises.
+        check: Called with every chunk before it is written; if it raises, nothing is written.
         held: Bytes of the stream that the sink has already: the chunks that end
             there are counted and not written.
 

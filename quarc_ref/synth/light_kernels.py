@@ -51,8 +51,8 @@ def list_around(stage, lists, counts, center, radius):
         stage: As `pack_stage` makes it.
         lists: `[L + 1, S]` to be filled: for each lamp, then for the ambient light.
         counts: `[L + 1]` to be filled: how many each lists.
-        center: Of the ball, three numbers.
-        radius: Of the ball.
+        center: Center of the ball, three numbers.
+        radius: Radius of the ball.
     """
     lights, radius = stage.lights, radius + _LIFT
     for lamp in range(lights.shape[0]):

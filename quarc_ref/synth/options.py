@@ -19,9 +19,9 @@ class SynthOptions:
     Attributes:
         width: Pixels, even.
         height: Pixels, even.
-        frames: Of every camera.
-        frames_per_second: Of every camera.
-        seed: Of colors, patterns, motions and the places of the cameras.
+        frames: Number of frames of every camera.
+        frames_per_second: Frame rate of every camera.
+        seed: Seed of colors, patterns, motions and camera positions.
         cameras: To train with; one more is held out.
         variant: Name of the scene, one of `VARIANTS`.
     """

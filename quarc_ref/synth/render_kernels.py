@@ -107,8 +107,8 @@ def _light_pixel(stage, camera, column, row, patch, lists, counts, hits, found):
     Args:
         stage: As `pack_stage` makes it.
         camera: As `render` takes it.
-        column: Of the pixel.
-        row: Of the pixel.
+        column: Column of the pixel.
+        row: Row of the pixel.
         patch: `[3]` center of the ball for which `lists` are; moved where a ray leaves it.
         lists: As `list_around` fills it.
         counts: As `list_around` fills it.

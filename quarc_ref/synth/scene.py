@@ -43,7 +43,7 @@ class Scene:
 
     Attributes:
         palette: Colors.
-        phases: Of ball, crate, blob, mobile, train, robot, door, screen and
+        phases: Phases of ball, crate, blob, mobile, train, robot, door, screen and
             patterns, in turns.
         variant: How it differs from the playroom.
     """

@@ -28,7 +28,7 @@ class Solid:
     Attributes:
         shape: One of the shapes of `solid_kernels`.
         matrix: `[4, 4]` from the shape's space to the world, meters.
-        sizes: Meters to a unit along the shape's axes, for the paint alone.
+        sizes: Meters per unit along the shape's axes; only the paint uses them.
         paint: What its surface looks like.
         bend: Half the length of a capsule's axis, or the phase of a blob's waves, turns.
     """

@@ -43,7 +43,7 @@ class Room:
 
     Attributes:
         faces: `[6]` as `Stage.room`.
-        paints: Of the faces.
+        paints: Paints of the faces.
         lights: `[L, 15]` as `Stage.lights`.
         ambient: `[2, 3]` as `Stage.ambient`.
     """

@@ -24,9 +24,9 @@ def list_between(stage, listed, start, start_radius, end, end_radius):
         stage: As `pack_stage` makes it.
         listed: `[S]` to be filled with indices of solids.
         start: Center of the ball where it sets out, three numbers.
-        start_radius: Of that ball.
+        start_radius: Radius of that ball.
         end: Center of the ball where it ends; it may be the same point.
-        end_radius: Of that ball, not less than the other.
+        end_radius: Radius of that ball, not less than the other.
 
     Returns:
         How many are listed.
@@ -48,7 +48,7 @@ def find_before(solids, listed, count, ray, best, found):
     """Return the distance to the nearest solid and its index, or what is given if nearer.
 
     Args:
-        solids: Of the stage.
+        solids: Solids of the stage.
         listed: `[S]` indices of those that the ray can meet.
         count: How many these are.
         ray: Origin and direction of length 1, six numbers.

@@ -42,14 +42,15 @@ def trace_view(stage: Stage, camera: RigCamera) -> View:
 def trace_points(
     stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
 ) -> Points:
-    """Return points on the surfaces that a camera sees, as structure from motion finds them.
+    """Return points on the surfaces that a camera sees, as structure from motion would.
 
     Args:
         stage: The scene.
-        camera: To see it.
+        camera: The camera that sees the points.
         picture: What the camera sees, for the colors.
-        count: Of points, from pixels at random.
-        generator: Of the pixels, and of a little noise in the positions.
+        count: Number of points, at pixels chosen at random.
+        generator: Random generator for the choice of pixels and for a little noise in the
+            positions.
     """
     rows = generator.integers(camera.height, size=count)
     columns = generator.integers(camera.width, size=count)

@@ -31,8 +31,8 @@ def write_synthetic_capture(
     """Trace a scene and write it as N3DV has its captures; `cam00` is to be held out.
 
     Args:
-        folder: To be made; it may be there if it is empty.
-        options: Of the capture.
+        folder: Folder that is created; it may exist if it is empty.
+        options: Options of the capture.
         progress: Called with the number of pictures done, and of all.
 
     Raises:

@@ -20,7 +20,7 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
     """Write pictures as an mp4 file.
 
     Args:
-        path: Of the file; one that is there is replaced.
+        path: Path of the file; an existing one is replaced.
         pictures: `[H, W, 3]` each.
         options: Size and pace.
 

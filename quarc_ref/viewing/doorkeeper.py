@@ -39,10 +39,10 @@ class Doorkeeper:
         """Return why a request is rejected; None if it is not.
 
         Args:
-            path: Of the request, with its query.
+            path: Path of the request, with its query.
             hosts: Values of its Host headers.
             origins: Values of its Origin headers.
-            address: Of this machine, at which it came in.
+            address: Address of this machine at which the request came in.
         """
         if len(hosts) != 1 or _find_name(hosts[0]) not in {*self._names, address}:
             return "unknown Host: quarc-ref view --allow-host NAME adds one"

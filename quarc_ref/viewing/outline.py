@@ -29,7 +29,7 @@ class Outline:
         header: From HEAD.
         cameras: From the last `came`.
         first_frame: Ordinal of the first frame.
-        chunks: Of the frames, in order; up to the first damage, if there is any.
+        chunks: Chunks of the frames, in order; up to the first damage, if any.
     """
 
     header: StreamHeader

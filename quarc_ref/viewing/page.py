@@ -21,7 +21,7 @@ class PageOptions:
     """What a page does with its stream; attributes of `<quarc-player>` where they are called so.
 
     Attributes:
-        title: Of the page.
+        title: Title of the page.
         camera: Name of the camera to look through at first; None for the first one.
         up: The axis that points up, such as `-y`; None for that of the stream.
         autoplay: Whether to play at once.
@@ -43,7 +43,7 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
     Args:
         options: What it does.
         has_poster: Whether there is a poster.
-        url: Of the page, as far as that is known.
+        url: URL of the page, if known.
     """
     template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
     shown = {
@@ -71,8 +71,8 @@ def build_iframe(title: str, url: str, width: int, height: int) -> str:
     """Return the HTML that shows a page within another page.
 
     Args:
-        title: Of the page.
-        url: Of the page.
+        title: Title of the page.
+        url: URL of the page.
         width: Pixels.
         height: Pixels.
     """

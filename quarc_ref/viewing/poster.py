@@ -14,7 +14,7 @@ def draw_poster(source: Source, camera: Camera) -> bytes | None:
 
     Args:
         source: A stream.
-        camera: Of the stream.
+        camera: Camera of the stream.
 
     Returns:
         The file; None if the camera's pictures are a line, which no size makes a poster of.

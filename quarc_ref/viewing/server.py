@@ -52,7 +52,7 @@ class Server(ThreadingHTTPServer):
         address: Host, and the first port to try; of 100, the first free one is taken.
         resources: By name; the one that is named `""` is the page.
         names: More names that browsers may know the server by.
-        report: Is given a sentence when a resource cannot be read.
+        report: Called with a message when a resource cannot be read.
 
     Raises:
         OSError: The host is not this machine, or none of the ports is free.

@@ -17,8 +17,8 @@ class Site:
 
     Attributes:
         files: Names.
-        frames: Of the stream.
-        stream_bytes: Of the stream.
+        frames: Number of frames in the stream.
+        stream_bytes: Size of the stream.
         poster: Name of the poster; None if there is none.
     """
 
@@ -38,9 +38,9 @@ def write_site(
     """Fill a folder.
 
     Args:
-        folder: Is filled.
+        folder: Folder that is filled.
         source: The stream; one that comes only once will do.
-        options: Of the page.
+        options: Options of the page.
         draw_poster: Returns a JPEG file of a stream, or None for no poster.
         url: Where the folder is going to be, as far as that is known.
 

@@ -110,7 +110,7 @@ def show_evaluation(
         schema: As for `print_json`.
         file: The stream.
         evaluation: What was measured of it.
-        page: Of the report; None if none was written.
+        page: Page of the report; None if none was written.
         as_json: Whether to print JSON.
     """
     summary, quality = evaluation.summary, evaluation.quality

@@ -79,7 +79,7 @@ class _Verification:
 
     Attributes:
         frames: How many there were.
-        digest: Of the last state.
+        digest: Digest of the last state.
     """
 
     def __init__(self, progress: TerminalProgress) -> None:

@@ -24,7 +24,7 @@ def require_whole(folder: Path) -> None:
     """Prove that the records of a model's binary files end with the files.
 
     Args:
-        folder: Of the model; files that are not there are passed over.
+        folder: Folder of the model; missing files are skipped.
 
     Raises:
         OSError: A file cannot be read.

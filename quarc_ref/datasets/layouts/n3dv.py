@@ -130,10 +130,10 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
     """Return the camera that a row describes.
 
     Args:
-        name: Of the camera.
-        size: Of its pictures, pixels.
+        name: Name of the camera.
+        size: Size of its pictures, pixels.
         row: `[17]` of the poses.
-        path: Of the poses, for messages.
+        path: Path of the file of poses, for messages.
     """
     width, height = size
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)

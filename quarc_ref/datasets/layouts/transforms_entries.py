@@ -35,9 +35,9 @@ class Entry:
 
     Attributes:
         path: As the file has it, from its folder on.
-        lens: Of the picture.
+        lens: Lens of the picture.
         matrix: 3x4 camera to world in OpenGL's axes, row by row.
-        time: Of the picture, if it is told.
+        time: Time of the picture, if the file gives it.
     """
 
     path: str
@@ -61,7 +61,7 @@ class Transforms:
 
     Attributes:
         entries: As they come, at least one.
-        frames_per_second: If it is told.
+        frames_per_second: Frame rate, if the file gives it.
         points: Name of the points' file, if there is one.
     """
 

@@ -56,7 +56,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         capture: Its held-out cameras are not looked at.
 
     Raises:
-        UnusableCaptureError: No picture can come of the capture.
+        UnusableCaptureError: The capture cannot be encoded to anything useful.
         CaptureError: A picture cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)

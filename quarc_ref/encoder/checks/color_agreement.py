@@ -65,7 +65,7 @@ def compare_colors(
 
     Args:
         cameras: At least two.
-        projections: Of the points, one to a camera.
+        projections: Projection of the points into each camera.
         colors: `[P, 3]` sRGB of the points.
         pictures: `[H, W, 3]` sRGB, one to a camera.
 

@@ -30,9 +30,9 @@ class ViewQuality:
     """Quality of a training view.
 
     Attributes:
-        name: Of the camera.
-        psnr: Of what the scene shows, its exposure corrected, dB.
-        coarse: Of the picture itself, averaged over squares, dB.
+        name: Name of the camera.
+        psnr: PSNR of the rendered scene, its exposure corrected, dB.
+        coarse: PSNR of the picture averaged over squares, against itself, dB.
     """
 
     name: str
@@ -57,7 +57,7 @@ def measure_views(
     """Measure the quality of views.
 
     Args:
-        names: Of their cameras.
+        names: Names of the cameras of these views.
         pairs: What is shown and the picture, `[H, W, 3]` from 0 to 1.
     """
     return [

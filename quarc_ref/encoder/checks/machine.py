@@ -17,8 +17,8 @@ class Machine:
     """What is free.
 
     Attributes:
-        memory_bytes: Of main memory; None where that cannot be told.
-        disk_bytes: Of the disk that the current folder is on.
+        memory_bytes: Free main memory, bytes; None if unknown.
+        disk_bytes: Free space of the disk with the current folder, bytes.
     """
 
     memory_bytes: int | None

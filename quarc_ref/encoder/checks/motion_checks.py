@@ -43,7 +43,7 @@ def find_motion_faults(
 
     Args:
         cameras: At least two.
-        recordings: Of each camera.
+        recordings: Recording of each camera.
     """
     names = [camera.name for camera in cameras]
     changes = [recording.changes for recording in recordings]

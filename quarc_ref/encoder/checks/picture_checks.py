@@ -54,7 +54,7 @@ def find_odd_pictures(
 
     Args:
         cameras: At least two.
-        projections: Of the initial points, one to a camera.
+        projections: Projection of the initial points into each camera.
         pictures: `[H, W, 3]` sRGB of one moment, one to a camera.
     """
     names = [camera.name for camera in cameras]

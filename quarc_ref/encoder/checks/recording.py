@@ -48,7 +48,7 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
 
     Args:
         capture: Its held-out cameras are read as well.
-        advance: Is told how many pictures are read, and of how many.
+        advance: Called with the number of pictures read so far, and the total.
     """
     total = len(capture.cameras) * capture.frame_count
     recordings = []

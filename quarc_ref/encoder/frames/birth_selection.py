@@ -85,7 +85,7 @@ def select_births(
         objective: Loss of the frame.
         births: Trained new Gaussians, at least one.
         parents: `[n]` index of each one's parent in the scene.
-        cost: Of their bytes.
+        cost: Cost of their bytes.
     """
     if cost.weight:
         coded = _quantize(objective, births, parents)

@@ -36,7 +36,7 @@ def fit_births(
         moved: The decoder's state after the motion of the frame.
         statistics: Screen-space gradients from stage 1.
         config: Settings of births, and the learning rates of canonical frames.
-        cost: Of the births' bytes.
+        cost: Cost of the births' bytes.
 
     Returns:
         The births, quantized; None if there are none.

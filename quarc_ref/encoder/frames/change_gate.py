@@ -22,7 +22,7 @@ def measure_change(
 
     Args:
         context: Views and renderer.
-        attributes: Of the scene after its motion.
+        attributes: Attributes of the scene after its motion.
         frame: Compared with the frame before it.
         view_count: Training views taken, evenly spread over all, the same in
             every frame; of none the gate is open for all.

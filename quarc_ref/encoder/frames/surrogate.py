@@ -19,7 +19,7 @@ class BindingSums:
     """Sums residuals over the anchors that each Gaussian is bound to.
 
     Args:
-        anchors: Of a frame.
+        anchors: Anchors of a frame.
         device: Where sums are made.
     """
 
@@ -69,7 +69,7 @@ def deform(
     """Move attributes by sums of residuals.
 
     Args:
-        attributes: Of the scene before the motion.
+        attributes: Attributes of the scene before the motion.
         translations: `[N, 3]` world units.
         rotations: `[N, 3 or 4]` residuals from the identity, its steps being
             1 / rotation_unity.

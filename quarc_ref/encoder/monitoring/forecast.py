@@ -17,8 +17,8 @@ def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
     """Return how long a frame after the first may take.
 
     Args:
-        plan: Of the encode.
-        step_seconds: Of an iteration of frame 0.
+        plan: Plan of the encode.
+        step_seconds: Duration of an iteration of frame 0, seconds.
     """
     steps = plan.motion_steps * _MOTION_STEP + plan.birth_steps * _BIRTH_STEP
     return step_seconds * (steps + plan.views * _VIEW)
@@ -28,7 +28,7 @@ class Forecast:
     """Follows an encode.
 
     Args:
-        plan: What there is to do.
+        plan: The work ahead.
         clock: Returns seconds since any moment.
     """
 

@@ -17,7 +17,7 @@ class JsonLog:
     """A monitor that writes a line of JSON for everything, as soon as it happens.
 
     Args:
-        sink: Is written to; lines that are in a file already stay.
+        sink: Text file that lines are appended to; existing lines stay.
         clock: Returns seconds since any moment.
     """
 

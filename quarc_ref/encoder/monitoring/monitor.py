@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EncodePlan:
-    """What there is to do.
+    """The work of an encode.
 
     Attributes:
         capture: Name of the capture.
@@ -54,12 +54,12 @@ class TrainingStep:
     Attributes:
         stage: `canonical`, `motion` or `births`.
         frame: Ordinal of the frame.
-        step: Of the stage, from 1.
+        step: Number of the iteration in its stage, from 1.
         steps: How many the stage has.
         gaussians: How many were drawn.
         loss_tensor: The loss, a scalar in the graph.
         image: `[H, W, 3]` as drawn.
-        truth: Returns `[H, W, 3]` what the view is compared with.
+        truth: Returns the picture that the view is compared with, `[H, W, 3]`.
     """
 
     stage: str
@@ -88,8 +88,8 @@ class FrameWritten:
     Attributes:
         frame: Its ordinal.
         kind: `canonical`, `snapshot` or `moved`.
-        byte_count: Of its chunk, framing included.
-        total_bytes: Of the stream so far.
+        byte_count: Size of its chunk, framing included, bytes.
+        total_bytes: Size of the stream so far.
         gaussians: How many it shows.
         births: How many joined in it.
         deaths: How many left before it.
@@ -108,10 +108,10 @@ class Monitor(Protocol):
     """Is called while a capture is encoded, by the thread that encodes."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
-        """Note what there is to do.
+        """Receive the plan, before the work begins.
 
         Args:
-            plan: What there is to do.
+            plan: The work ahead.
             estimate: Measures how long it will take; this takes a second or two.
         """
         ...

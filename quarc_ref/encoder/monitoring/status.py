@@ -17,7 +17,7 @@ class EncodeStatus:
     """A monitor that knows where an encode stands.
 
     Args:
-        announce: Is called with the estimate before training begins; None to make none.
+        announce: Called with the estimate before training begins; None to make none.
         clock: Returns seconds since any moment.
     """
 

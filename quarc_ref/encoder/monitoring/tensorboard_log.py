@@ -10,7 +10,7 @@ class TensorBoardLog:
     """A monitor that writes scalars and pictures; steps of a stage are counted over all frames.
 
     Args:
-        folder: Of the event files; TensorBoard shows every folder as a run.
+        folder: Folder for the event files; TensorBoard shows every folder as a run.
 
     Raises:
         ImportError: `tensorboard` is not installed.

@@ -73,7 +73,7 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
 
     Args:
         file: A regular file, opened at its beginning.
-        key: With which the arrays must have been written.
+        key: Key with which the arrays must have been written.
         layout: What they must be.
 
     Raises:

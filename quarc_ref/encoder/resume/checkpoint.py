@@ -39,7 +39,7 @@ class Checkpoint:
     """A file with everything that the next iteration depends on, written every minute.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         said: Identifies this training, in types of JSON.
     """
 

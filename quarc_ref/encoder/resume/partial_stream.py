@@ -95,10 +95,10 @@ def require_match(
     """Raise ResumeError unless header, cameras and metadata match this encode's.
 
     Args:
-        begun: What there is.
-        header: As it would be, but for the level.
-        cameras: As they would be.
-        metadata: As they would be.
+        begun: The partial stream.
+        header: Header of this encode; its conformance level is ignored.
+        cameras: Cameras of this encode.
+        metadata: Metadata of this encode.
     """
     differ = _compare_metadata(begun.metadata, metadata) or [
         *(["set of cameras"] if begun.cameras != _as_written(cameras) else []),
@@ -115,9 +115,9 @@ def require_frames(begun: PartialStream, frame_count: int, canonical: CanonicalS
     """Raise ResumeError unless the frames are the first ones of this encode.
 
     Args:
-        begun: What there is.
+        begun: The partial stream.
         frame_count: Frames asked for.
-        canonical: Which of them are to be canonical.
+        canonical: Ordinals of those that must be canonical.
     """
     for frame, chunk in enumerate(begun.frames):
         due = canonical.kind_due(frame)

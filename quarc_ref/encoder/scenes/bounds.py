@@ -15,10 +15,10 @@ class Bounds:
     Attributes:
         position: On each axis, world units; 0 for `position_share`.
         rotation: Angle of the turn between the two, radians.
-        log_scale: Of each natural logarithm of a standard deviation.
-        opacity: Of the logit.
-        sh_dc: Of each coefficient of degree 0.
-        sh_rest: Of each coefficient of degree 1.
+        log_scale: Error of the natural logarithm of each standard deviation.
+        opacity: Error of the opacity logit.
+        sh_dc: Error of each coefficient of degree 0.
+        sh_rest: Error of each coefficient of degree 1.
         position_share: The bound of positions in shares of the median scale of the first
             frame, where `position` is 0.
     """

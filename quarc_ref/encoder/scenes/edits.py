@@ -101,8 +101,8 @@ class Edit:
     """What is done to every frame, in this order.
 
     Attributes:
-        boxes: Of each, what is outside leaves: least x, y, z, then greatest; world units.
-        spheres: Of each, what is inside leaves: center x, y, z and radius.
+        boxes: Everything outside of each box is removed: least x, y, z, then greatest; world units.
+        spheres: Everything inside of each sphere is removed: center x, y, z and radius.
         similarity: How all else is turned; None not at all.
         recoloring: Its new colors; None for the old.
     """

@@ -66,9 +66,9 @@ class SceneOptions:
         keyframe_interval: Frames from a canonical frame to the next; 0 for as few as possible.
         cameras: For the stream; they take no part in the encoding.
         metadata: For the stream, besides `encoder` and `bounds`.
-        header: For what the Gaussians do not tell: axes, scale, seed, anchors.
-        progress: Is told of every frame.
-        frame_count: How many frames there are, for the progress; 0 where nobody knows.
+        header: Header with what the Gaussians do not give: axes, scale, seed, anchors.
+        progress: Called after every frame.
+        frame_count: How many frames there are, for the progress; 0 if unknown.
     """
 
     bounds: Bounds = field(default_factory=Bounds)
@@ -112,7 +112,7 @@ def encode_scenes(
 
     Args:
         scenes: The frames, in order; read one by one, three of them ahead.
-        sink: Is written to by appending.
+        sink: Binary file that the stream is appended to.
         options: Bounds and what else is to be said.
 
     Raises:
@@ -138,7 +138,7 @@ class _Encoding:
     """A stream in the making.
 
     Args:
-        sink: Is written to.
+        sink: Binary file that the stream is appended to.
         options: As given to `encode_scenes`.
         ahead: The first frames, by which steps are chosen.
     """

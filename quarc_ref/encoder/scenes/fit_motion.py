@@ -28,7 +28,7 @@ class Tolerances:
 
     Attributes:
         translation: On an axis.
-        rotation: Of a residual of rotation.
+        rotation: Error of a rotation residual.
     """
 
     translation: float

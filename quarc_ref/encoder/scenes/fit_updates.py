@@ -54,7 +54,7 @@ def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeB
         state: Any of the frame.
         target: The frame.
         rows: `[N]` row of the target of each Gaussian; -1 for none.
-        bounds: Of codes.
+        bounds: Error bounds, in code steps.
     """
     found = np.zeros(rows.size, dtype=np.bool_)
     if state.scene.header.sh_degree:

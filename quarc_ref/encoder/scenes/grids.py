@@ -14,7 +14,7 @@ def find_step(values: NDArray[np.floating], least: float) -> float | None:
     """Return the step that numbers are multiples of; None if there is none of some size.
 
     Args:
-        values: Of any shape.
+        values: Numbers, in an array of any shape.
         least: The smallest step of interest.
     """
     distinct = np.unique(np.abs(values.astype(np.float64)))
@@ -60,7 +60,7 @@ def usual_divisor(numbers: NDArray[np.floating], most: int) -> int:
 
     Args:
         numbers: Whole; those that are 0 do not count.
-        most: Up to which it is looked for.
+        most: Largest number that is searched for.
 
     Returns:
         It; 1 if there is none, or no number to tell it from.

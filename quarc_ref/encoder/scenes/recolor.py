@@ -1,4 +1,4 @@
-"""A stream with other colors, exactly: what is coded stays, but for the codes of SH DC.
+"""Recolors a stream exactly: all coded integers stay, except the codes of SH DC.
 
 A color is 0.5 + C0 s, s being the coefficients (SPEC 10.2). A gain for all of it scales
 the steps of SH and adds a number to the codes of SH DC; so does an offset of a channel. No
@@ -30,7 +30,7 @@ from quarc_ref.streams.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Recoloring:
-    """New colors for all of a scene.
+    """A change of all colors of a scene.
 
     Attributes:
         gain: That all colors are multiplied by, above 0.
@@ -86,7 +86,7 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
 
     Args:
         source: A stream.
-        sink: Is written to by appending.
+        sink: Binary file that the stream is appended to.
         recoloring: The new colors.
 
     Raises:
@@ -108,11 +108,11 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
 
 
 class _Recoloring:
-    """A stream on its way.
+    """A stream that is being recolored.
 
     Args:
-        decoder: Of the stream that is read, at its first frame.
-        sink: Is written to.
+        decoder: Decoder of the stream that is read, at its first frame.
+        sink: Binary file that the stream is appended to.
         recoloring: The new colors.
     """
 

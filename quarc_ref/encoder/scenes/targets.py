@@ -18,7 +18,7 @@ class Target:
     """Gaussians in steps, not rounded; a column to each.
 
     Attributes:
-        header: Of the stream.
+        header: Header of the stream.
         positions: `[3, N]` lattice units.
         rotations: `[4, N]` unit quaternions wxyz.
         codes: `[code_planes, N]` attributes in their steps, in the order of the state's codes.

@@ -1,4 +1,4 @@
-"""A decoded frame held against the Gaussians that it was made of."""
+"""Compares a decoded frame with the Gaussians that it was encoded from."""
 
 from dataclasses import dataclass, fields
 
@@ -56,7 +56,7 @@ def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
 
 
 def require_bounds(errors: Errors, bounds: Bounds, frame: int) -> None:
-    """Hold the errors of a frame against the bounds.
+    """Compare the errors of a frame with the bounds.
 
     Raises:
         BoundError: One is beyond its bound.

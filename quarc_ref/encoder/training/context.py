@@ -28,8 +28,8 @@ class TrainingContext:
         device: Where tensors live.
         seed: Seed of all random numbers.
         progress: Called after every step.
-        extent: Of the capture, world units (`measure_extent`).
-        exposures: Of the training views.
+        extent: Extent of the capture, world units (`measure_extent`).
+        exposures: Exposures of the training views.
         monitor: Called for every training step.
     """
 

@@ -23,7 +23,7 @@ class ScreenStatistics:
 
     Args:
         count: Number of Gaussians.
-        device: Of the gradients.
+        device: Device that holds the gradients.
     """
 
     def __init__(self, count: int, device: torch.device) -> None:
@@ -90,8 +90,8 @@ def densify(
         trainer: Changed in place.
         statistics: Since the last call.
         settings: Thresholds and bound.
-        extent: Of the capture, world units.
-        generator: Of the places of split Gaussians.
+        extent: Extent of the capture, world units.
+        generator: Random generator for the positions of split Gaussians.
     """
     attributes = trainer.attributes.detached()
     gradients = statistics.mean_gradients()

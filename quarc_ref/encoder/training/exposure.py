@@ -24,7 +24,7 @@ class Exposures:
 
     Args:
         view_count: Number of training views.
-        device: Of the pictures.
+        device: Device that holds the pictures.
 
     Attributes:
         gains: `[V, 3]` of red, green and blue.

@@ -6,14 +6,14 @@ from quarc_ref.rendering.rasterizer import Backdrop
 
 
 class FixedScene:
-    """Gaussians that are rendered once per view, however many are added to them.
+    """Gaussians that are rendered once per view, whatever is added to them later.
 
     Args:
         context: Views and renderer.
-        attributes: Of the Gaussians.
+        attributes: Attributes of the Gaussians.
 
     Attributes:
-        attributes: Of the Gaussians.
+        attributes: Attributes of the Gaussians.
     """
 
     def __init__(self, context: TrainingContext, attributes: Attributes) -> None:

@@ -34,7 +34,7 @@ def prune_by_contribution(
         trainer: Changed in place.
         context: Its training views are the pictures.
         price: Presence below which a Gaussian goes, in medians of the error around one.
-        generator: Of the probes.
+        generator: Random generator of the probes.
     """
     presence, error = measure_contributions(context, trainer.attributes.detached(), generator)
     shown = presence > 0
@@ -53,8 +53,8 @@ def measure_contributions(
 
     Args:
         context: Its training views are the pictures.
-        attributes: Of the Gaussians.
-        generator: Of the probes.
+        attributes: Attributes of the Gaussians.
+        generator: Random generator of the probes.
 
     Returns:
         `[N]` squared change of a picture if the Gaussian alone were gone (an

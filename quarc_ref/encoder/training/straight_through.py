@@ -40,7 +40,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
 
     Args:
         quaternions: `[N, 4]` wxyz, of any norm above 0.
-        fraction_bits: Of the three components.
+        fraction_bits: Fraction bits of the three components.
     """
     unit = torch.nn.functional.normalize(quaternions, dim=1)
     if not _rounds.get():

@@ -44,7 +44,7 @@ class TrainingViews:
 
         Args:
             view: Index in `cameras`.
-            frame: Of the capture.
+            frame: Ordinal of the frame in the capture.
         """
         key = (view, frame)
         if key not in self._pictures:
@@ -71,7 +71,7 @@ class Shuffle(Iterator[int]):
 
     Args:
         count: The bound.
-        generator: Of the orders.
+        generator: Random generator of the permutations.
 
     Attributes:
         left: What comes before the next order is drawn.

@@ -14,7 +14,7 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
     """Open a folder with a 3DGS PLY to each frame, or the PLY of one frame.
 
     Args:
-        folder: Of the files; the last number in a file's name is the frame's ordinal.
+        folder: Folder of the files; the last number in a file's name is the frame's ordinal.
         label: What it stands for.
 
     Raises:
@@ -31,9 +31,9 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
     """Open a `.4dgs` file.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         label: What it stands for.
-        frames_per_second: Of the frames that it is compared at.
+        frames_per_second: Frame rate at which it is sampled and compared.
 
     Raises:
         EntryError: The file is malformed.

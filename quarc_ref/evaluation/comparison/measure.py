@@ -57,11 +57,11 @@ class Comparison:
     """What was measured.
 
     Attributes:
-        measured: Of each entry, in their order.
+        measured: Measurements of each entry, in the order of the entries.
         frames: Ordinals of the frames that were compared.
         cameras: Names of the cameras that were compared on.
         truth: What the truth is, for people.
-        frames_per_second: Of all entries.
+        frames_per_second: Frame rate of all entries.
         shown: Views to look at.
         variants: The variant of each metric, by its name.
     """

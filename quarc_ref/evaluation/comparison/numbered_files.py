@@ -14,7 +14,7 @@ def number_files(paths: Iterable[Path], place: Path) -> dict[int, Path]:
     """Return files by the last number in their names, ascending; a single file may have none.
 
     Args:
-        paths: Of the files.
+        paths: Paths of the files.
         place: Where they are, for messages.
 
     Raises:

@@ -23,7 +23,7 @@ class Named:
     Attributes:
         label: What it stands for.
         path: Where it is.
-        byte_count: Of what renders were drawn from; None if unknown.
+        byte_count: Size of the files that renders were rendered from; None if unknown.
     """
 
     label: Label
@@ -58,7 +58,7 @@ class Opened:
         entries: As named, in their order.
         capture: Whose pictures are the truth; None to take the first entry's.
         cameras: To compare on, by name.
-        frames_per_second: Of all entries.
+        frames_per_second: Frame rate of all entries.
     """
 
     entries: list[Entry]

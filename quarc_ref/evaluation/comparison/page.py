@@ -29,7 +29,7 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFol
     Args:
         comparison: What was measured.
         summary: What it comes to.
-        folder: To be filled (`quarc_ref.files.written_folder`).
+        folder: Folder that is filled (`quarc_ref.files.written_folder`).
     """
     folder.write("points.csv", format_points_csv(summary))
     folder.write("views.csv", format_views_csv(comparison))

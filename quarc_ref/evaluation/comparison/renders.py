@@ -25,10 +25,10 @@ def open_renders(
     """Open a folder of pictures.
 
     Args:
-        folder: Of the pictures.
+        folder: Folder of the pictures.
         label: What it stands for.
         cameras: Names of the cameras that are compared.
-        byte_count: Of what they were drawn from; None if unknown.
+        byte_count: Size of the files that the pictures were rendered from; None if unknown.
 
     Raises:
         EntryError: The folder has none of the layouts, a camera is missing, or a frame is

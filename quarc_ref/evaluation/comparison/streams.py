@@ -30,7 +30,7 @@ def open_stream(
     """Open a stream.
 
     Args:
-        path: Of its file.
+        path: Path of its file.
         label: What it stands for.
         on_progress: Called for every frame that is inspected: stage, done, total.
 

@@ -20,7 +20,7 @@ class Spread:
     """A mean and how far its numbers scatter.
 
     Attributes:
-        mean: Of the numbers.
+        mean: Mean of the numbers.
         deviation: Standard deviation (n - 1); None for a single number.
     """
 
@@ -48,11 +48,11 @@ class Point:
     """An operating point of a method.
 
     Attributes:
-        label: Of its entries.
+        label: Label of its entries.
         kind: What its entries are.
         runs: How many there are.
         figures: Each figure over the runs, by its name; None where none has it.
-        byte_count: Of all frames; None if unknown.
+        byte_count: Size of all frames, bytes; None if unknown.
         kilobytes_per_frame: KB of 1024 bytes; None if unknown.
         megabits_per_second: At the entries' pace; None if unknown.
         paired: Against the first point; None for that one itself.
@@ -90,7 +90,7 @@ class Summary:
     Attributes:
         points: In the order in which they were named.
         reference: The method that the others are compared with; None if there is but one.
-        deltas: Of every other method that has more than one rate.
+        deltas: Deltas of every other method that has more than one rate.
     """
 
     points: list[Point]

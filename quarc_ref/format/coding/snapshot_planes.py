@@ -41,7 +41,7 @@ class Snapshot:
     """A canonical frame as a snapshot gives it.
 
     Attributes:
-        gaussians: Of the frame, in its order.
+        gaussians: Gaussians of the frame, in its order.
         roots: `[N]` index in the CANO of each that is a survivor, -1 of the others.
     """
 
@@ -58,8 +58,8 @@ class CodedSnapshot:
         origin: Least xyz of their positions, in position steps.
         axis_bits: Width of a position less the origin.
         survivors: The Gaussians of the CANO that are still there.
-        sections: Of the newborn.
-        gaussians: Of the frame, in its order.
+        sections: Sections of the newborn.
+        gaussians: Gaussians of the frame, in its order.
     """
 
     newborn_count: int
@@ -75,7 +75,7 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
 
     Args:
         canonical: Gaussians of the CANO, in its order.
-        gaussians: Of the frame, in any order.
+        gaussians: Gaussians of the frame, in any order.
         roots: `[N]` index in the CANO of each that is a survivor, none twice; -1 of the others.
             Survivors that have changed too much are coded as newborn.
 

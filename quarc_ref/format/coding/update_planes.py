@@ -42,7 +42,7 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
     """Code the updates of a frame.
 
     Args:
-        context: Of the frame.
+        context: Context of the frame.
         updates: Which Gaussians change, and how.
         counts: What contexts have seen before the frame.
 
@@ -73,7 +73,7 @@ def read_updates(
 
     Args:
         section: As the FRAM chunk holds it.
-        context: Of the frame.
+        context: Context of the frame.
         counts: What contexts have seen before the frame.
 
     Returns:

@@ -19,7 +19,7 @@ def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: I
 
     Args:
         planes: Where to.
-        name: Of the sequence.
+        name: Name of the sequence.
         contexts: `[n]` outer context of each number.
         width: Bits of a number.
         values: `[n]` the numbers.
@@ -41,7 +41,7 @@ def code_unsigned(
 
     Args:
         planes: Where to.
-        name: Of the sequence.
+        name: Name of the sequence.
         contexts: `[n]` outer context of each number.
         class_bits: Width of a class; the numbers are below 2^(2^class_bits - 1).
         values: `[n]` the numbers.
@@ -60,7 +60,7 @@ def code_signed(
 
     Args:
         planes: Where to.
-        name: Of the sequence.
+        name: Name of the sequence.
         contexts: `[n]` outer context of each number.
         class_bits: Width of a class; magnitudes are below 2^(2^class_bits - 1).
         values: `[n]` the numbers.

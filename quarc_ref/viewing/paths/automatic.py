@@ -25,7 +25,7 @@ def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) ->
     """Return a full turn about what the cameras look at, at one height.
 
     Args:
-        cameras: Of the stream.
+        cameras: Cameras of the stream.
         first: Where the turn begins.
         up_axis: From the stream's header.
         count: How many poses; the last is the one before the first.
@@ -53,7 +53,7 @@ def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -
     """Return a spiral before a rig whose cameras look the same way, all at one center.
 
     Args:
-        cameras: Of the stream.
+        cameras: Cameras of the stream.
         first: Whose angle of view is kept.
         up_axis: From the stream's header.
         count: How many poses.
@@ -78,7 +78,7 @@ def tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) ->
     """Return a smooth way through all cameras, from each to the nearest that is left.
 
     Args:
-        cameras: Of the stream.
+        cameras: Cameras of the stream.
         first: Where it begins.
         count: How many poses; the last is that of the last camera.
     """

@@ -83,8 +83,8 @@ def read_keyframes(path: Path, cameras: Sequence[Camera], like: Camera, up_axis:
     """Return the path of a file.
 
     Args:
-        path: Of the file.
-        cameras: Of the stream, which the file may name.
+        path: Path of the file.
+        cameras: Cameras of the stream, which the file may name.
         like: Whose angle of view a keyframe has that names none.
         up_axis: From the stream's header.
 

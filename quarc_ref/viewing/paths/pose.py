@@ -81,7 +81,7 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
     """Return `[3]` the direction up.
 
     Args:
-        cameras: Of the stream.
+        cameras: Cameras of the stream.
         up_axis: From the stream's header; where it is 0, unknown, cameras are taken to be
             level on average.
     """

@@ -19,7 +19,7 @@ def plan_shots(
     """Return the pictures of a path, in order.
 
     Args:
-        outline: Of the stream.
+        outline: Outline of the stream.
         name: `orbit`, `spiral`, `interpolate`, or a file of keyframes.
         like: Whose size of pictures and angle of view the path has, and where it begins.
         span: The first frame to show, and the one after the last; None for all.
