@@ -55,7 +55,9 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
     found = {camera.name: camera.lens for camera in choose_layout(capture).read(capture).cameras}
     missing = [name for name in names if name not in found]
     if missing:
-        message = f"{capture} has no lens of camera {', '.join(missing)}, but of {', '.join(found)}"
+        message = (
+            f"{capture} has no lens for camera {', '.join(missing)}, but of {', '.join(found)}"
+        )
         raise CalibrationError(message)
     for name, size in zip(names, sizes, strict=True):
         lens = found[name]

@@ -99,7 +99,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
     if best is None or best[0].num_reg_images() < LEAST_CAMERAS:
         reasons = [f"{name}: {_explain(graph, i, None)}" for i, name in enumerate(graph.names)]
         message = (
-            "no three cameras join. Are they of one scene, seen from places that are not too far "
+            "no three cameras could be joined. Do they show one scene, from places not too far "
             f"apart, in focus and with texture? {'; '.join(reasons)}"
         )
         raise CalibrationError(message)

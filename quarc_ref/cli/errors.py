@@ -97,7 +97,7 @@ def _let_go_of(output: TextIO) -> None:
 
 def _name_extra(error: ImportError) -> str:
     extra = _EXTRAS.get(error.name or "", "encode")
-    return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' brings it"
+    return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' installs it"
 
 
 def _ask_for_another_name(error: UnicodeEncodeError) -> str:

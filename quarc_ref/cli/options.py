@@ -139,7 +139,7 @@ LpipsWeights = Annotated[
     typer.Option(
         "--lpips",
         metavar="WEIGHTS",
-        help="Measure LPIPS too: a file of lpips.LPIPS(net='vgg').state_dict().",
+        help="Measure LPIPS too, with weights from a file: lpips.LPIPS(net='vgg').state_dict().",
         show_default="no LPIPS",
     ),
 ]

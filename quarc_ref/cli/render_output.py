@@ -35,9 +35,9 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
         return video
     if suffix not in ("", _ONE_PICTURE) or (depth and suffix):
         message = (
-            f"{output} has a name neither for a video, which ends in .mp4 or .webm, nor for the "
-            "picture of one frame, which ends in .png, nor for a folder of files, without a "
-            "suffix (which --depth needs): --to says which it is to be"
+            f"the name {output} does not say what to write: end it in .mp4 or .webm for a video, "
+            "in .png for one frame, without a suffix for a folder of files (the only choice with "
+            "--depth), or choose with --to"
         )
         raise UsageError(message)
     return "png"

@@ -77,7 +77,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     with files.written_folder(target, replace=force) as made:
         yield made
     if made.kept_aside:
-        message = f"files were put into {target} in the meantime: they are in {made.kept_aside}"
+        message = f"other files were put into {target} meanwhile: they are in {made.kept_aside}"
         print_message(message)
 
 
@@ -160,7 +160,7 @@ def _reject_folder(target: Path) -> None:
     _reject_missing_parent(target)
     if target.suffix.lower() in _FILE_SUFFIXES:
         message = (
-            f"{target} is to be a folder, but its name ends like that of a file: choose a name "
+            f"{target} must be a folder, but its name ends like that of a file: choose a name "
             f"without {target.suffix}"
         )
         raise UsageError(message)

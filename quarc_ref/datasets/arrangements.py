@@ -110,8 +110,8 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         )
         raise MissingFileError(message)
     message = (
-        f"{folder} has no {best[0]} for camera {_shorten(missing)}, but it has poses: bring the "
-        "files, or take the cameras out of the poses"
+        f"{folder} has no {best[0]} for camera {_shorten(missing)}, but it has poses: add the "
+        "files, or remove the cameras from the poses"
     )
     raise MissingCameraError(message)
 

@@ -71,7 +71,7 @@ class CaptureNotes:
         unknown = sorted(set(self.offsets) - set(names))
         if unknown:
             message = (
-                f"{NOTES_NAME} has an offset of camera {', '.join(unknown)}, but the cameras are "
+                f"{NOTES_NAME} has an offset for camera {', '.join(unknown)}, but the cameras are "
                 f"{', '.join(names)}: correct the name, or remove the offset"
             )
             raise MissingCameraError(message)
@@ -166,7 +166,7 @@ def _number(value: object, what: str) -> float:
 def _normalize(up: Direction) -> Direction:
     largest = max(map(abs, up))
     if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
-        message = f"'up' is {list(up)}, which is no direction"
+        message = f"'up' is {list(up)}, which is not a direction"
         raise ValueError(message)
     x, y, z = (number / largest for number in up)  # so that no square overflows
     length = math.hypot(x, y, z)

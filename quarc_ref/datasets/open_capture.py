@@ -161,7 +161,7 @@ def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[st
     """Return the names of the held-out cameras."""
     unknown = sorted(set(asked) - set(names))
     if unknown:
-        message = f"there is no camera {', '.join(unknown)} to hold out, but {', '.join(names)}"
+        message = f"there is no camera {', '.join(unknown)} to hold out among {', '.join(names)}"
         raise HeldOutError(message)
     held_out = frozenset(asked or names[:1])
     if len(held_out) == len(names):
@@ -194,7 +194,7 @@ def _make_camera(camera: CalibratedCamera, points: Points, held_out: frozenset[s
         if not depths.size:
             message = (
                 f"camera {camera.name} sees none of the {len(points.positions)} initial points: "
-                "check its pose, or bring points of the whole scene"
+                "check its pose, or provide points of the whole scene"
             )
             raise UnreadablePointsError(message)
         near = choose_near(depths)

@@ -94,7 +94,7 @@ def parse_ply_header(data: bytes) -> PlyHeader:
         raise ValueError(message)
     count = " ".join(lines[1][2:])
     if not count.isdecimal() or not int(count):
-        message = f"it has no points, but '{count}'"
+        message = f"it has no points: its vertex count is '{count}'"
         raise ValueError(message)
     return PlyHeader(lines[0][1] == "ascii", int(count), _parse_row(lines[2:]), head.end())
 
@@ -128,7 +128,7 @@ def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
     names = header.row.names or ()
     values = [line.split() for line in body.split(b"\n")[: header.count]]
     if len(values) < header.count or any(len(row) != len(names) for row in values):
-        message = f"it has no {header.count} lines of {len(names)} numbers"
+        message = f"it does not have {header.count} lines of {len(names)} numbers"
         raise ValueError(message)
     table = np.array(values).astype(np.float64)
     return dict(zip(names, table.T, strict=True))

@@ -23,7 +23,9 @@ _LEAST_MATCHES = 10  # between two cameras
 _EPIPOLAR_LIMIT = 2.0  # pixels
 _MATCH_RATIO = 0.9
 _SEED = 0
-_REMEDY = "bring points3D_init.ply (N3DV), ply_file_path (nerfstudio), or a model's points (COLMAP)"
+_REMEDY = (
+    "provide points3D_init.ply (N3DV), ply_file_path (nerfstudio), or a model's points (COLMAP)"
+)
 
 
 def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) -> Points:

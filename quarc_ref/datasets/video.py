@@ -77,7 +77,7 @@ class VideoReader:
             UnreadableVideoError: The frame is damaged, or cannot be turned the right way up.
         """
         if not 0 <= frame < self.frame_count:
-            message = f"{self.path} has {self.frame_count} frames, none of ordinal {frame}"
+            message = f"{self.path} has {self.frame_count} frames, but no frame {frame}"
             raise TruncatedVideoError(message)
         try:
             found = self._decode(frame)

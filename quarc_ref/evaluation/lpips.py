@@ -48,7 +48,9 @@ class Lpips:
             raise WeightsError(message) from error
         missing = [name for name in _list_names() if name not in weights]
         if missing:
-            message = f"{path} has no {missing[0]}: it wants lpips.LPIPS(net='vgg').state_dict()"
+            message = (
+                f"{path} has no {missing[0]}: it must hold lpips.LPIPS(net='vgg').state_dict()"
+            )
             raise WeightsError(message)
         self._weights = {name: weights[name].float() for name in _list_names()}
         digest = hashlib.sha256(data).hexdigest()[:12]
@@ -61,7 +63,7 @@ class Lpips:
             ValueError: They are too small for the network.
         """
         if min(picture.shape[:2]) < _LEAST_SIZE:
-            message = f"LPIPS wants pictures of {_LEAST_SIZE} pixels and more"
+            message = f"LPIPS needs pictures of at least {_LEAST_SIZE} pixels"
             raise ValueError(message)
         stacked = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
         total = 0.0

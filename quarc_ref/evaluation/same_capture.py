@@ -30,8 +30,8 @@ class OtherCaptureError(MismatchError):
         self.fingerprint, self.encoded_from = fingerprint, encoded_from
         theirs, ours = encoded_from[:_FEW], fingerprint[:_FEW]
         super().__init__(
-            f"the stream was made from another capture, of fingerprint {theirs}...; "
-            f"that of this one is {ours}..."
+            f"the stream was made from another capture, with fingerprint {theirs}...; "
+            f"this one has {ours}..."
         )
 
 
@@ -93,7 +93,7 @@ def _read_start(summary: StreamSummary) -> int:
 def _require_equal(subject: str, of_capture: Sequence[str], of_stream: Sequence[str]) -> None:
     for ours, theirs in zip_longest(of_capture, of_stream, fillvalue="none"):
         if ours != theirs:
-            message = f"other {subject} in the capture than in the stream: {ours} against {theirs}"
+            message = f"{subject} differ: {ours} in the capture, {theirs} in the stream"
             raise MismatchError(message)
 
 

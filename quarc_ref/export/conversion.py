@@ -26,7 +26,7 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
 
     result = GaussForge().convert(data, source, target, **options)
     if "error" in result:
-        message = f"gaussforge makes no {target.upper()} of it: {result['error']}"
+        message = f"gaussforge cannot convert it to {target.upper()}: {result['error']}"
         raise ExportError(message)
     converted: bytes = result["data"]
     return converted
@@ -55,7 +55,7 @@ def convert_apart(data: bytes, source: str, target: str) -> bytes:
         raise ExportError(message) from error
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()
-        message = f"gaussforge does not read it: {lines[-1] if lines else done.returncode}"
+        message = f"gaussforge cannot read it: {lines[-1] if lines else done.returncode}"
         raise ExportError(message)
     return done.stdout
 

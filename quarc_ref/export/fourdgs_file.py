@@ -57,7 +57,7 @@ class Sequence:
                 self._samples, self._end, profile="fine", library="quarc-ref"
             )
         except FourdgsError as error:
-            message = f"fourdgs makes no file of the frames: {error}"
+            message = f"fourdgs cannot write the frames: {error}"
             raise ExportError(message) from error
         return data
 
@@ -141,7 +141,7 @@ def _rejecting() -> Iterator[None]:
         with np.errstate(all="ignore"):  # what is not finite is found out in the end
             yield
     except (FourdgsError, IndexError, OverflowError, MemoryError) as error:
-        message = f"fourdgs does not read it: {error}"
+        message = f"fourdgs cannot read it: {error}"
         raise ValueError(message) from error
 
 

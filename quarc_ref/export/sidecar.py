@@ -94,7 +94,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
         OverflowError,
         RecursionError,
     ) as error:
-        message = f"it is not as quarc-ref writes it: {error}"
+        message = f"it is not in the form that quarc-ref writes: {error}"
         raise ValueError(message) from error
 
 

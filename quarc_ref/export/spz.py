@@ -35,7 +35,9 @@ def build(frame: Frame, clip: Clip) -> bytes:
     """
     upright = rotate_upright(frame.splats, clip)
     if abs(upright.positions).max() > _FARTHEST:
-        message = f"frame {frame.scene.frame} reaches beyond {_FARTHEST:.0f} units: SPZ does not"
+        message = (
+            f"frame {frame.scene.frame} reaches beyond {_FARTHEST:.0f} units, the limit of SPZ"
+        )
         raise ExportError(message)
     return convert(build_ply(upright), "ply", "spz", spz_version=3)
 
@@ -74,10 +76,10 @@ def check_header(data: bytes) -> None:
         try:
             head = zlib.decompressobj(wbits=31).decompress(data, _HEADER_BYTES)
         except zlib.error as error:
-            message = f"it is no SPZ: {error}"
+            message = f"it is not an SPZ file: {error}"
             raise ValueError(message) from error
     if len(head) < _HEADER_BYTES or head[:4] != _MAGIC:
-        message = "it does not begin as an SPZ does"
+        message = "it does not begin like an SPZ file"
         raise ValueError(message)
     count = int.from_bytes(head[8:12], "little")
     if not 0 < count <= min(_MOST_GAUSSIANS, len(data) * _MOST_RATIO // _LEAST_BYTES):

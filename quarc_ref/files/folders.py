@@ -132,7 +132,7 @@ def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
     elif replace:
         _swap(made, target)
     else:
-        message = f"{target} exists: it was made in the meantime"
+        message = f"{target} exists: it was created meanwhile"
         raise OutputPathError(message)
 
 

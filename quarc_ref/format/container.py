@@ -224,7 +224,7 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
     """
     most = HEAD_BYTES_LIMIT if stream is None else stream.limits.chunk_bytes
     if length > most:  # [3.2-4] [5.2-7]
-        message = f"a payload of {length} bytes where {most} are the most"
+        message = f"a payload of {length} bytes, more than the {most} allowed"
         raise ChunkSizeError(message, offset)
 
 

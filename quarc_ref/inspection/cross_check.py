@@ -75,5 +75,5 @@ def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tupl
 
 
 def _disagree() -> NoReturn:
-    message = "the two entropy decoders do not give the same of a section"
+    message = "the two entropy decoders disagree on a section"
     raise VerificationError(message)

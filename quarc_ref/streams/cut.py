@@ -44,7 +44,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     steps = iter(walk)
     first = _find(steps, start, walk, passed)
     if first.frame is not None and stop is not None and stop <= first.frame:
-        message = f"there is no frame from {first.frame} up to, and without, {stop}"
+        message = f"no frame from frame {first.frame} on comes before frame {stop}"
         raise EditError(message)
     writer = StreamWriter(sink, walk.head)
     for chunk in passed.chunks():

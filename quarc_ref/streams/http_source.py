@@ -61,7 +61,7 @@ class HttpSource:
         body, version = self._ask(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
-            self._reject("has another file now: it was changed while it was read")
+            self._reject("has a different file now: it was changed while it was read")
         self._version = self._version.updated(version)
         self._keep_sample(offset, body)
         return body, version.size
@@ -102,12 +102,14 @@ class HttpSource:
             self._reject(f"answers in encoding {encoding!r}: it must send the bytes of the file")
         found = _RANGE.fullmatch(said)
         if found is None:
-            self._reject("does not say which bytes it answers")
+            self._reject("does not say which bytes it sends")
         first, last = int(found[1]), int(found[2])
         size = None if found[3] == "*" else int(found[3])
         end = offset + length if size is None else min(offset + length, size)
         if first != offset or (last + 1 != end if size is not None else last >= end):
-            self._reject(f"answers bytes {first} to {last} where {offset} to {end - 1} are due")
+            self._reject(
+                f"sends bytes {first} to {last} where {offset} to {end - 1} were requested"
+            )
         version = FileVersion.of(response.headers, size)
         return self._read_body(response, last + 1 - first), version
 
@@ -115,7 +117,7 @@ class HttpSource:
         """The version of a file that ends before the requested range."""
         found = _TOTAL.fullmatch(said)
         if found and int(found[1]) > offset:
-            self._reject(f"does not answer byte {offset} of {found[1]}")
+            self._reject(f"does not send byte {offset} of {found[1]}")
         return FileVersion(int(found[1]) if found else None)
 
     def _read_body(self, response: HTTPResponse, length: int) -> bytes:
@@ -130,12 +132,12 @@ class HttpSource:
         if len(body) < length:
             self._reject(f"stops after {len(body)} bytes of {length}")
         if len(body) > length:
-            self._reject(f"sends more than the {length} bytes that are due")
+            self._reject(f"sends more than the {length} bytes that were requested")
         return bytes(body)
 
     def _reject_status(self, response: HTTPResponse) -> NoReturn:
         if 200 <= response.status < 300:
-            self._reject("does not answer ranges: download the stream to decode it")
+            self._reject("does not support range requests: download the stream to decode it")
         self._reject(f"answers {response.status} {response.reason}")
 
     def _reject(self, what: str) -> NoReturn:

@@ -116,7 +116,7 @@ def _require_alike(first: _Part, part: _Part, number: int) -> None:
         message = f"stream {number} differs from the first in {', '.join(differ)}"
         raise EditError(message)
     if first.cameras != part.cameras:
-        message = f"stream {number} has other cameras than the first"
+        message = f"stream {number} has different cameras from the first"
         raise EditError(message)
 
 

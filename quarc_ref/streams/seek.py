@@ -57,7 +57,7 @@ def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints
     """Read the CANO that a snapshot is coded against."""
     place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
     if place is None:
-        message = "no seek point is of the frame that a snapshot is coded against"
+        message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
     return reader.take(_go_to(reader, place.offset, place.sequence, container.CANO))
 
@@ -129,6 +129,6 @@ def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> Ch
         message = f"chunk {sequence} is not where the index says: {error}"
         raise IndexMismatchError(message, offset) from error
     if header is None or header.kind not in kinds:  # [11.2-2]
-        message = f"chunk {sequence} is no {kinds[0].decode()}"
+        message = f"chunk {sequence} is not a {kinds[0].decode()}"
         raise IndexMismatchError(message, offset)
     return header

@@ -143,7 +143,7 @@ class _Handler(BaseHTTPRequestHandler):
         path = unquote(urlsplit(self.path).path)
         resource = self.server.resources.get(path.partition("/")[2].partition("/")[2])
         if resource is None:
-            self._reject(HTTPStatus.NOT_FOUND, "nothing has this address")
+            self._reject(HTTPStatus.NOT_FOUND, "nothing is served at this address")
             return
         try:
             self._send(resource, has_body=has_body)

@@ -97,7 +97,9 @@ def test_recordings_of_nothing_are_refused_with_what_to_do(tmp_path):
     for name in "abc":
         write_flat(tmp_path / f"{name}.mp4")
 
-    with pytest.raises(CalibrationError, match=r"no three cameras join.*a: its pictures have only"):
+    with pytest.raises(
+        CalibrationError, match=r"no three cameras could be joined.*a: its pictures have only"
+    ):
         calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE))
 
 

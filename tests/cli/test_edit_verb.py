@@ -31,13 +31,13 @@ def test_the_table_says_which_it_was(stream_file, tmp_path):
     fitted = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
 
     assert "exact, in integers" in exact.stdout
-    assert "fitted anew" in fitted.stdout
+    assert "fitted again" in fitted.stdout
 
 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ([], "nothing to do"),
+        ([], "no edit is given"),
         (["--crop", "1,2,3"], "6 numbers"),
         (["--crop", "1,0,0,0,1,1"], "least"),
         (["--drop", "a,b,c,d"], "4 numbers"),

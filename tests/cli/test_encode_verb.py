@@ -128,7 +128,7 @@ def test_logs_do_not_go_with_segments(capture, tmp_path):
     )
 
     assert result.exit_code == 2
-    assert "--segments does not go with --log-json" in result.stderr
+    assert "--segments cannot be combined with --log-json" in result.stderr
     assert list_names(tmp_path) == []
 
 
@@ -224,7 +224,7 @@ def test_an_unreadable_capture_is_the_tools_failure_and_leaves_nothing(tmp_path)
     result = run("encode", tmp_path / "empty", "-o", tmp_path / "a.quarc")
 
     assert result.exit_code == 3
-    assert "no capture that is known" in result.stderr
+    assert "not a capture in a known layout" in result.stderr
     assert list_names(tmp_path) == ["empty"]
 
 

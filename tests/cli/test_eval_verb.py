@@ -96,7 +96,7 @@ def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded, tmp_path
     result = run("eval", encoded.file, other, "--report", tmp_path / "report")
 
     assert result.exit_code == 2
-    assert "other cameras" in result.stderr
+    assert "cameras differ" in result.stderr
     assert list_names(tmp_path) == ["other"]
 
 

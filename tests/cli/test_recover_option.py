@@ -101,11 +101,11 @@ def test_a_stream_without_a_head_is_rejected(file, tmp_path):
 @pytest.mark.parametrize(
     ("data", "options", "said"),
     [
-        (_DATA[:-1], [], "whole frames up to there: 9, which --recover keeps"),
-        (_DATA[: _FRAMES[5].offset + 9], [], "whole frames up to there: 5, which"),
-        (_DATA[: _FRAMES[1].offset + 9], [], "whole frames up to there: 1, which"),
-        (_damage(3), [], "whole frames up to there: 3, which"),
-        (_DATA[:-1], ["--frames", "2:"], "whole frames of 2: up to there: 7, which"),
+        (_DATA[:-1], [], "whole frames before the fault: 9; --recover keeps them"),
+        (_DATA[: _FRAMES[5].offset + 9], [], "whole frames before the fault: 5; --recover"),
+        (_DATA[: _FRAMES[1].offset + 9], [], "whole frames before the fault: 1; --recover"),
+        (_damage(3), [], "whole frames before the fault: 3; --recover"),
+        (_DATA[:-1], ["--frames", "2:"], "whole frames of 2: before the fault: 7; --recover"),
     ],
 )
 def test_a_decode_that_breaks_off_says_how_many_frames_can_be_kept(
@@ -120,7 +120,7 @@ def test_a_decode_that_breaks_off_says_how_many_frames_can_be_kept(
     assert said in broken.stderr
     assert broken.stderr.count("\n") == 1
     assert "--recover" not in recovered.stderr
-    whole = int(said.rpartition(": ")[2].partition(",")[0])
+    whole = int(said.rpartition(": ")[2].partition(";")[0])
     first = 2 if options else 0
     assert list_names(tmp_path / "out")[:whole] == _files(*range(first, first + whole))
 

@@ -95,10 +95,10 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
         (["--path", "none.json"], "none.json"),
         (["--path", "{stream}"], "is not JSON"),
         (["--path", "orbit", "--frames", "9:"], "none of the frames"),
-        (["--pictures", "3"], "--pictures is for --path"),
-        (["--to", "npz"], "--to npz is for --depth"),
-        (["--depth", "--to", "webm"], "--depth does not go with --to webm"),
-        (["--depth", "--pixels", "yuv444p"], "do not go with --pixels"),
+        (["--pictures", "3"], "--pictures needs --path"),
+        (["--to", "npz"], "--to npz needs --depth"),
+        (["--depth", "--to", "webm"], "--depth cannot be combined with --to webm"),
+        (["--depth", "--pixels", "yuv444p"], "--pixels is for videos"),
     ],
 )
 def test_what_does_not_fit_a_path_or_depth_is_explained(options, said, stream, tmp_path):

@@ -99,7 +99,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
     ("options", "said"),
     [
         (["--camera", "cam07"], "cam00"),
-        (["--pixels", "yuv444p"], "PNG files do not go with --pixels"),
+        (["--pixels", "yuv444p"], "--pixels is for videos, not for PNG files"),
         (["--frames", "4:"], "none of the frames"),
         (["--to", "mp4", "--pixels", "yuv420p", "--width", "33"], "even"),
         (["--to", "png", "--width", "1000000"], "at most 32,767 pixels a side"),

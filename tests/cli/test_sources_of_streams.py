@@ -30,7 +30,7 @@ def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
 
     def fetch(source, offset, length):
         asked.append((source._url, offset, length))
-        message = "the server does not answer ranges"
+        message = "the server does not support range requests"
         raise SourceError(message)
 
     monkeypatch.setattr("quarc_ref.streams.http_source.HttpSource._fetch", fetch)
@@ -40,7 +40,7 @@ def test_a_server_that_cannot_be_read_is_the_ways_fault_and_not_the_streams(
 
     assert asked[0][0] == "http://127.0.0.1:9/a.quarc"
     assert result.exit_code == 3
-    assert result.stderr == "quarc-ref: the server does not answer ranges\n"
+    assert result.stderr == "quarc-ref: the server does not support range requests\n"
     assert result.stdout == ""
     assert [*tmp_path.iterdir()] == []
 

@@ -154,5 +154,5 @@ def test_files_that_were_put_into_a_folder_while_it_is_replaced_are_kept_and_nam
     assert list_names(kept) == ["notes.txt"]
     assert (kept / "notes.txt").read_text() == "mine"
     assert told == (
-        f"quarc-ref: files were put into {old_folder} in the meantime: they are in {kept}\n"
+        f"quarc-ref: other files were put into {old_folder} meanwhile: they are in {kept}\n"
     )

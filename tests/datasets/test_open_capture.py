@@ -86,7 +86,7 @@ def test_the_first_camera_is_held_out_unless_others_are_named(n3dv_folder):
 
 
 def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder):
-    with pytest.raises(MissingCameraError, match=r"cam02 to hold out, but cam00, cam01, cam03"):
+    with pytest.raises(MissingCameraError, match=r"cam02 to hold out among cam00, cam01, cam03"):
         open_capture(n3dv_folder, CaptureOptions(held_out=("cam00", "cam02")))
 
 
@@ -139,7 +139,7 @@ def test_an_offset_of_an_unknown_camera_is_rejected(n3dv_folder, tmp_path):
     folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
     write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam02": 1}))
 
-    with pytest.raises(MissingCameraError, match="offset of camera cam02"):
+    with pytest.raises(MissingCameraError, match="offset for camera cam02"):
         open_capture(folder)
 
 

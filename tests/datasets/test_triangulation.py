@@ -66,7 +66,7 @@ def test_wrong_poses_give_too_few_points(stage):
         rolled.append(replace(camera, pose=make_pose(axes @ turn, -axes @ camera.pose.translation)))
 
     with pytest.raises(
-        UnreadablePointsError, match=r"only \d+ initial points .* bring points3D_init.ply"
+        UnreadablePointsError, match=r"only \d+ initial points .* provide points3D_init.ply"
     ):
         triangulate(rolled, pictures)
 
@@ -85,6 +85,6 @@ def test_a_single_camera_is_rejected(stage):
     cameras, pictures = stage
 
     with pytest.raises(
-        UnreadablePointsError, match=r"cannot be triangulated: .* bring points3D_init.ply"
+        UnreadablePointsError, match=r"cannot be triangulated: .* provide points3D_init.ply"
     ):
         triangulate(cameras[:1], pictures[:1])

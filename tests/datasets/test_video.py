@@ -53,7 +53,7 @@ def test_a_picture_outlives_the_next_read(video, decoded):
 
 @pytest.mark.parametrize("frame", [-1, FRAMES])
 def test_a_frame_that_is_not_there_is_rejected(video, frame):
-    with pytest.raises(TruncatedVideoError, match=f"none of ordinal {frame}"):
+    with pytest.raises(TruncatedVideoError, match=f"but no frame {frame}"):
         VideoReader(video).read(frame)
 
 

@@ -150,7 +150,7 @@ def test_a_sidecar_that_is_changed_is_rejected(before, after, clip_and_frames):
     text = build_sidecar(clip_and_frames[0], "", 0).decode()
     assert before in text
 
-    with pytest.raises(ValueError, match="not as quarc-ref writes it"):
+    with pytest.raises(ValueError, match="not in the form that quarc-ref writes"):
         parse_sidecar(text.replace(before, after).encode())
 
 

@@ -148,14 +148,14 @@ HOSTILE: dict[str, tuple[Answer, str]] = {
     "slow headers": (send_headers_slowly, "takes more than"),
     "endless continue": (continue_for_ever, "takes more than"),
     "endless trailers": (send_trailers_for_ever, "takes more than"),
-    "wrong ranges": (answer_another_range, "answers bytes 1 to 8 where 0 to 7 are due"),
+    "wrong ranges": (answer_another_range, "sends bytes 1 to 8 where 0 to 7 were requested"),
     "swapped file": (swap_the_file, "changed"),
     "endless chunk": (send_an_endless_chunk, "sends more than the 8 bytes"),
     "gzip": (send_gzip, "gzip"),
     "redirect to file:": (redirect_to_a_file, "redirects to 'file:///etc/passwd'"),
     "early close": (close_early, "stops after 3 bytes of 8"),
     "drip": (drip, "takes more than"),
-    "no ranges": (send_the_whole_file_without_an_end, "does not answer ranges"),
+    "no ranges": (send_the_whole_file_without_an_end, "does not support range requests"),
 }
 """Of each server its answer, and what is said of it when a stream is read from there."""
 

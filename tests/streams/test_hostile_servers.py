@@ -209,7 +209,7 @@ def test_a_body_that_is_longer_than_its_range_is_rejected(length):
         request.send_for_ever(b"more")
 
     with serve(answer) as server:
-        assert "sends more than the 8 bytes that are due" in _reject(server.url)
+        assert "sends more than the 8 bytes that were requested" in _reject(server.url)
 
 
 def test_a_server_that_denies_bytes_that_it_has_is_rejected():
@@ -217,7 +217,7 @@ def test_a_server_that_denies_bytes_that_it_has_is_rejected():
         request.send(f"HTTP/1.1 416 No\nContent-Range: bytes */{len(DATA)}\n\n")
 
     with serve(answer) as server:
-        assert f"does not answer byte 0 of {len(DATA)}" in _reject(server.url)
+        assert f"does not send byte 0 of {len(DATA)}" in _reject(server.url)
 
 
 def test_the_first_address_that_answers_is_read_from(monkeypatch):

@@ -171,10 +171,10 @@ def _babble(handler, _first, _last):
 @pytest.mark.parametrize(
     ("fault", "message"),
     [
-        (_ignore_ranges, "does not answer ranges"),
-        (_answer_other_bytes, "answers bytes 1 to 8 where 0 to 7 are due"),
-        (_answer_fewer_bytes, "answers bytes 0 to 6 where 0 to 7 are due"),
-        (_answer_more_bytes, "answers bytes 0 to 8 where 0 to 7 are due"),
+        (_ignore_ranges, "does not support range requests"),
+        (_answer_other_bytes, "sends bytes 1 to 8 where 0 to 7 were requested"),
+        (_answer_fewer_bytes, "sends bytes 0 to 6 where 0 to 7 were requested"),
+        (_answer_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
         (_say_no_range, "does not say which bytes"),
         (_hang_up, "stops after 1 bytes of 8"),
         (_lack, "answers 404"),

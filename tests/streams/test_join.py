@@ -116,7 +116,7 @@ def test_features_that_this_version_does_not_know_must_be_the_same():
 def test_cameras_must_be_the_same(cameras):
     other = _replaced(_SHORT, {b"came": wire.build_cameras(cameras)})
 
-    with pytest.raises(EditError, match="other cameras"):
+    with pytest.raises(EditError, match="different cameras"):
         join_bytes(_SHORT, other)
 
 

@@ -69,7 +69,7 @@ def calibrate(
         typer.Option(
             "--intrinsics",
             metavar="CAPTURE",
-            help="Take the lenses of a capture of the same cameras as they are.",
+            help="Use the lenses of this capture, of the same cameras, unchanged.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -78,7 +78,7 @@ def calibrate(
         typer.Option(
             "--mask",
             metavar="DIR",
-            help="Folder of pictures named after cameras, black where nothing is to be matched.",
+            help="Folder of masks, one picture per camera, by name: black pixels are not matched.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -87,15 +87,15 @@ def calibrate(
         typer.Option(
             "--moments",
             min=1,
-            help="Moments whose pictures are searched.",
-            show_default="2 to 8, as many as it takes",
+            help="Number of moments whose pictures are searched for features.",
+            show_default="2 to 8, as needed",
         ),
     ] = None,
     sync: Annotated[
         Literal["auto", "sound", "motion", "none"],
         typer.Option(
             "--sync",
-            help="What tells when cameras began: sound, motion, none; auto: sound if all have it.",
+            help="How to find when cameras began: sound, motion, none; auto: sound if all have it.",
         ),
     ] = "auto",
     up: Annotated[
@@ -166,7 +166,7 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
         message = f"--meters: {meters[2]:g} is not a distance"
         raise UsageError(message)
     if meters[0] == meters[1]:
-        message = f"--meters: {meters[0]} is one camera, and the distance is that of two"
+        message = f"--meters: {meters[0]} is given twice; the distance is between two cameras"
         raise UsageError(message)
     return Distance(*meters)
 
@@ -195,7 +195,7 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
         print_message(f"camera {name} did not join: {reason}")
     unclear = [name for name in rig.offsets.unclear if name not in solution.left_out]
     if unclear:
-        print_message(f"the offsets of {', '.join(unclear)} are not clear, and taken for 0")
+        print_message(f"the offsets of {', '.join(unclear)} are not clear: 0 is assumed")
     lines = {
         "cameras": f"{len(solution.cameras)} of {total}",
         "reprojection error": f"{solution.mean_error:.2f} px",

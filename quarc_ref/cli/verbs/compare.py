@@ -58,7 +58,7 @@ def compare(
         typer.Option(
             "--capture",
             metavar="CAPTURE",
-            help="Whose pictures are the truth.",
+            help="Capture whose pictures are the ground truth.",
             show_default="the first entry is the truth",
             callback=_check_capture,
         ),
@@ -83,7 +83,9 @@ def compare(
     sizes: Annotated[
         list[str] | None,
         typer.Option(
-            "--bytes", metavar="PATH=N", help="Bytes that the renders in PATH were drawn from."
+            "--bytes",
+            metavar="PATH=N",
+            help="Size in bytes of what the renders in PATH were made from.",
         ),
     ] = None,
     downscale: Annotated[
@@ -91,13 +93,13 @@ def compare(
         typer.Option(
             "--downscale",
             min=1,
-            help="Make the capture's pictures smaller by this factor, where no stream tells it.",
+            help="Downscale the capture's pictures by this factor, if no stream gives the size.",
         ),
     ] = 1,
     other_capture: Annotated[
         bool,
         typer.Option(
-            "--other-capture", help="Take also streams that were made from another capture."
+            "--other-capture", help="Also accept streams that were made from another capture."
         ),
     ] = False,
     as_json: AsJson = False,

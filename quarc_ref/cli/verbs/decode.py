@@ -38,7 +38,7 @@ def decode_frames(
             "--output",
             "-o",
             metavar="PATH",
-            help="Folder to make, or a file: of one frame, or of all where the format holds all.",
+            help="Folder to create; or a file, for one frame or a format that holds all frames.",
         ),
     ],
     to: Annotated[
@@ -110,7 +110,7 @@ def _offer_recovery(written: "Written", frames: str | None) -> Iterator[None]:
         if written.names:
             asked = f" of {frames}" if frames else ""
             count = len(written.names)
-            error.add_note(f"whole frames{asked} up to there: {count}, which --recover keeps")
+            error.add_note(f"whole frames{asked} before the fault: {count}; --recover keeps them")
         raise
 
 
@@ -122,6 +122,6 @@ def _names_a_file(output: Path, to: str | None) -> bool:
     """
     kind = output.suffix.lower().removeprefix(".")
     if kind in EXPORTS and to not in (kind, None):
-        message = f"{output} does not go with --to {to}"
+        message = f"{output} cannot be combined with --to {to}"
         raise UsageError(message)
     return kind in EXPORTS

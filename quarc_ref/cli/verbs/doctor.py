@@ -52,7 +52,7 @@ def doctor(
         ),
     ] = "main",
     device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where it would be trained.")
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device to forecast for.")
     ] = "auto",
     as_json: AsJson = False,
     quiet: Quiet = False,

@@ -35,8 +35,8 @@ def cut(
         typer.Option(
             "--frames",
             metavar="A:B",
-            help="Frames from A, a canonical one, up to, and without, B; either may be left out. "
-            "A alone, without a colon, is one frame.",
+            help="Frames A to B - 1, where A is the first frame or a keyframe; either may be left "
+            "out. A alone, without a colon, is one frame.",
         ),
     ],
     output: _Target,

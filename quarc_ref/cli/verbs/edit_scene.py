@@ -60,7 +60,7 @@ def edit(
     ] = None,
     profile: Annotated[
         Literal["fine", "coarse"],
-        typer.Option("--profile", help="Errors allowed where frames are fitted anew."),
+        typer.Option("--profile", help="Errors allowed in frames that are fitted again."),
     ] = "fine",
     as_json: AsJson = False,
     force: Force = False,
@@ -69,7 +69,7 @@ def edit(
     """Crop, empty, turn or recolor a stream, in all frames alike, without pictures.
 
     Colors alone are changed exactly, in integers. All else changes which Gaussians are anchors:
-    frames are fitted anew, as by `import`, within bounds that are verified.
+    frames are fitted again, as by `import`, within bounds that are verified.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
@@ -86,7 +86,7 @@ def edit(
 def _write(
     source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
 ) -> "tuple[int, SceneReport | None]":
-    """Write the stream; return its frames, and what became of them if they were fitted anew."""
+    """Write the stream; return its frames, and what became of them if they were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
@@ -126,7 +126,7 @@ def _parse_edit(
         raise UsageError(message)
     asked = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
     if asked == Edit():
-        message = "there is nothing to do: --crop, --drop, --transform or --recolor says what"
+        message = "no edit is given: use --crop, --drop, --transform or --recolor"
         raise UsageError(message)
     return asked
 
@@ -170,7 +170,7 @@ def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bo
         made = {"file": str(output), "frames": count, "bytes": size, "method": method}
         print_json("edit/1", {**made, "bounds": bounds, "errors": errors})
         return
-    said = "exact, in integers" if report is None else "fitted anew, within bounds"
+    said = "exact, in integers" if report is None else "fitted again, within bounds"
     rows = {"frames": f"{count}", "whole stream": f"{size:,} bytes", "edit": said}
     if bounds and errors:
         rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}

@@ -282,7 +282,7 @@ def _reject_with(what: str, asked: dict[str, bool]) -> None:
     """Raise UsageError if an option is given that conflicts with something else."""
     for option, is_given in asked.items():
         if is_given:
-            message = f"{what} does not go with {option}"
+            message = f"{what} cannot be combined with {option}"
             raise UsageError(message)
 
 

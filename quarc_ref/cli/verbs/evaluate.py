@@ -46,7 +46,7 @@ def evaluate(
     other_capture: Annotated[
         bool,
         typer.Option(
-            "--other-capture", help="Measure also a stream that was made from another capture."
+            "--other-capture", help="Also measure a stream that was made from another capture."
         ),
     ] = False,
     as_json: AsJson = False,
@@ -97,7 +97,7 @@ def _warn_of_other_capture(protocol: "Protocol") -> None:
         )
     elif not protocol.same_capture:
         print_message(
-            f"the stream was made from another capture, of fingerprint {protocol.encoded_from}"
+            f"the stream was made from another capture, with fingerprint {protocol.encoded_from}"
         )
 
 

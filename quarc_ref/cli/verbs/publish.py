@@ -38,7 +38,7 @@ def publish(
         typer.Option(
             "--url",
             metavar="URL",
-            help="Where the folder is going to be, for the iframe and for previews of links.",
+            help="URL at which the folder will be served, for the iframe and for link previews.",
             show_default=False,
         ),
     ] = None,
@@ -89,7 +89,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
     except ImportError as error:
         print_message(
             f"the page has no poster: {error.name} cannot be imported, and "
-            "pip install 'quarc-ref[media]' brings it"
+            "pip install 'quarc-ref[media]' installs it"
         )
         return None
     return draw_poster(source, camera)

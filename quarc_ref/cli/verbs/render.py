@@ -35,8 +35,8 @@ def render(
             "--output",
             "-o",
             metavar="PATH",
-            help="What to make: .mp4 or .webm is a video, .png the picture of one frame, a name "
-            "without a suffix a folder of PNG files.",
+            help="Output: a video (.mp4 or .webm), the picture of one frame (.png), or a folder of "
+            "PNG files (a name without a suffix).",
         ),
     ],
     camera: Annotated[
@@ -49,8 +49,8 @@ def render(
         Kind | None,
         typer.Option(
             "--to",
-            help="An H.264 or VP9 video, a PNG per frame, or, of depth, NumPy archives, whatever "
-            "PATH's name.",
+            help="Kind of output, whatever PATH's name: an H.264 or VP9 video, PNG files, or NumPy "
+            "archives of depth.",
             show_default="as PATH's name ends",
         ),
     ] = None,
@@ -71,8 +71,8 @@ def render(
             min=1,
             max=1 << 20,
             metavar="N",
-            help="Pictures of a path; the frames are spread over them.",
-            show_default="one to a frame",
+            help="Number of pictures along a path; the frames are spread over them.",
+            show_default="one per frame",
         ),
     ] = None,
     depth: Annotated[
@@ -101,7 +101,7 @@ def render(
         Literal["yuv444p", "yuv420p"] | None,
         typer.Option(
             "--pixels",
-            help="Of a video: yuv420p halves the detail of colors, and plays anywhere.",
+            help="Pixel format of a video: yuv420p halves the color detail, and plays anywhere.",
             show_default="yuv444p",
         ),
     ] = None,
@@ -150,10 +150,10 @@ def _reject_misfits(
 ) -> None:
     """Raise UsageError if options do not go together."""
     misfits = {
-        "PNG files do not go with --pixels": kind not in ("mp4", "webm") and pixels,
-        "--to npz is for --depth": kind == "npz" and not depth,
-        f"--depth does not go with --to {kind}": depth and kind in ("mp4", "webm"),
-        "--pictures is for --path": pictures is not None and path is None,
+        "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixels,
+        "--to npz needs --depth": kind == "npz" and not depth,
+        f"--depth cannot be combined with --to {kind}": depth and kind in ("mp4", "webm"),
+        "--pictures needs --path": pictures is not None and path is None,
     }
     for message, is_given in misfits.items():
         if is_given:

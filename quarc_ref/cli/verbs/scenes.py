@@ -40,7 +40,7 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Errors allowed: coarse has three times those of positions, and fewer bytes.",
+            help="Errors allowed: coarse allows three times the position error, for fewer bytes.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -67,12 +67,12 @@ def import_frames(
         typer.Option(
             "--keyframe-interval",
             min=0,
-            help="Frames from a canonical frame to the next; 0 for as few as possible.",
+            help="Frames between keyframes; 0 for as few keyframes as possible.",
         ),
     ] = 0,
     up: Annotated[
         Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None,
-        typer.Option("--up", help="Axis that is up.", show_default="as the source says"),
+        typer.Option("--up", help="Axis that points up.", show_default="as the source says"),
     ] = None,
     as_json: AsJson = False,
     force: Force = False,

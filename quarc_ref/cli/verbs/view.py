@@ -28,10 +28,10 @@ _EVERYWHERE = ("0.0.0.0", "::")
 def view(
     file: FollowedName,
     host: Annotated[
-        str, typer.Option("--host", help="Address to listen at; 0.0.0.0 lets others in.")
+        str, typer.Option("--host", help="Address to listen at; 0.0.0.0 accepts other machines.")
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option("--port", min=1, max=65535, help="The first of those to try.")
+        int, typer.Option("--port", min=1, max=65535, help="First port to try.")
     ] = 8080,
     allowed: Annotated[
         list[str] | None,

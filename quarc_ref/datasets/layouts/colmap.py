@@ -81,7 +81,7 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
         points = _make_points(model)
         return [_make_cameras(images, model) for images in _name_images(model)], points
     except (LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        message = f"{folder} is no COLMAP model that can be used: {error}"
+        message = f"{folder} is not a usable COLMAP model: {error}"
         raise UnreadablePoseError(message) from error
 
 

@@ -58,7 +58,7 @@ def _read(path: Path) -> Matrices:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
     except ValueError as error:
-        message = f"{path} is no calibration of EasyMocap: {error}"
+        message = f"{path} is not an EasyMocap calibration: {error}"
         raise UnreadablePoseError(message) from error
 
 
@@ -107,7 +107,7 @@ def _read_rotation(name: str, outer: Matrices) -> Numbers:
 def _take(matrices: Matrices, key: str, count: int) -> Numbers:
     values = matrices.get(key)
     if not isinstance(values, np.ndarray) or values.size != count:
-        message = f"{key} is missing, or no matrix of {count} numbers"
+        message = f"{key} is missing, or not a matrix of {count} numbers"
         raise ValueError(message)
     if not np.isfinite(values).all():
         message = f"{key} has a number that is not finite"

@@ -72,7 +72,7 @@ def _find_files(folder: Path, count: int) -> Files:
             return files
     message = (
         f"{folder / POSES_NAME} has {count} poses, but there are {len(candidates[0])} cameras "
-        f"({', '.join(candidates[0])}): bring the videos that are missing, or the poses of these"
+        f"({', '.join(candidates[0])}): add the missing videos, or use poses of these alone"
     )
     raise CountMismatchError(message)
 
@@ -111,13 +111,13 @@ def _read_rows(path: Path) -> Numbers:
         message = f"{path} is missing"
         raise MissingFileError(message) from error
     except Exception as error:  # numpy passes on whatever its parser of headers raises
-        message = f"{path} is no array of numbers ({error}): save it again by numpy.save"
+        message = f"{path} is not an array of numbers ({error}): save it again by numpy.save"
         raise UnreadablePoseError(message) from error
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "fiu":
-        message = f"{path} is no array of numbers: save it again by numpy.save"
+        message = f"{path} is not an array of numbers: save it again by numpy.save"
         raise UnreadablePoseError(message)
     if stored.ndim != 2 or stored.shape[1] != _ROW_LENGTH or not len(stored):
-        message = f"{path} is an array of {stored.shape}, not of one row of 17 to a camera"
+        message = f"{path} has shape {stored.shape}, not one row of 17 numbers per camera"
         raise UnreadablePoseError(message)
     rows = np.array(stored, dtype=np.float64)
     if not np.isfinite(rows).all():
@@ -163,7 +163,7 @@ def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int])
     if least <= 0 or most % least or width * pose_height != height * pose_width:
         message = (
             f"the pose is for pictures of {pose_width:g}x{pose_height:g}, and the video is "
-            f"{width}x{height}, which is no whole number of times larger or smaller"
+            f"{width}x{height}, which is not larger or smaller by a whole factor"
         )
         raise ValueError(message)
     return float(width / pose_width)

@@ -75,7 +75,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
     except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
-        message = f"{path} is no calibration of the Panoptic Studio: {error!r}"
+        message = f"{path} is not a Panoptic Studio calibration: {error!r}"
         raise UnreadablePoseError(message) from error
     return found
 

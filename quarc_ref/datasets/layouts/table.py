@@ -75,7 +75,9 @@ def choose_layout(folder: Path) -> Layout:
         if not layout.find_missing(folder):
             return layout
     rows = [f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS]
-    message = f"{folder} is no capture that is known. Layouts, and what is missing for each: "
+    message = (
+        f"{folder} is not a capture in a known layout. Layouts, and what is missing for each: "
+    )
     raise UnknownLayoutError(message + "; ".join(rows) + _suggest(folder))
 
 
@@ -85,7 +87,7 @@ def _suggest(folder: Path) -> str:
         return ""
     for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
         if not all(layout.find_missing(inner) for layout in LAYOUTS):
-            return f". The folder {inner.name} in it is one: name that"
+            return f". The folder {inner.name} in it is a capture: use that"
     videos, folders = len(list_videos(folder)), len(list_picture_folders(folder))
     if max(videos, folders) < 2:
         return ""

@@ -84,7 +84,7 @@ def read_transforms(path: Path) -> Transforms:
         message = f"{path} cannot be read: {error}"
         raise MissingFileError(message) from error
     except (OverflowError, RecursionError, TypeError, ValueError) as error:
-        message = f"{path} is no transforms.json of nerfstudio: {error}"
+        message = f"{path} is not a transforms.json of nerfstudio: {error}"
         raise UnreadablePoseError(message) from error
 
 
@@ -95,7 +95,7 @@ def _parse_document(document: object) -> Transforms:
     entries = []
     for index, frame in enumerate(document["frames"]):
         if not isinstance(frame, dict):
-            message = f"frame {index} is no object"
+            message = f"frame {index} is not an object"
             raise TypeError(message)
         entries.append(_parse_entry(frame, document))
     if not entries:
@@ -154,7 +154,7 @@ def _parse_lens(values: Mapping[str, object]) -> Lens:
 def _number(values: Mapping[str, object], key: str) -> float:
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        message = f"'{key}' is missing, or no number"
+        message = f"'{key}' is missing, or not a number"
         raise TypeError(message)
     return float(value)
 
@@ -162,6 +162,6 @@ def _number(values: Mapping[str, object], key: str) -> float:
 def _text(values: Mapping[str, object], key: str) -> str:
     value = values.get(key)
     if not isinstance(value, str):
-        message = f"'{key}' is missing, or no text"
+        message = f"'{key}' is missing, or not a string"
         raise TypeError(message)
     return value

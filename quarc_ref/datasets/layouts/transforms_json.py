@@ -59,7 +59,7 @@ def read_nerfstudio(folder: Path) -> Footage:
     if all(entry.time is not None for entry in entries):
         return _join_pictures(path, transforms, _build_rig(entries, path))
     message = (
-        f"{path} is no multi-view video: every entry must be a video, or a picture with a 'time'"
+        f"{path} is not a multi-view video: every entry must be a video, or a picture with a 'time'"
     )
     raise UnknownLayoutError(message)
 

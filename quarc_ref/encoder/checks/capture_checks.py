@@ -121,8 +121,8 @@ def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
     distances = np.concatenate([view.depths[view.within] for view in seen.views])
     if radius < _LEAST_RADIUS * np.median(distances):
         message = (
-            "the training cameras are all in one place, so that nothing tells how far away "
-            "anything is: move them apart, or check their poses"
+            "the training cameras are all in one place, so that depth cannot be "
+            "determined: move them apart, or check their poses"
         )
         yield Finding("cameras-in-one-place", message)
 
@@ -135,7 +135,7 @@ def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
             f"{len(seen.cameras)} training cameras are too few for this scene: {by_few:.0%} of "
             f"the initial points are seen by fewer than {_ENOUGH_VIEWS} of them, and a point's "
             f"nearest two see it from directions {degrees:.0f} degrees apart (at most "
-            f"{_MOST_DEGREES:.0f} is good); expect a bad picture between cameras, and add some"
+            f"{_MOST_DEGREES:.0f} is good); expect poor quality between cameras, and add cameras"
         )
         yield Finding("too-few-cameras", message)
 

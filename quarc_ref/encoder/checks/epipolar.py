@@ -56,9 +56,9 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
             return
         name = capture.cameras[worst].name
         message = (
-            f"the pose of {name} is {errors[worst]:.1f} pixels off, as matches with its neighbors "
-            f"have it (at most {limits[worst]:.1f} is good): calibrate it again, or check that its "
-            "lens and its picture belong together"
+            f"the pose of {name} is {errors[worst]:.1f} pixels off, judging by matches with its "
+            f"neighbors (at most {limits[worst]:.1f} is good): calibrate it again, or check that "
+            "its lens and its picture belong together"
         )
         yield Finding("epipolar-error", message, (name,))
         pairs = [pair for pair in pairs if worst not in (pair.first, pair.second)]

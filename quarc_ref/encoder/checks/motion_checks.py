@@ -68,7 +68,7 @@ def _find_frozen(names: Sequence[str], frozen: NDArray[np.bool_]) -> Iterator[Fi
     if odd:
         message = (
             f"{list_names(odd)} shows the same picture in all frames, while others show motion: "
-            "bring the right file, or leave the camera out"
+            "use the right file, or leave the camera out"
         )
         yield Finding("frozen-camera", message, odd)
 
@@ -100,7 +100,7 @@ def _find_shifts(
         if shift:
             which = "late" if shift > 0 else "early"
             message = (
-                f"{camera.name} is {abs(shift)} frames {which}, as its motion has it: write "
+                f"{camera.name} is {abs(shift)} frames {which}, judging by its motion: write "
                 f'{{"offsets": {{"{camera.name}": {shift}}}}} into {NOTES_NAME} in the capture, '
                 "or cut the video"
             )

@@ -150,7 +150,7 @@ def _find_twins(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[F
                 both = names[first], names[second]
                 message = (
                     f"{both[0]} and {both[1]} show the same picture: one of the files is a copy "
-                    "of the other; bring the right one"
+                    "of the other; use the right one"
                 )
                 yield Finding("same-pictures", message, both)
 

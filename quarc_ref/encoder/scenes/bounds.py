@@ -51,7 +51,7 @@ class Bounds:
             return self
         median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
         if not 0 < median < np.inf:
-            message = "the median scale of the Gaussians is no measure: give a bound of positions"
+            message = "the median scale cannot serve as a measure: give a bound of positions"
             raise EncodeError(message)
         return replace(self, position=self.position_share * median)
 

@@ -1,7 +1,7 @@
 """Edits of decoded frames, the same in all of them: cropped, emptied, turned, recolored.
 
 Which Gaussians there are decides which of them are anchors, and so does where they
-are: what is left of a stream after such an edit is fitted anew, with its identities.
+are: what is left of a stream after such an edit is fitted again, with its identities.
 """
 
 from collections.abc import Iterable, Iterator

@@ -1,4 +1,4 @@
-"""A stream whose frames are edited, fitted anew: by the path of `import`."""
+"""A stream whose frames are edited, fitted again: by the path of `import`."""
 
 from collections.abc import Iterator
 from dataclasses import replace

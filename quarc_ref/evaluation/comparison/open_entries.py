@@ -139,7 +139,7 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
         for ours, theirs in zip(first.summary.cameras, other.summary.cameras, strict=False):
             if (ours.name, ours.width, ours.height) != (theirs.name, theirs.width, theirs.height):
                 message = (
-                    f"{first.entry.label} and {other.entry.label} have other cameras: {ours.name}, "
+                    f"{first.entry.label} and {other.entry.label} differ in cameras: {ours.name}, "
                     f"{ours.width} x {ours.height}, against {theirs.name}, {theirs.width} x "
                     f"{theirs.height}"
                 )

@@ -170,7 +170,7 @@ def _take_pose(
             message = f"the stream has no camera {name!r}; it has {', '.join(named)}"
             raise PathError(message)
         if {"position", "target", "up"} & set(entry):
-            message = "it names a camera and a position: one of them"
+            message = "it has both a camera and a position: give one of them"
             raise PathError(message)
         pose = pose_of(named[name])
         return Pose(pose.eye, pose.axes, _take_angle(entry, pose.view_angle))

@@ -40,7 +40,9 @@ def plan_shots(
         frames = [first + place * count // total for place in range(total)]
     else:
         if pictures is not None:
-            message = "a file of keyframes has times: it does not go with a number of pictures"
+            message = (
+                "a file of keyframes has times: it cannot be combined with a number of pictures"
+            )
             raise PathError(message)
         found = read_keyframes(Path(name), outline.cameras, like, outline.header.up_axis)
         pace = outline.header.frames_per_second

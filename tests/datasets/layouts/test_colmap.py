@@ -201,14 +201,14 @@ def test_a_truncated_model_is_rejected_by_name(folder, shots, points, name, text
     path = folder / "sparse" / "0" / f"{name}.{'txt' if text else 'bin'}"
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
-    with pytest.raises(UnreadablePoseError, match=r"sparse/0 is no COLMAP model"):
+    with pytest.raises(UnreadablePoseError, match=r"sparse/0 is not a usable COLMAP model"):
         read(folder)
 
 
 def test_a_model_without_images_is_rejected(folder):
     (folder / "sparse" / "0" / "images.bin").unlink()
 
-    with pytest.raises(UnreadablePoseError, match=r"sparse/0 is no COLMAP model"):
+    with pytest.raises(UnreadablePoseError, match=r"sparse/0 is not a usable COLMAP model"):
         read(folder)
 
 

@@ -107,7 +107,7 @@ def test_videos_without_poses_are_sent_to_calibrate(traced, tmp_path):
 def test_a_capture_one_folder_down_is_named(traced, tmp_path):
     shutil.copytree(traced.folder, tmp_path / "steak")
 
-    with pytest.raises(UnknownLayoutError, match=r"The folder steak in it is one: name that"):
+    with pytest.raises(UnknownLayoutError, match=r"The folder steak in it is a capture: use that"):
         read(tmp_path)
 
 

@@ -117,7 +117,7 @@ def test_rate_points_and_times_are_read_where_they_are_told(path):
         ({}, "no list of 'frames'"),
         ({"frames": {}}, "no list of 'frames'"),
         ({"frames": []}, "'frames' is empty"),
-        ({"frames": [1]}, "frame 0 is no object"),
+        ({"frames": [1]}, "frame 0 is not an object"),
         ({**SHARED, "frames": [{"transform_matrix": []}]}, "'file_path' is missing"),
         ({**SHARED, "frames": [{"file_path": "a.png"}]}, "frame a.png: .*not 4x4"),
         ({**SHARED, "frames": [{**FRAME, "transform_matrix": [[1], [1, 2]]}]}, "frame a.png"),

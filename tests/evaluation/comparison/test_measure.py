@@ -87,7 +87,9 @@ def test_only_frames_that_all_have_are_compared(rivals, compare, tmp_path):
     assert compare(stream, tmp_path / "few", capture=rivals.capture).frames == (1, 2, 3)
     few = compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 3))
     assert few.frames == (1, 2)
-    with pytest.raises(EntryError, match=r"no frame that all have \(a: 0 to 3; few: 1 to 3\)"):
+    with pytest.raises(
+        EntryError, match=r"no frame that all entries have \(a: 0 to 3; few: 1 to 3\)"
+    ):
         compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 1))
 
 
@@ -155,7 +157,7 @@ def test_streams_of_other_cameras_are_not_compared(rivals, compare, tmp_path):
     other = tmp_path / "b.quarc"
     other.write_bytes(write_stream(rivals.cameras[::-1], 4))
 
-    with pytest.raises(MismatchError, match="other cameras"):
+    with pytest.raises(MismatchError, match="differ in cameras"):
         compare(rivals.place / "a.quarc", other)
 
 
