@@ -36,10 +36,10 @@ class CanonicalOnce:
 
     Args:
         folder: Where scenes are kept.
-        said: All that the training hangs on beside settings and steps.
+        said: Everything that the training depends on besides settings and steps.
 
     Attributes:
-        seconds: What the training took, whoever did it; 0 before it.
+        seconds: Duration of the training; 0 before it.
     """
 
     def __init__(self, folder: Path, said: Sequence[object]) -> None:

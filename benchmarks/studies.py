@@ -1,7 +1,7 @@
 """Studies of many jobs, each of which keeps a row: what is done is not run again.
 
 A row is a JSON file, kept under a key that tells what it was made of. A study
-that was interrupted goes on with the rows that are missing.
+that was interrupted continues with the missing rows.
 """
 
 import json

@@ -66,7 +66,7 @@ def main(words: Sequence[str] | None = None) -> int:
         note(f"ladder.py: {error}")
         return 2
     except KeyboardInterrupt:
-        note("interrupted: the same command goes on with the rows that are missing")
+        note("interrupted: the same command continues with the missing rows")
         return 130
     return 0
 

@@ -75,7 +75,7 @@ class Task:
         return CanonicalOnce(self.folder / "canonical", said)
 
     def key(self, fingerprint: str) -> str:
-        """Return a digest of all that the row hangs on but the code."""
+        """Return a digest of everything that the row depends on, except the code."""
         said = {
             "capture": fingerprint,
             "size": asdict(self.options),

@@ -183,7 +183,7 @@ def open_studio(
         capture: Its held-out cameras are not reachable from there.
         device_name: As `choose_device` takes it.
         seed: Of every draw.
-        progress: Is told of every step.
+        progress: Called after every step.
     """
     device = choose_device(device_name)
     views = TrainingViews(capture, device)

@@ -103,7 +103,7 @@ def main(words: Sequence[str] | None = None) -> int:
         note(str(error))
         code = 3
     except KeyboardInterrupt:
-        note("interrupted: the same command goes on with the encodes that are missing")
+        note("interrupted: the same command continues with the missing encodes")
         code = 130
     study.write()
     print(format_groups(study.groups()))

@@ -24,7 +24,7 @@ _SETTING = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A stream to be had.
+    """A stream to make or to load.
 
     Attributes:
         capture: Folder of the capture.

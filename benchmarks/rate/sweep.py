@@ -30,7 +30,7 @@ _ANCHOR_FACTORS = (0.5, 2.0)
 def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     """Yield what is changed of the default, in words and by name; first nothing.
 
-    None of it is a thing that the training of frame 0 hangs on.
+    The training of frame 0 depends on none of it.
 
     Args:
         config: Its steps are in world units, as `settle_steps` makes them.

@@ -129,7 +129,7 @@ def _correlate_all(
 def _sum_curves(
     curves: NDArray[np.float32], shifts: NDArray[np.int64], index: int, others: Sequence[int]
 ) -> Numbers:
-    """Return `[shifts]` how well a signal agrees with others that are shifted so."""
+    """Return `[shifts]` how well a signal agrees with others shifted by each."""
     width = curves.shape[2]
     total = np.zeros(width)
     for other in others:
@@ -161,7 +161,7 @@ def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _climb(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return shifts none of which alone can be bettered."""
+    """Return shifts of which none can be improved alone."""
     shifts, most = start.copy(), curves.shape[2] // 2
     for _ in range(_MOST_SWEEPS):
         before = shifts.copy()

@@ -37,7 +37,7 @@ class CalibrateOptions:
     """How to calibrate.
 
     Attributes:
-        lenses: What is assumed of them.
+        lenses: Assumptions about the lenses.
         moments: How many moments are searched for features; None for as many as it takes.
         masks: By the names of cameras, `[H, W]`, True where features may be.
         sync: What offsets are found from.
@@ -77,7 +77,7 @@ class Calibration:
 
     @property
     def notes(self) -> CaptureNotes:
-        """What is to be written beside the poses."""
+        """Notes to write beside the poses."""
         frames = {each.name: self.offsets.frames[each.name] for each in self.world.cameras}
         differ = any(round(offset) for offset in frames.values())
         rounded = {name: round(offset, 2) for name, offset in frames.items()}
@@ -114,7 +114,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
 
 
 def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
-    """Return offsets in which those of the cameras that joined are found anew."""
+    """Return offsets, those of the cameras that joined found again from their poses."""
     found = refine_offsets(solution.cameras, motions)
     return replace(
         found,

@@ -1,4 +1,4 @@
-"""What can make a calibration fail, by name; each message says what to do."""
+"""Errors of a calibration; each message says what to do."""
 
 from quarc_ref.datasets.errors import CaptureError
 
@@ -8,4 +8,4 @@ class CalibrationError(CaptureError):
 
 
 class UnknownCameraError(CaptureError):
-    """An option names a camera that there is no recording of, or that did not join."""
+    """An option names a camera that has no recording, or that did not join."""

@@ -1,4 +1,4 @@
-"""What is assumed of the lenses: their model, whether all are alike, or what they are."""
+"""Assumptions about lenses: their model, whether all are alike, or known values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ PLAIN_MODEL = "SIMPLE_PINHOLE"  # what it ends with if the pictures are as well 
 
 @dataclass(frozen=True, slots=True)
 class LensOptions:
-    """What is assumed of the lenses.
+    """Assumptions about the lenses of a rig.
 
     Attributes:
         model: A camera model of COLMAP, or `auto`: one coefficient of radial distortion

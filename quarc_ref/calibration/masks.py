@@ -21,7 +21,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
 
     Raises:
         CalibrationError: There is no mask, or one that is black all over.
-        UnknownCameraError: A mask is of no camera.
+        UnknownCameraError: A mask belongs to no camera.
         CaptureError: A mask cannot be read, or has another size.
     """
     masks: dict[str, Mask] = {}

@@ -57,7 +57,7 @@ def build_match_graph(
         features: Features of the pictures.
         names: `[camera]`.
         sizes: `[camera]` width and height of pictures.
-        lenses: What is assumed of them.
+        lenses: Assumptions about the lenses.
     """
     database = features.folder / f"graph_{len(features.moments)}.db"
     with pycolmap.Database.open(database) as rows:

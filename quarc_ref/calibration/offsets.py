@@ -57,7 +57,7 @@ class Offsets:
 
     @property
     def unclear(self) -> list[str]:
-        """Names of the cameras whose offsets could not be told."""
+        """Names of the cameras whose offsets are not clear."""
         return [name for name, found in self.clearness.items() if found < LEAST_CLEARNESS]
 
 

@@ -24,7 +24,7 @@ def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reco
 
     Args:
         model: As the mapper has it; it is changed.
-        lenses: What is assumed of them.
+        lenses: Assumptions about the lenses.
     """
     _adjust(model, lenses)
     if lenses.known is not None or lenses.model != AUTO_MODEL:

@@ -1,4 +1,4 @@
-"""What rises and falls together in the recordings of one event: loudness, and motion."""
+"""Signals that recordings of one event share: loudness, and motion."""
 
 import numpy as np
 from numpy.typing import NDArray

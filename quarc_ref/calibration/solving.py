@@ -79,7 +79,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
 
     Args:
         graph: Graph of verified matches.
-        lenses: What is assumed of them.
+        lenses: Assumptions about the lenses.
 
     Raises:
         CalibrationError: Not even three cameras join; the message says why not.

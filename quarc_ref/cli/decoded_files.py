@@ -1,4 +1,4 @@
-"""What `decode` reads and what it makes: scenes of a stream, and files in the format chosen."""
+"""Input and output of `decode`: scenes of a stream, and files in the format chosen."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Decoding:
-    """Frames of a stream, and what it says of all of them.
+    """Frames of a stream, and its header, cameras and metadata.
 
     Args:
         source: The stream.
@@ -65,7 +65,7 @@ class Decoding:
 
 
 class Written:
-    """What `decode` has made, and what is missing.
+    """Files written by `decode`, and frames that are missing.
 
     Args:
         export: The format.
@@ -81,7 +81,7 @@ class Written:
         self._sequence: FrameSequence | None = None
 
     def add(self, target: "OutputFolder | OneFrame", scene: "Scene", clip: "Clip") -> None:
-        """Write a frame, or take it into the one file of all."""
+        """Write a frame to its file, or add it to the single file of all frames."""
         from quarc_ref.export.clip import Frame
 
         if self._with_sidecar and self._sidecar is None:
@@ -96,13 +96,13 @@ class Written:
             self.names.append(target.write(name, data).name)
 
     def finish(self, target: "OutputFolder | OneFrame") -> None:
-        """Write the one file of all frames, if the format has one."""
+        """Write the single file of all frames, if the format has one."""
         if self._sequence is not None:
             name = f"frames.{self._export.suffix}"
             self.names.append(target.write(name, self._sequence.finish()).name)
 
     def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
-        """Print what there is, in which folder, if there is one."""
+        """Print the files written so far, and their folder, if there is one."""
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
             made = {"files": self.names, "sidecar": self._sidecar}

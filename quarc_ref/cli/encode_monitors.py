@@ -1,4 +1,4 @@
-"""Who follows an encode: the terminal, `--log-json` and `--tensorboard`."""
+"""Monitors of an encode: the terminal, `--log-json` and `--tensorboard`."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -19,7 +19,7 @@ _MEGABYTE = 1e6
 
 @dataclass(frozen=True, slots=True)
 class LogsWanted:
-    """What is to be written beside a stream.
+    """Logs to write beside a stream.
 
     Attributes:
         json: File for lines of JSON; None for none.
@@ -36,7 +36,7 @@ class LogsWanted:
 
 @contextmanager
 def opened_monitors(logs: LogsWanted, progress: TerminalProgress) -> "Iterator[Monitor]":
-    """Open the logs of an encode, and let the terminal show where it stands.
+    """Open the logs of an encode, and show its status on the terminal.
 
     Raises:
         UsageError: The file is there, and neither kept nor replaced.
@@ -72,7 +72,7 @@ def _opened_log(path: Path, logs: LogsWanted) -> Iterator[TextIO]:
 
 
 def _announce(progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate") -> None:
-    """Say what is expected of an encode, if it takes long enough for anyone to ask."""
+    """Print the estimate of an encode, if it takes long enough for that to be of use."""
     from quarc_ref.encoder.monitoring.status import format_duration
 
     if estimate.seconds < _WORTH_TELLING:

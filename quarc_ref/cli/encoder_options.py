@@ -71,7 +71,7 @@ def require_device(device: str) -> None:
 
 
 def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture":
-    """Open a capture as it is asked for.
+    """Open a capture with the options given.
 
     Raises:
         UsageError: The pictures cannot be made as small, a camera that is to be held

@@ -43,7 +43,7 @@ Patience = Annotated[
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
     """How to wait for a growing stream; None for a pipe, whose reads wait anyway.
 
-    A file that is to be followed, and is not there yet, is waited for.
+    With `follow`, a file that does not exist yet is waited for.
 
     Args:
         name: Name of the stream.

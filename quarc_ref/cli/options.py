@@ -28,7 +28,7 @@ def check_file(name: str) -> str:
     """Check that a stream exists if its name is a path.
 
     Raises:
-        BadParameter: It is not there, or no file.
+        BadParameter: It does not exist, or is not a file.
     """
     if is_file(name) and not stat.S_ISREG(_find_file_mode(name)):
         _reject(name, "is not a regular file; use - for standard input")
@@ -39,7 +39,7 @@ def check_path(name: str) -> str:
     """Check that the name of a stream is the path of a file that exists.
 
     Raises:
-        BadParameter: It is none, or a folder's.
+        BadParameter: It is not a path, or the path of a folder.
     """
     if not is_file(name):
         _reject(name, "is not a file, and this verb takes only a file")
@@ -51,7 +51,7 @@ def check_folder(path: Path) -> Path:
     """Check that a folder exists.
 
     Raises:
-        BadParameter: It is not there, or no folder.
+        BadParameter: It does not exist, or is not a folder.
     """
     if not stat.S_ISDIR(_find_mode(str(path))):
         _reject(str(path), "is not a folder")
@@ -59,10 +59,10 @@ def check_folder(path: Path) -> Path:
 
 
 def check_existing(path: str) -> None:
-    """Check that something is in a place.
+    """Check that a path exists.
 
     Raises:
-        BadParameter: Nothing is.
+        BadParameter: It does not exist.
     """
     _find_mode(path)
 
@@ -165,7 +165,7 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
         text: `A:B`, of which either may be left out, or `A` for that frame alone; None for all.
 
     Raises:
-        UsageError: The text is no such range.
+        UsageError: The text is not such a range.
     """
     if text is None:
         return 0, None

@@ -98,7 +98,7 @@ def warn_of_reference_engine() -> bool:
     """Suggest the fast engine on stderr, if a large scene is decoded without it.
 
     Returns:
-        Whether it was said.
+        Whether it was printed.
     """
     from quarc_ref.decoder.engines import misses_fast_engine
 
@@ -179,7 +179,7 @@ class TerminalProgress:
         self._status = status
 
     def announce(self, message: str) -> None:
-        """Show a line that stays."""
+        """Print a line above the progress."""
         if self._bars.disable:
             sys.stderr.write(f"{message}\n")
         else:
@@ -199,7 +199,7 @@ class TerminalProgress:
 
 
 class _TimeLeft(TimeRemainingColumn):
-    """The time left of a bar, where nothing better is known."""
+    """The time left of a bar, if there is no better estimate."""
 
     def render(self, task: Task) -> Text:
         """See `ProgressColumn.render`."""

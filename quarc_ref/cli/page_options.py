@@ -30,7 +30,7 @@ Up = Annotated[
 
 
 def name_page(stream: str) -> str:
-    """Return the title of the page of a stream, which the command line names so."""
+    """Return the title of the page of a stream that the command line names."""
     return name_stream(stream).removesuffix(".quarc")
 
 

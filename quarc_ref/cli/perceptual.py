@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def load_lpips(path: Path | None) -> "Lpips | None":
-    """Return what measures LPIPS; None if no weights are named.
+    """Return the LPIPS metric; None if no weights are given.
 
     Raises:
         UsageError: The file does not hold the weights.

@@ -1,4 +1,4 @@
-"""What `render` makes: the camera, the size and the form of its pictures."""
+"""Choices of `render`: the camera, size and format of its pictures."""
 
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
@@ -49,7 +49,7 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
 
 
 def require_pixels(camera: "Camera", most: int) -> None:
-    """Raise UsageError, which names the options, if pictures have more pixels than may be."""
+    """Raise UsageError, which names the options, if pictures have more pixels than allowed."""
     pixels = camera.width * camera.height
     if pixels > most:
         message = (

@@ -1,4 +1,4 @@
-"""What `render` writes: a video, pictures, or depth with what it takes to read it."""
+"""Output of `render`: a video, pictures, or depth with a file that describes it."""
 
 import io
 import json
@@ -24,10 +24,10 @@ _SCHEMA = "depth/1"
 
 
 def choose_kind(output: Path, *, depth: bool) -> Kind:
-    """Return what a name is for, where --to does not say it.
+    """Return the kind of output that a name stands for, if --to does not give it.
 
     Raises:
-        UsageError: It is for nothing that `render` makes.
+        UsageError: It stands for none.
     """
     suffix = output.suffix.lower()
     video = _VIDEO_SUFFIXES.get(suffix)
@@ -46,7 +46,7 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
 def write_video(
     drawn: "Iterator[tuple[int, Image]]", output: Path, form: "VideoForm", *, force: bool
 ) -> dict[str, object]:
-    """Write pictures as a video; return what --json prints of it."""
+    """Write pictures as a video; return what --json prints about it."""
     from quarc_ref.datasets.video_writer import write_video_file
 
     with written_file(output, force=force) as sink:
@@ -57,7 +57,7 @@ def write_video(
 def write_pictures(
     drawn: "Iterator[tuple[int, Image]]", output: Path, *, force: bool
 ) -> dict[str, object]:
-    """Write pictures as PNG files; return what --json prints of them."""
+    """Write pictures as PNG files; return what --json prints about them."""
     from quarc_ref.datasets.video_writer import build_png
 
     one = output.suffix.lower() == _ONE_PICTURE

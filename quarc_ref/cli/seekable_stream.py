@@ -28,7 +28,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
     """Yield a stream that can be read repeatedly; a pipe is copied to a temporary file.
 
     Raises:
-        SourceError: There is no room for the file.
+        SourceError: The disk has no room for the file.
     """
     from quarc_ref.streams import FileSource
 
@@ -46,7 +46,7 @@ def _copy(source: "Source", file: _Sink) -> None:
 
     copying = _Copying(source, file)
     reader = ChunkReader(copying)
-    with suppress(BitstreamError):  # whoever reads the copy meets it there
+    with suppress(BitstreamError):  # reading the copy reports it
         reader.read_chunk()
         for header in reader.headers():
             copying.go_to(header.end)
@@ -56,7 +56,7 @@ def _copy(source: "Source", file: _Sink) -> None:
 def growing_copy(source: "Source") -> "Iterator[Source]":
     """Yield a copy of a stream in a temporary file, which grows as the stream arrives.
 
-    What keeps it from growing further is told on standard error.
+    If an error stops it from growing, the error is printed to standard error.
     """
     with TemporaryFile(buffering=0) as file:
         copy = _GrowingCopy(file)

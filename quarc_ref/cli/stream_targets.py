@@ -21,7 +21,7 @@ def growing_stream(
     """Open the file to write a stream to, exclusively; it may hold a partial stream.
 
     The file is `<target>.part` and takes the target's place when the stream is
-    whole. Whatever happens before, it stays, unless it is empty; so does the
+    whole. If the work is interrupted before, it stays, unless it is empty; so does the
     training of its frame 0 beside it.
 
     Args:
@@ -29,14 +29,14 @@ def growing_stream(
         force: Whether to replace a target, or a part that is not resumed.
         live: Whether to write the target in its own place, so that others can
             read along.
-        resume: Whether to go on with the part, or with the target if that is
-            where there is a stream.
+        resume: Whether to continue the part, or the target if the stream is
+            there.
 
     Yields:
         Where the file is, and the file, opened to be read and written.
 
     Raises:
-        UsageError: The target cannot be written so.
+        UsageError: The target cannot be written in this way.
         ResumeError: Another process writes it.
     """
     from quarc_ref.encoder.stream_file import open_exclusively
@@ -67,7 +67,7 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
     Args:
         target: Where the stream of all segments is to be.
         force: Whether to replace a target, or segments that are not resumed.
-        resume: Whether to go on with the segments that are there.
+        resume: Whether to continue with existing segments.
 
     Raises:
         UsageError: The target cannot be written, or segments are left of another encode.

@@ -27,7 +27,7 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
     """Open a file that replaces a target once it is complete.
 
     Args:
-        target: Where the file is to be.
+        target: Path of the file.
         force: Whether to replace a file.
         durable: As for `files.atomic_file`.
 
@@ -49,7 +49,7 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
         force: Whether to replace a file.
 
     Raises:
-        UsageError: The target cannot be written so.
+        UsageError: The target cannot be written in this way.
     """
     if str(target) == STANDARD_STREAM:
         if sys.stdout.isatty():
@@ -66,7 +66,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     """Fill a folder that replaces a target once it is complete.
 
     Args:
-        target: Where the folder is to be.
+        target: Path of the folder.
         force: Whether to replace a folder that the command has made before.
 
     Raises:
@@ -86,7 +86,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     """Fill a folder whose files are visible at once and stay after an interruption.
 
     Args:
-        target: Where the folder is to be.
+        target: Path of the folder.
         force: Whether to replace what the command has made there before.
 
     Raises:
@@ -115,7 +115,7 @@ class OneFrame:
         """Write the frame, and return the file's path.
 
         Raises:
-            UsageError: There was one before.
+            UsageError: A frame has been written already.
         """
         if self._has_one:
             message = (

@@ -22,7 +22,7 @@ _DECLINED = 3
 
 
 def main() -> int:
-    """Do as the arguments say; return 0, 1 if a stream is rejected, 3 if it is declined."""
+    """Run the command; return 0, 1 if a stream is rejected, 3 if it is declined."""
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":

@@ -17,7 +17,7 @@ _MOST_NAMED = 5
 
 
 def require_one_rate(videos: Sequence[VideoReader]) -> None:
-    """Prove that the n-th frames of all videos are of one moment, if the first ones are.
+    """Check that the n-th frames of all videos are of one moment, if the first ones are.
 
     Args:
         videos: At least one.

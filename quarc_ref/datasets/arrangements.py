@@ -154,7 +154,7 @@ def _list_stills(folder: Path) -> list[Path]:
 
 
 def _require_steady(folder: Path, names: Sequence[str]) -> None:
-    """Prove that the last numbers of names go up in equal steps, such as 1.
+    """Check that the last numbers of names go up in equal steps, such as 1.
 
     Raises:
         CountMismatchError: They do not: pictures are missing.

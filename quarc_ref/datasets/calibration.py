@@ -1,4 +1,4 @@
-"""Where a camera stands and how its lens maps the world: what layouts tell of it.
+"""Pose and lens of a camera, as capture layouts give them.
 
 Loaders make `CalibratedCamera`s of whatever their files hold; `open_capture`
 makes pinholes of them and then `Camera`s. Axes are OpenCV's (x right, y down,
@@ -91,7 +91,7 @@ class Lens:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """The way from world to camera.
+    """The transformation from world to camera.
 
     Attributes:
         rotation: `[3, 3]` world to camera.
@@ -188,7 +188,7 @@ class DownscaleError(ValueError):
 
 
 def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
-    """Return what sees the same in pictures that are `factor` times smaller.
+    """Return a lens or camera for pictures that are `factor` times smaller.
 
     Raises:
         DownscaleError: No pixel would be left.

@@ -112,7 +112,7 @@ class Capture:
             asked: How many are wanted; None for all.
 
         Raises:
-            TooFewFramesError: As many as are wanted are not there.
+            TooFewFramesError: The capture has fewer frames.
         """
         if asked is None:
             return self.frame_count
@@ -127,7 +127,7 @@ class Capture:
 
         Raises:
             CaptureError: The picture cannot be read.
-            ValueError: There is no such frame.
+            ValueError: The frame does not exist.
         """
         if not 0 <= frame < self.frame_count:
             message = f"frame {frame} of a capture of {self.frame_count}"

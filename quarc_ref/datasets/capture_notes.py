@@ -1,4 +1,4 @@
-"""`quarc-capture.json`: what a layout of poses has no place for.
+"""`quarc-capture.json`: properties of a capture that its layout cannot hold.
 
 The file lies in the folder of a capture, beside the files of any layout:
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a capture, by name; each message says what to fix.
+"""Errors of captures, by name; each message says what to fix.
 
     CaptureError
     ├── UnknownLayoutError      the folder has no capture in a known layout

@@ -9,7 +9,7 @@ _MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A reason to expect a bad picture.
+    """A reason to expect poor quality.
 
     Attributes:
         kind: Its name, which stays the same from version to version.
@@ -26,7 +26,7 @@ Report = Callable[[Finding], object]
 
 
 def ignore(finding: Finding) -> None:
-    """Report a finding to nobody."""
+    """Ignore a finding."""
 
 
 def list_names(names: Sequence[str]) -> str:

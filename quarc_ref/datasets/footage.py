@@ -67,7 +67,7 @@ class Footage:
 
     @property
     def files(self) -> CaptureFiles:
-        """What all this was read from."""
+        """The files that this was read from."""
         return CaptureFiles(
             self.descriptions,
             pictures=tuple(path for row in self.source.paths for path in row),

@@ -1,6 +1,6 @@
 """Points of two pictures that show the same thing: SIFT features of pycolmap, matched.
 
-Nothing here knows a pose, so that matches can be held against poses.
+Nothing here depends on poses, so that matches can be used to check poses.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The one door to pictures and videos: every file that FFmpeg reads is opened here.
+"""Opens every picture and video file that FFmpeg reads.
 
 FFmpeg opens more than files. It takes names for addresses, and text for
 playlists that name other files and hosts. From here it gets regular files of

@@ -1,6 +1,6 @@
 """Files that a description of a capture names: they must be in the folder that it is in.
 
-Whoever opens a capture of somebody else expects that to be read and nothing
+Opening a capture from someone else must read that capture and nothing
 else of the machine: no file above, by `..`, by an absolute path or by a link.
 """
 
@@ -26,7 +26,7 @@ class NamedFiles:
         """Return the path of a regular file.
 
         Raises:
-            MissingFileError: There is no such file.
+            MissingFileError: The file does not exist.
             OutsideFileError: It is outside of the folder.
         """
         path = self._folder / name

@@ -1,6 +1,6 @@
 """From a folder to a `Capture`: the way in for encoder and evaluation.
 
-The layout is told by the files in the folder. Its loader gives the footage as
+The files in the folder decide on the layout. Its loader gives the footage as
 it is on disk; here pictures become those of pinholes, at the size asked for,
 and what no file tells is found: initial points, and each camera's near bound.
 """
@@ -69,7 +69,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         options: How to open it.
 
     Raises:
-        CaptureError: The folder is no capture that can be used; the message
+        CaptureError: The folder is not a usable capture; the message
             says which file is wrong, and what to do.
         DownscaleError: The pictures cannot be made as small as asked for.
     """
@@ -100,7 +100,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
 
 
 def _require_sizes(footage: Footage) -> None:
-    """Prove that the pictures have the sizes that the calibration is for."""
+    """Check that the pictures have the sizes that the calibration is for."""
     for camera, size in zip(footage.cameras, footage.source.sizes, strict=True):
         if size != (camera.lens.width, camera.lens.height):
             message = (
@@ -147,12 +147,12 @@ def _line_up(
 
 
 def _find_masks(path: Path) -> list[Finding]:
-    """Return that masks are not used, if a capture has some: nobody must take them for used."""
+    """Return a finding if a capture has masks, because they are not used."""
     if not (path / _MASKS).is_dir():
         return []
     message = (
-        f"{path / _MASKS} is not used: everything in the pictures is trained. Paint black in the "
-        "pictures themselves what is not to be seen"
+        f"{path / _MASKS} is not used: everything in the pictures is trained. Paint unwanted "
+        "parts black in the pictures themselves"
     )
     return [Finding("masks-not-used", message)]
 

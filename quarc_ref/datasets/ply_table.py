@@ -78,7 +78,7 @@ def parse_ply_header(data: bytes) -> PlyHeader:
         data: The whole file, or its beginning.
 
     Raises:
-        ValueError: It is no such file, or has no vertices.
+        ValueError: It is not such a file, or has no vertices.
     """
     head = _HEADER.match(data[:_HEADER_LIMIT])
     if head is None:

@@ -35,7 +35,7 @@ def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Soun
         most_seconds: How much of the sound is read at most.
 
     Raises:
-        MissingFileError: There is no such file.
+        MissingFileError: The file does not exist.
         UnreadableVideoError: The sound cannot be decoded.
     """
     container, _ = open_video(path)

@@ -1,9 +1,9 @@
 """Initial points by triangulation: where a capture brings none.
 
 pycolmap finds SIFT features in frame 0 of every camera and matches all pairs.
-The poses are known, so matches are held against them rather than against
-poses of their own making, and points follow; poses and lenses stay as they
-are. Every seed is fixed: the same pictures give the same points.
+The poses are known, so matches are verified with them and not with poses
+estimated from the matches; then points are triangulated. Poses and lenses stay
+as they are. Every seed is fixed: the same pictures give the same points.
 """
 
 import tempfile

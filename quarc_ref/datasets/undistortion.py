@@ -1,4 +1,4 @@
-"""Pictures of a bent lens to pictures of a pinhole, and smaller: all of cv2 that is used.
+"""Undistorts and downscales pictures; every use of cv2 is here.
 
 The pinhole sees the largest upright rectangle that the picture covers whole,
 so that no pixel is invented. OpenCV has pixel centers at whole numbers; half

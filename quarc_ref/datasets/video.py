@@ -44,9 +44,9 @@ class VideoReader:
         tick: Seconds that frame times are whole multiples of.
 
     Raises:
-        MissingFileError: There is no such file.
+        MissingFileError: The file does not exist.
         TruncatedVideoError: The file breaks off.
-        UnreadableVideoError: The file is no video that can be decoded, or its
+        UnreadableVideoError: The file is not a decodable video, or its
             pictures cannot be turned the right way up.
     """
 
@@ -124,8 +124,8 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
         size: Width and height that the picture must have, pixels; None for any.
 
     Raises:
-        MissingFileError: There is no such file.
-        UnreadableVideoError: The file is no picture that can be used as it is
+        MissingFileError: The file does not exist.
+        UnreadableVideoError: The file is not a picture that can be used as it is
             stored, or one of another size.
     """
     frame = decode_still(path, size)

@@ -1,9 +1,9 @@
 """The interface of a decoder engine: the steps of a frame, from state to state.
 
-What a state is, SPEC says and the reference engine shows: `frames` and what it
+SPEC defines the state, and the reference engine shows it: `frames` and what it
 calls, values in plain NumPy. A fast engine computes the same integers by other
-means. It is held to the reference by the conformance suite and by tests that
-run both; nothing but time depends on the choice, which `engines` makes.
+means. The conformance suite and tests that run both compare it with the
+reference; only speed depends on the choice, which `engines` makes.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ FAST: Final = "fast"
 
 
 class FrameState(Protocol):
-    """What is known of a frame above the boundary; see `state.State`."""
+    """State of a frame as users of an engine see it; see `state.State`."""
 
     @property
     def frame(self) -> int:
@@ -81,7 +81,7 @@ StateT = TypeVar("StateT", bound=FrameState)
 
 
 class Engine(Protocol[StateT]):
-    """What makes states of what is coded, and codes what an encoder chose.
+    """Decodes sections to states, and codes the choices of an encoder.
 
     A state belongs to the engine that made it. Every method raises what the
     function of the same name raises in the reference.
@@ -148,5 +148,5 @@ class Engine(Protocol[StateT]):
         ...
 
     def dequantizer(self) -> Callable[[StateT], Splats]:
-        """Return what does as `dequantize.dequantize` for the states of a stream."""
+        """Return a function that dequantizes states of a stream like `dequantize.dequantize`."""
         ...

@@ -1,4 +1,4 @@
-"""Which engine decodes: chosen once for each decoder and encoder."""
+"""Chooses the engine, once for each decoder and encoder."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ from quarc_ref.format.errors import EnvironmentVariableError
 def choose_engine(threads: int = 1) -> Engine[Any]:
     """Return the fast engine where it is installed, else the reference.
 
-    `QUARC_REF_ENGINE` says otherwise: `reference` or `fast`.
+    `QUARC_REF_ENGINE` overrides this: `reference` or `fast`.
 
     Args:
         threads: How many the engine may take for one frame.
@@ -47,7 +47,7 @@ def use_engine(engine: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return what makes a fast engine of so many threads; None where it is not installed."""
+    """Return a factory of fast engines, given a number of threads; None if not installed."""
     try:
         module = import_module("quarc_ref.decoder.fast_engine")
     except ImportError:

@@ -10,7 +10,7 @@ def require_gaussians(header: StreamHeader, count: int) -> None:
 
     Raises:
         CountLevelError: More than the level of the stream allows.
-        LimitError: More than this decoder gives at the unlimited level.
+        LimitError: More than this decoder allows at the unlimited level.
     """
     if count > header.limits.gaussians:  # [3.2-1] [3.2-5] [3.2-6]
         message = f"{count} Gaussians are too many for level {header.level}"
@@ -28,7 +28,7 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
 
     Raises:
         CountLevelError: More than the level of the stream allows.
-        LimitError: More than this decoder gives at the unlimited level.
+        LimitError: More than this decoder allows at the unlimited level.
     """
     if count > header.limits.births:  # [3.2-3] [3.2-5]
         message = f"{count} births are too many for level {header.level}"
@@ -38,7 +38,7 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
 
 
 def _decline_beyond(most: int, count: int, what: str) -> None:
-    """Keep to this decoder's own limits, which matter at the unlimited level alone.
+    """Decline what exceeds this decoder's own limits, which apply only at the unlimited level.
 
     Raises:
         LimitError: It exceeds them; the stream is not at fault.

@@ -1,4 +1,4 @@
-"""What a frame does to the state: SPEC 7.4 to 7.6.
+"""Applies a frame to the state: SPEC 7.4 to 7.6.
 
     deaths ──> begin_frame ──> move ──> update ──> append_births ──> state of the frame
                (SPEC 7.4)      (7.5)    (7.8)      (7.6)

@@ -28,7 +28,7 @@ class StreamDecoder:
     """Decodes the chunks of a stream one by one, into the state of every frame.
 
     Args:
-        engine: What makes the states; that of `choose_engine` if None.
+        engine: The decoder engine; that of `choose_engine` if None.
 
     Attributes:
         cameras: From `came`.
@@ -164,7 +164,7 @@ class StreamDecoder:
         return state
 
     def _check_place(self, chunk: Chunk, frame: int, sought: SeekPoint | None) -> None:
-        """Reject a canonical frame that is not the one due."""
+        """Reject a canonical frame that is not the expected one."""
         if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
             message = f"frame {frame} follows frame {self._state.frame}"
             raise FrameOrderError(message)

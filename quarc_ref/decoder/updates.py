@@ -1,4 +1,4 @@
-"""What a frame does to single Gaussians: SPEC 7.8.
+"""Applies the updates of single Gaussians in a frame: SPEC 7.8.
 
 Between motion and births, single Gaussians are removed, or changed in position,
 rotation, scale, opacity and color.

@@ -1,4 +1,4 @@
-"""Everything that can be known of a capture before hours are spent on it.
+"""Finds what is wrong with a capture before hours are spent on it.
 
 `encode` runs the quick part, `checks.capture_checks`. Here all frames are read as
 well, by all cameras: held-out ones can be broken too, and nothing is chosen by them.
@@ -50,7 +50,7 @@ class Diagnosis:
     """What was found.
 
     Attributes:
-        layout: Name of the layout; None if it is none that is known.
+        layout: Name of the layout; None if it is unknown.
         capture: Opened; None if it cannot be.
         forecast: Forecast of an encode; None if none can be made.
         machine: What is free on this machine.
@@ -72,7 +72,7 @@ def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
         examination: How to examine it.
 
     Raises:
-        HeldOutError: Cameras that are to be held out are not there.
+        HeldOutError: A camera to hold out does not exist.
         StartError: No frame is left from the first one that is asked for.
         DownscaleError: The pictures cannot be made as small as asked for.
     """
@@ -99,7 +99,7 @@ def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
 
 
 def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
-    """Return what all frames of all cameras say."""
+    """Return findings from all frames of all cameras."""
     names = [camera.name for camera in capture.cameras]
     recordings = record(capture, lambda *done: progress.advance("frames", *done))
     return [
@@ -116,7 +116,7 @@ def _as_finding(error: Exception) -> Finding:
 
 
 def _drop_repeats(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Return findings without poses that colors have named already."""
+    """Return findings, without those about poses that the color check has reported already."""
     named = {camera for each in findings if each.kind in _BY_COLORS for camera in each.cameras}
     return tuple(
         each

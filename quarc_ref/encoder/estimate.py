@@ -32,7 +32,7 @@ _BYTES_PER_LAMBDA = -0.2  # exponent: half the price, 15 % more bytes
 def estimate_encode(
     context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
 ) -> Estimate:
-    """Return what is expected of an encode; nothing that it draws or keeps is changed.
+    """Return the estimate of an encode, without side effects on random numbers or training.
 
     Args:
         context: Views and renderer.
@@ -57,7 +57,7 @@ def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) 
     trainer = Trainer(start, canonical_learning_rates(config.canonical, context.extent))
     times = []
     for step in range(_WARM_STEPS + _TIMED_STEPS):
-        begun = time.perf_counter()
+        started = time.perf_counter()
         view = step % len(context.views.cameras)
         rendering = context.render(trainer.attributes.activated(), view)
         truth = context.truth(view, 0)
@@ -65,7 +65,7 @@ def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) 
         trainer.step(loss, rendering.means2d)
         if context.device.type == "cuda":
             torch.cuda.synchronize(context.device)
-        times.append(time.perf_counter() - begun)
+        times.append(time.perf_counter() - started)
     return sorted(times[_WARM_STEPS:])[_TIMED_STEPS // 2]
 
 

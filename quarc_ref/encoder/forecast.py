@@ -1,4 +1,4 @@
-"""How long an encode will take here, and what it needs: before it is begun.
+"""Forecasts time, memory and size of an encode on this machine before it begins.
 
 Seconds are measured: some steps of the training itself are taken, on the capture's own
 pictures and points. What a scene becomes is not known beforehand, so that bytes are a
@@ -124,7 +124,7 @@ def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: 
     seconds = []
     for step in range(_WARM_UP + _TIMED):
         view = step % min(2, len(views.cameras))
-        begun = time.perf_counter()
+        started = time.perf_counter()
         rendering = context.render(trainer.attributes.activated(), view)
         loss = photometric_loss(
             rendering.image, context.truth(view, 0), config.canonical.lambda_dssim
@@ -132,5 +132,5 @@ def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: 
         trainer.step(loss, rendering.means2d)
         if where.type == "cuda":
             torch.cuda.synchronize(where)
-        seconds.append(time.perf_counter() - begun)
+        seconds.append(time.perf_counter() - started)
     return min(seconds[_WARM_UP:])

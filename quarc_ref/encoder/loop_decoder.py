@@ -28,7 +28,7 @@ class LoopDecoder(StreamDecoder):
     _decoded: _Decoded | None = None
 
     def expect(self, before: FrameState, chunk: FrameChunk, after: FrameState) -> None:
-        """Remember what the commits have decoded.
+        """Store what the commits have decoded.
 
         Args:
             before: State of the frame before.

@@ -39,7 +39,7 @@ class Segment:
         options: Options of the encode; all frames of the segment are encoded.
         first: Its first frame.
         count: How many frames it has.
-        file: Its stream; an existing partial stream in it is resumed.
+        file: File of its stream; an existing partial stream in it is resumed.
     """
 
     folder: Path
@@ -121,13 +121,13 @@ def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
 def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None:
     """Raise ResumeError unless a file is the finished stream of this encode."""
     with path.open("rb") as file:
-        begun = read_partial_stream(FileSource(file))
-    if begun is None or not begun.is_finished:
+        existing = read_partial_stream(FileSource(file))
+    if existing is None or not existing.is_finished:
         message = f"{path} is not a finished stream, and would be replaced by joined segments"
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
-    require_match(begun, begun.header, capture.cameras, metadata)
-    require_count(begun, capture.require_frames(options.frames))
+    require_match(existing, existing.header, capture.cameras, metadata)
+    require_count(existing, capture.require_frames(options.frames))
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:

@@ -20,7 +20,7 @@ class StageTimer:
 
     Args:
         then: Progress that every step is passed on to.
-        clock: Seconds since any moment.
+        clock: Returns seconds since an arbitrary moment.
 
     Attributes:
         seconds: By stage: `canonical`; then of all later frames together `anchors`

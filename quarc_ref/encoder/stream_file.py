@@ -20,8 +20,8 @@ from quarc_ref.streams.sources import FileSource
 def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
     """Encode a capture into a file, resuming a partial stream in it.
 
-    However the work breaks off, the file is good for another call, which ends
-    with the same bytes. One that holds the whole stream is left as it is. Until
+    After any interruption, another call resumes the file and ends with the same
+    bytes. A file that holds the whole stream is left unchanged. Until
     frame 0 is written, its training is kept in a file beside (`checkpoint_path`).
 
     Args:
@@ -32,7 +32,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
     Raises:
         CaptureError: A picture cannot be read.
         EncodeError: The scene cannot be written with these settings.
-        BitstreamError: The file is no stream.
+        BitstreamError: The file is not a stream.
         ResumeError: The file has a stream of another encode, or is
             being written by another process.
         OutputPathError: It is a symbolic link, or not a regular file.
@@ -56,17 +56,17 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
         BitstreamError: See there.
         ResumeError: The file has a stream of another encode.
     """
-    begun = read_partial_stream(FileSource(file))
-    if begun is None:
+    existing = read_partial_stream(FileSource(file))
+    if existing is None:
         file.truncate(file.seek(0))
-    encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), begun)
+    encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), existing)
 
 
 @contextmanager
 def open_exclusively(path: Path) -> Iterator[BinaryIO]:
     """Open a file for reading and writing, locked against other encodes.
 
-    It is made if it is not there. Where it is rejected, nothing has been done to it.
+    It is created if missing. A file that is rejected is left unchanged.
 
     Raises:
         ResumeError: Another process has it open.

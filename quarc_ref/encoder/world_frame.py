@@ -1,6 +1,6 @@
 """Which way is up in a stream, and how long a unit is, from the notes of a capture.
 
-HEAD (SPEC 5.3) tells an axis that points up; another direction is metadata (SPEC I.4).
+HEAD (SPEC 5.3) names an axis that points up; another direction is metadata (SPEC I.4).
 """
 
 from dataclasses import replace
@@ -22,7 +22,7 @@ def name_up_axis(notes: CaptureNotes) -> int:
 
 
 def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
-    """Return a header that says what is known of the world of a capture."""
+    """Return a header with the up axis and scale of a capture, as far as they are known."""
     meters = float(np.float32(notes.meters_per_unit or 0.0))  # as the file holds it
     return replace(
         header,
@@ -32,7 +32,7 @@ def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
 
 
 def describe_up(notes: CaptureNotes) -> dict[str, str]:
-    """Return the metadata that tells what is up, where the header cannot."""
+    """Return the metadata for the up direction, where the header cannot express it."""
     if notes.up is None or name_up_axis(notes):
         return {}
     return {"up": " ".join(f"{value:.6f}" for value in notes.up)}

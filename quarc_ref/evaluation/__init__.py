@@ -1,1 +1,1 @@
-"""What a stream is worth: metrics, sizes and reports, measured on the decoded file."""
+"""Quality of a stream: metrics, sizes and reports, measured on the decoded file."""

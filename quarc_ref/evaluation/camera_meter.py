@@ -1,4 +1,4 @@
-"""All that is measured of one camera, frame after frame."""
+"""All measurements of one camera, frame after frame."""
 
 import numpy as np
 

@@ -93,7 +93,7 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
 
     Args:
         panels: `{label of the axis: {coder: size}}`; a panel leaves out
-            whoever does not code its kind.
+            coders that do not code its kind.
     """
     figure, rows = _figure(len(panels))
     coders = list(dict.fromkeys(coder for sizes in panels.values() for coder in sizes))
@@ -133,7 +133,7 @@ def plot_rate_distortion(
     """Return a PNG of quality against rate, with the upper hull.
 
     Args:
-        points: KB per frame, dB, and what is changed; the default first.
+        points: KB per frame, dB, and the changed setting; the default first.
         hull: KB per frame and dB of the points on it, from the left.
     """
     figure, (axes,) = _figure(1, height=5)

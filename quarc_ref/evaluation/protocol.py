@@ -54,7 +54,7 @@ class Protocol:
         return None if self.encoded_from is None else self.encoded_from == self.fingerprint
 
     def as_json(self) -> dict[str, object]:
-        """Return what `eval --json` prints of it."""
+        """Return what `eval --json` prints about it."""
         return {
             "capture": self.capture,
             "fingerprint": self.fingerprint,

@@ -1,4 +1,4 @@
-"""One page that shows what a stream is worth: pictures, curves, bytes.
+"""One page that shows the quality of a stream: pictures, curves, bytes.
 
 The page carries its pictures within itself; beside it they are also written as
 files of their own.

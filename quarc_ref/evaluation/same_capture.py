@@ -81,7 +81,7 @@ def _read_start(summary: StreamSummary) -> int:
     """Return the frame of the capture that is frame 0 of the stream.
 
     Raises:
-        MismatchError: What the stream says of it is no number of a frame.
+        MismatchError: `start` in the stream's metadata is not a frame number.
     """
     text = summary.metadata.get("start", "0")
     if not re.fullmatch(r"[0-9]{1,9}", text):

@@ -1,4 +1,4 @@
-"""The numbers of 3DGS as they are drawn: SPEC 10.1, 10.2."""
+"""Raw 3DGS attributes to activated ones: SPEC 10.1, 10.2."""
 
 import numpy as np
 

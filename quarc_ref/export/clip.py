@@ -1,4 +1,4 @@
-"""What exporters are given: a frame, and what holds for all frames of a stream."""
+"""Input of exporters: a frame, and the properties of the whole stream."""
 
 from dataclasses import dataclass, field
 
@@ -30,7 +30,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """What holds for all frames of a stream.
+    """Properties of a stream that all its frames share.
 
     Attributes:
         header: Header of the stream.

@@ -33,10 +33,10 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
 
 
 def convert_apart(data: bytes, source: str, target: str) -> bytes:
-    """Do as `convert` for a file of unknown origin, in a process of its own.
+    """Like `convert`, for a file of unknown origin, in a process of its own.
 
-    What the library makes of damaged files, and what it writes to standard output, is
-    no matter for this process.
+    A crash of the library on a damaged file, or what it writes to standard output, does
+    not affect this process.
 
     Raises:
         ExportError: The library rejects the file, or fails.

@@ -1,4 +1,4 @@
-"""What can keep frames from being exported, or from being read."""
+"""Errors of exporting frames and of reading them."""
 
 from quarc_ref.format.errors import QuarcError
 
@@ -8,4 +8,4 @@ class ExportError(QuarcError):
 
 
 class UnreadableFramesError(QuarcError):
-    """Files are no frames of Gaussians that can be read."""
+    """Files do not contain readable frames of Gaussians."""

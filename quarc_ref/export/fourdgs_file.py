@@ -47,7 +47,7 @@ class Sequence:
         """Return the bytes of the file.
 
         Raises:
-            ExportError: The library refuses the frames.
+            ExportError: The library rejects the frames.
         """
         from fourdgs.exceptions import FourdgsError
         from fourdgs.keyframe_delta_file import write_sequence
@@ -94,7 +94,7 @@ class FourdgsFrames:
 
     Attributes:
         count: How many.
-        frames_per_second: Their pace.
+        frames_per_second: Frame rate.
         read: Yields each, and the ids of its Gaussians `[N]`.
     """
 
@@ -108,11 +108,11 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
     Args:
         data: The whole file.
-        frames_per_second: At which it is sampled; None for its states, if it has some, and
+        frames_per_second: Rate at which it is sampled; None for its states, if it has some, and
             else for 30.
 
     Raises:
-        ValueError: It is no such file, or has more frames than a stream.
+        ValueError: It is not such a file, or has more frames than a stream.
         ImportError: fourdgs is not installed.
     """
     with _rejecting():
@@ -134,7 +134,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
 @contextmanager
 def _rejecting() -> Iterator[None]:
-    """Turn what the library says of a file, or fails at in it, into ValueError."""
+    """Turn errors of the library about a file into ValueError."""
     from fourdgs.exceptions import FourdgsError
 
     try:

@@ -1,4 +1,4 @@
-"""Frames that others made, read from a folder of files or from one file.
+"""Frames made by other programs, read from a folder of files or from one file.
 
 A folder has a file per frame, PLY or SPZ, in the order of the numbers in their
 names. `sequence.json` beside them, as `decode` writes it, tells rate, axes and
@@ -33,8 +33,8 @@ class FramesIn:
     Attributes:
         count: How many.
         read: Yields each with the ids of its Gaussians, `[N]`, or None where it has none.
-        frames_per_second: Their pace; None where nothing tells it.
-        sidecar: What is told of them; nothing in particular where nothing is.
+        frames_per_second: Frame rate; None if it is not given.
+        sidecar: Contents of `sequence.json`; defaults if there is none.
         up_axis: As in a stream's header, where the format fixes it; 0 where it does not.
     """
 
@@ -54,7 +54,7 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
         frames_per_second: At which a `.4dgs` file is sampled; None for its own pace.
 
     Raises:
-        UnreadableFramesError: There is nothing that can be read.
+        UnreadableFramesError: There are no readable frames.
         ImportError: The library for the format is not installed.
         OSError: A file cannot be read.
     """
@@ -110,7 +110,7 @@ def _count_up(path: Path) -> list[tuple[int, str]]:
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Name a file in what is wrong with it: UnreadableFramesError in place of ValueError."""
+    """Turn a ValueError into an UnreadableFramesError that names the file."""
     try:
         yield
     except ValueError as error:

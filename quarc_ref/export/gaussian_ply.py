@@ -54,7 +54,7 @@ def _columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
 
 
 def parse_ply(data: bytes) -> Splats:
-    """Return the Gaussians of a 3DGS PLY, whoever wrote it.
+    """Return the Gaussians of a 3DGS PLY, written by any program.
 
     Args:
         data: The whole file: ascii or little-endian, with SH of degree 0 to 3.
@@ -63,7 +63,7 @@ def parse_ply(data: bytes) -> Splats:
         Rotations of unit length; `sh` is `[N, K, 3]`, K being 1, 4, 9 or 16.
 
     Raises:
-        ValueError: It is no such file, or a number of it is not finite.
+        ValueError: It is not such a file, or a number of it is not finite.
     """
     header = parse_ply_header(data)
     rest = sum(name.startswith("f_rest_") for name in header.types)

@@ -1,4 +1,4 @@
-"""What exported frames do not say of themselves: `sequence.json`, beside them."""
+"""`sequence.json` beside exported frames: what their files do not hold."""
 
 import json
 from dataclasses import asdict, dataclass, field, fields
@@ -23,7 +23,7 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
         first_frame: Ordinal of the first frame.
     """
     header = clip.header
-    told: dict[str, Any] = {
+    content: dict[str, Any] = {
         "schema": _SCHEMA,
         "files": pattern,
         "first_frame": first_frame,
@@ -38,17 +38,17 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
         "cameras": [asdict(camera) for camera in clip.cameras],
         "metadata": clip.metadata,
     }
-    return (json.dumps(told, indent=2) + "\n").encode()
+    return (json.dumps(content, indent=2) + "\n").encode()
 
 
 @dataclass(frozen=True, slots=True)
 class Sidecar:
-    """What `sequence.json` tells of frames, as a stream's header has it.
+    """Contents of `sequence.json`, with values as in a stream's header.
 
     Attributes:
-        frames_per_second: Their pace; None where nothing tells it.
+        frames_per_second: Frame rate; None if it is not given.
         up_axis: 0 unknown, else 1 to 6.
-        right_handed: Whether the frame is.
+        right_handed: Whether the world frame is right-handed.
         meters_per_unit: 0 where unknown.
         cameras: Cameras of the stream that the frames come from.
         metadata: Metadata of that stream.
@@ -63,27 +63,27 @@ class Sidecar:
 
 
 def parse_sidecar(data: bytes) -> Sidecar:
-    """Return what a `sequence.json` tells.
+    """Return the contents of a `sequence.json`.
 
     Raises:
-        ValueError: It is no such file.
+        ValueError: It is not such a file.
     """
     if len(data) > _MOST_BYTES:
         message = "it is too long"
         raise ValueError(message)
     try:
-        told = json.loads(data)
-        _require(told["schema"] == _SCHEMA, "schema")
-        _require(len(told["cameras"]) <= _MOST_CAMERAS, "cameras")
-        pace, metadata = float(told["frames_per_second"]), told["metadata"]
+        content = json.loads(data)
+        _require(content["schema"] == _SCHEMA, "schema")
+        _require(len(content["cameras"]) <= _MOST_CAMERAS, "cameras")
+        pace, metadata = float(content["frames_per_second"]), content["metadata"]
         _require(0 < pace < _MOST_PACE, "frames_per_second")
         _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
         return Sidecar(
             pace,
-            1 + AXES.index(told["up"]) if told["up_is_known"] else 0,
-            bool(told["right_handed"]),
-            float(told["meters_per_unit"] or 0),
-            tuple(map(_parse_camera, told["cameras"])),
+            1 + AXES.index(content["up"]) if content["up_is_known"] else 0,
+            bool(content["right_handed"]),
+            float(content["meters_per_unit"] or 0),
+            tuple(map(_parse_camera, content["cameras"])),
             dict(metadata),
         )
     except (
@@ -98,9 +98,9 @@ def parse_sidecar(data: bytes) -> Sidecar:
         raise ValueError(message) from error
 
 
-def _parse_camera(told: dict[str, Any]) -> Camera:
+def _parse_camera(content: dict[str, Any]) -> Camera:
     """Return a camera; raise one of the errors that `parse_sidecar` expects."""
-    values = {each.name: told[each.name] for each in fields(Camera)}
+    values = {each.name: content[each.name] for each in fields(Camera)}
     for name in ("rotation", "translation"):
         values[name] = tuple(map(float, values[name]))
     for name in ("fx", "fy", "cx", "cy", "near"):
@@ -108,7 +108,9 @@ def _parse_camera(told: dict[str, Any]) -> Camera:
     for name in ("width", "height"):
         _require(0 < int(values[name]) < 1 << 32, name)
         values[name] = int(values[name])
-    return Camera(**{**values, "name": str(told["name"])[:255], "held_out": bool(told["held_out"])})
+    return Camera(
+        **{**values, "name": str(content["name"])[:255], "held_out": bool(content["held_out"])}
+    )
 
 
 def _require(condition: bool, name: str) -> None:

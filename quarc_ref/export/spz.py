@@ -51,7 +51,7 @@ def parse_spz(data: bytes) -> Splats:
         data: The whole file.
 
     Raises:
-        ValueError: It is no such file.
+        ValueError: It is not such a file.
         ImportError: gaussforge is not installed.
     """
     check_header(data)
@@ -66,10 +66,10 @@ def parse_spz(data: bytes) -> Splats:
 
 
 def check_header(data: bytes) -> None:
-    """Hold the number of Gaussians that a file claims against its size.
+    """Check the number of Gaussians that a file claims against its size.
 
     Raises:
-        ValueError: It is no SPZ, or cannot hold so many.
+        ValueError: It is not an SPZ file, or cannot hold so many.
     """
     head = data[:_HEADER_BYTES]
     if head[:2] == _GZIP:

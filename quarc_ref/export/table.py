@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 class FrameSequence(Protocol):
-    """Frames on their way into one file."""
+    """Frames that are collected into one file."""
 
     def add(self, frame: "Frame") -> None:
         """Append a frame, in the order of the stream."""
         ...
 
     def finish(self) -> bytes:
-        """Return the bytes of the file; there has been at least one frame."""
+        """Return the bytes of the file; at least one frame must have been added."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Files and folders that are whole or absent, and that leave alone what others have put there.
+"""Files and folders that are complete or absent; files of other programs are left alone.
 
     with atomic_file(Path("a.bin")) as sink:            # there when the block ends, not before
         sink.write(data)

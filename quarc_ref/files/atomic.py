@@ -20,7 +20,7 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     """Open a file that takes a target's place when the block ends without an error.
 
     Args:
-        target: Where the file is to be. A file or link that is there is replaced;
+        target: Path of the file. A file or link that is there is replaced;
             the link's target is left alone.
         durable: Whether the file must outlast a power failure once it is there.
 

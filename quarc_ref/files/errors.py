@@ -1,8 +1,8 @@
-"""What can be in the way of a file or folder."""
+"""Errors of writing files and folders."""
 
 
 class OutputPathError(FileExistsError):
-    """What is in a place must not be replaced, followed or written to.
+    """Something at a path must not be replaced, followed or written to.
 
     Attributes:
         replaceable: Whether it was made here before, and would be replaced if asked for.

@@ -1,4 +1,4 @@
-"""Folders of files: filled out of sight and put in place when whole, or filled in their place."""
+"""Folders of files: filled under a hidden name and renamed when complete, or filled in place."""
 
 import os
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
     """Fill a folder beside a target; it takes the target's place if the block ends without error.
 
     Args:
-        target: Where the folder is to be; an empty one may be there.
+        target: Path of the folder; an empty one may be there.
         replace: Whether to replace a folder that was made here before.
 
     Yields:
@@ -58,7 +58,7 @@ def growing_folder(
     A folder that holds no file at the end is removed.
 
     Args:
-        target: Where the folder is to be; an empty one may be there.
+        target: Path of the folder; an empty one may be there.
         replace: Whether to take a folder that was made here before.
         keep: Whether the files that it has stay.
 

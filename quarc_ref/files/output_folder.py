@@ -57,7 +57,7 @@ class OutputFolder:
         return self.path / name
 
     def link(self, name: str, source: Path) -> Path:
-        """Put a file of elsewhere in the folder, and return its path there.
+        """Link or copy a file from elsewhere into the folder, and return its path there.
 
         It is the same file under a second name (a hard link) where the disk allows that, and
         a copy elsewhere.

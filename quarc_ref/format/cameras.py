@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera: one of the `came` chunk, and of a capture (SPEC 5.6).
+    """A pinhole camera, of the `came` chunk or of a capture (SPEC 5.6).
 
     Pixel (0, 0) has its center at (0.5, 0.5). The camera looks along its +z,
     with x to the right and y down.

@@ -1,4 +1,4 @@
-"""What the format fixes once for all streams: SPEC 3.
+"""Constants of the format, the same for all streams: SPEC 3.
 
 Literals only. What a stream chooses for itself is in `records.StreamHeader`;
 what an encoder chooses is in `quarc_ref.encoder.settings.config`.

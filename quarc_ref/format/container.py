@@ -1,7 +1,7 @@
 """Chunks: SPEC 5.1 and 5.2.
 
-Every chunk names its length and proves its header and its payload by a CRC, so
-that nothing is parsed, let alone entropy-decoded, before it is known whole.
+Every chunk has its length and a CRC each of header and payload, so that nothing is
+parsed, let alone entropy-decoded, before it is known to be intact.
 """
 
 import zlib
@@ -44,7 +44,7 @@ _ANCILLARY_BIT = 0x20
 
 @dataclass(frozen=True, slots=True)
 class ChunkHeader:
-    """What is known of a chunk before its payload is read.
+    """Header of a chunk: what is known before its payload is read.
 
     Attributes:
         kind: Its type, four letters.
@@ -144,7 +144,7 @@ def verify_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
 
     Raises:
         TruncatedError: The stream ends before these bytes do.
-        PayloadCrcError: They say another CRC.
+        PayloadCrcError: They hold another CRC.
     """
     if len(stored) < CHUNK_CRC_BYTES:
         message = "the stream ends inside a chunk"
@@ -178,7 +178,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
         stream: What HEAD says; None before it.
 
     Raises:
-        BadChunkTypeError: The letters keep to no pattern.
+        BadChunkTypeError: The letters match no pattern.
         UnknownCriticalError: The type is critical, and unknown.
     """
     if not _is_type(header.kind):  # [5.2-8]
@@ -193,7 +193,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
 
 
 def check_place(header: ChunkHeader, before: bytes) -> None:
-    """Reject a chunk that stands where its type may not (SPEC 5.1).
+    """Reject a chunk whose type is not allowed in its place (SPEC 5.1).
 
     Args:
         header: Header of the chunk.

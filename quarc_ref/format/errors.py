@@ -1,19 +1,19 @@
-"""Everything that can be rejected, by name: SPEC 3.3.
+"""Errors of this package and reject ids of streams: SPEC 3.3.
 
     QuarcError
-    ├── BitstreamError          those bytes are wrong
+    ├── BitstreamError          the bytes are invalid
     │   ├── ContainerError      framing, order, versions, fields
     │   ├── EntropyError        coded planes
-    │   └── StateError          what the frame would make of the scene
-    ├── LimitError              they ask for more than this decoder gives
-    ├── SourceError             what holds the bytes cannot be read
-    ├── EnvironmentVariableError           an environment variable has an unknown value
-    ├── EncodeError             your scene or setting cannot be written
+    │   └── StateError          a frame would make the scene invalid
+    ├── LimitError              the stream needs more than this decoder allows
+    ├── SourceError             the file, pipe or server cannot be read
+    ├── EnvironmentVariableError an environment variable has an unknown value
+    ├── EncodeError             a scene or setting cannot be written
     │   └── BoundError          a decoded frame breaks its bounds: our fault
     ├── ResumeError             the stream cannot be resumed with these inputs
-    ├── EditError               your streams cannot be cut or joined so
+    ├── EditError               streams cannot be cut or joined as asked
     ├── ClosedLoopError         encoder and decoder disagree: our fault
-    └── VerificationError              two ways to the same result do not meet: our fault
+    └── VerificationError       two ways to the same result disagree: our fault
 
 Each leaf of `BitstreamError` carries the stable `reject_id` of its SPEC row.
 Malformed bytes raise a leaf of `BitstreamError` and nothing else.
@@ -23,7 +23,7 @@ from typing import ClassVar
 
 
 class QuarcError(Exception):
-    """Any fault that this package names."""
+    """Base of all errors of this package."""
 
 
 class BitstreamError(QuarcError):
@@ -86,7 +86,7 @@ class SequenceError(ContainerError):
 
 
 class ChunkOrderError(ContainerError):
-    """A chunk stands where its type may not."""
+    """A chunk of this type is not allowed in its place."""
 
     reject_id = "chunk-order"
 
@@ -174,7 +174,7 @@ class SymbolRangeError(EntropyError):
 
 
 class StateError(BitstreamError):
-    """What the frame would make of the scene."""
+    """A frame would make the scene invalid."""
 
 
 class CountLevelError(StateError):
@@ -232,7 +232,7 @@ class StateCrcError(StateError):
 
 
 class LimitError(QuarcError):
-    """A stream of the unlimited level asks for more than this decoder gives (SPEC 3.2)."""
+    """A stream of the unlimited level needs more than this decoder allows (SPEC 3.2)."""
 
 
 class SourceError(QuarcError):
@@ -240,7 +240,7 @@ class SourceError(QuarcError):
 
 
 class EnvironmentVariableError(QuarcError):
-    """A variable of the environment says what cannot be done."""
+    """An environment variable has an invalid value."""
 
 
 class EncodeError(QuarcError):
@@ -248,11 +248,11 @@ class EncodeError(QuarcError):
 
 
 class UnusableCaptureError(EncodeError):
-    """No picture can come of a capture: its cameras see too little."""
+    """A capture cannot be encoded to anything useful: its cameras see too little."""
 
 
 class BoundError(EncodeError):
-    """A decoded frame is farther from what was given than its bounds allow: our fault."""
+    """A decoded frame differs from its input by more than the bounds allow: our fault."""
 
 
 class ResumeError(QuarcError):

@@ -101,7 +101,7 @@ class StreamHeader:
 
     @property
     def frames_per_second(self) -> float:
-        """The stream's pace."""
+        """Frame rate of the stream."""
         return self.timescale / self.frame_ticks
 
 

@@ -32,7 +32,7 @@ class SeekPoints(Sequence[SeekPoint]):
         return cls(np.array([astuple(point) for point in points], dtype=ROW))
 
     def followed_by(self, points: Iterable[SeekPoint]) -> "SeekPoints":
-        """Return these seek points and, behind them, others."""
+        """Return these seek points, followed by others."""
         return SeekPoints(np.concatenate([self.rows, SeekPoints.of(points).rows]))
 
     def until(self, frame: int) -> "SeekPoints":

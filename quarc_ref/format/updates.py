@@ -1,4 +1,4 @@
-"""What a frame does to single Gaussians, as a record: SPEC 7.8."""
+"""The updates of single Gaussians in a frame, as a record: SPEC 7.8."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from quarc_ref.format.constants import RESIDUAL_ROWS
 
 @dataclass(frozen=True, slots=True)
 class Updates:
-    """What a frame does to single Gaussians (SPEC 7.8).
+    """The updates of single Gaussians in a frame (SPEC 7.8).
 
     Attributes:
         gaussians: `[u]` index in the scene of each that changes, ascending.

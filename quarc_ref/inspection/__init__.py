@@ -1,1 +1,1 @@
-"""What a stream holds: summary, chunks, symbols, proof of integrity, decoding speed."""
+"""Inspects streams: summary, chunks, symbols, verification, decoding speed."""

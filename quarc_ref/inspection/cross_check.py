@@ -18,7 +18,7 @@ _Answer = TypeVar("_Answer")
 
 
 class CrossCheckingDecoder:
-    """Opens sections with both decoders and keeps account of them.
+    """Opens sections with both decoders and counts them.
 
     Attributes:
         section_count: Sections that were opened.

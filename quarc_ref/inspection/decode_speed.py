@@ -67,9 +67,9 @@ def measure_speed(
 
     Raises:
         BitstreamError: What is wrong with the stream.
-        SourceError: What holds it does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
-    begun = first = last = time.perf_counter()
+    started = first = last = time.perf_counter()
     cpu, machine = 0.0, None
     frames = gaussians = 0
     before: Counter[str] = Counter()
@@ -97,14 +97,14 @@ def measure_speed(
         1e3 * cpu / moved if frames > 1 else 0.0,
         machine_now.stolen_share(machine) if machine_now and machine else None,
         {stage: nanoseconds / moved / 1e6 for stage, nanoseconds in spent.most_common()},
-        first - begun,
+        first - started,
         warm,
         peak,
     )
 
 
 def _time_first_frame(name: str, threads: int) -> float:
-    begun = time.perf_counter()
+    started = time.perf_counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
         next(iter(player))
-        return time.perf_counter() - begun
+        return time.perf_counter() - started

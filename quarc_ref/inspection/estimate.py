@@ -1,8 +1,8 @@
-"""The paper's price of symbols: a zero-order Shannon estimate, beside real bytes.
+"""The paper's estimate of coded size: a zero-order Shannon estimate, beside real bytes.
 
-For each channel of a frame, the sum of -log2 of every symbol's share: what an
-ideal coder would spend that knew the shares for nothing. No file of that size
-can be read; it is here for comparison with the literature (paper section 6).
+For each channel of a frame, the sum of -log2 of every symbol's share: the
+cost of an ideal coder that knows the shares for free. No decodable file has that
+size; it is here for comparison with the literature (paper section 6).
 """
 
 import numpy as np

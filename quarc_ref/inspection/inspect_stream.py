@@ -63,7 +63,7 @@ def inspect_stream(
 
     Raises:
         BitstreamError: What is wrong with the bytes.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     reader, decoder, total = ChunkReader(as_source(stream)), StreamDecoder(), count_frames(stream)
     frames: list[FrameSummary] = []

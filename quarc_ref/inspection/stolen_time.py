@@ -1,6 +1,6 @@
-"""What a virtual machine is kept waiting for: others that its host runs on the same processors.
+"""Steal time: how long a virtual machine waits while its host runs others on its processors.
 
-A speed that was measured meanwhile says little of a decoder, and nothing but this tells.
+A speed measured meanwhile says little about a decoder, and only this figure shows it.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class ProcessorTime:
 
 
 def read_processor_time(statistics: Path = _STATISTICS) -> ProcessorTime | None:
-    """Return what processors have done by now; None where the system does not tell."""
+    """Return the processor times so far; None if the system does not report them."""
     try:
         with statistics.open() as lines:
             ticks = [int(number) for number in lines.readline().split()[1:]]

@@ -51,7 +51,7 @@ class FrameSummary:
         return "snapshot" if self.coded_bytes["snapshots"] else "canonical"
 
     def as_json(self) -> dict[str, object]:
-        """Return what `inspect --json` prints of it."""
+        """Return what `inspect --json` prints about it."""
         return {
             "frame": self.frame,
             "kind": self.kind,
@@ -84,7 +84,7 @@ class ChunkSummary:
     byte_count: int
 
     def as_json(self) -> dict[str, object]:
-        """Return what `inspect --json` prints of it."""
+        """Return what `inspect --json` prints about it."""
         return {
             "type": self.kind,
             "sequence": self.sequence,

@@ -1,4 +1,4 @@
-"""All that can be proved of a stream: both coders, every seek point, the level."""
+"""Verifies everything about a stream: both coders, every seek point, the level."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -21,7 +21,7 @@ from quarc_ref.streams.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """What has been proved of a stream.
+    """Results of verifying a stream.
 
     Attributes:
         frames: Frames whose state CRCs hold.
@@ -52,7 +52,7 @@ class Verification:
     sha256: str | None
 
     def as_json(self) -> dict[str, Any]:
-        """Return what `verify --deep --json` prints of it."""
+        """Return what `verify --deep --json` prints about it."""
         proved = asdict(self)
         del proved["sha256"]
         return proved | {"level": self.level / 10}
@@ -63,7 +63,7 @@ def verify_stream(
     on_progress: Callable[[str, int, int], None] = lambda *_: None,
     follow: Follow | None = None,
 ) -> Verification:
-    """Prove a stream.
+    """Verify a stream.
 
     Args:
         source: A stream, which is read more than once: a pipe will not do.
@@ -72,8 +72,8 @@ def verify_stream(
 
     Raises:
         BitstreamError: What is wrong with the bytes.
-        VerificationError: Two ways to decode the stream do not meet.
-        SourceError: What holds the stream does not give its bytes.
+        VerificationError: Two ways to decode the stream disagree.
+        SourceError: The file, pipe or server cannot be read.
     """
     coders = CrossCheckingDecoder()
     run = _FirstPass(source, on_progress)
@@ -98,7 +98,7 @@ def verify_stream(
 
 
 class _FirstPass:
-    """A stream decoded from its beginning, and what came of it."""
+    """A stream decoded from its beginning, and the results."""
 
     def __init__(self, source: Source, on_progress: Callable[[str, int, int], None]) -> None:
         self.reader = ChunkReader(source)

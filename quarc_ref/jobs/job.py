@@ -1,4 +1,4 @@
-"""What a job is, where it runs, and what comes of it."""
+"""Jobs, where they run, and their outcomes."""
 
 import os
 import pickle
@@ -61,7 +61,7 @@ class WorkerPool:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a job has ended.
+    """Outcome of a job.
 
     Attributes:
         result: Result of the function, pickled; empty if it raised.

@@ -1,4 +1,4 @@
-"""Jobs as tasks of a Ray cluster, which starts one again whose machine is lost."""
+"""Jobs as tasks of a Ray cluster, which restarts a task whose machine is lost."""
 
 import logging
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, 
     """Make calls, as many at a time as the cluster has room for.
 
     Yields:
-        The place of each call and its outcome, as they end.
+        The index of each call and its outcome, as they end.
 
     Raises:
         ImportError: Ray is not installed.

@@ -29,7 +29,7 @@ def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple
     """Make calls, `pool.workers` at a time.
 
     Yields:
-        The place of each call and its outcome, as they end.
+        The index of each call and its outcome, as they end.
     """
     running: dict[Pipe, tuple[int, BaseProcess]] = {}
     try:
@@ -57,7 +57,7 @@ def _start(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
 
 
 def _take_ended(running: "dict[Pipe, tuple[int, BaseProcess]]") -> Iterator[tuple[int, Outcome]]:
-    """Wait until a process has ended; take what has from `running`, and yield its outcome."""
+    """Wait until a process ends; remove ended ones from `running`, and yield their outcomes."""
     for pipe in [pipe for pipe in running if pipe in wait(list(running))]:
         place, process = running.pop(pipe)
         try:

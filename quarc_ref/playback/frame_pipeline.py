@@ -118,9 +118,9 @@ class FramePipeline:
                 frame = each.state.frame
                 if frame < start or (stop is not None and frame >= stop):
                     continue
-                begun = time.perf_counter_ns()
+                started = time.perf_counter_ns()
                 splats = dequantize(each.state)
-                spent = time.perf_counter_ns() - begun
+                spent = time.perf_counter_ns() - started
                 self.times["floats"] += spent
                 yield Frame(each.state, splats, each.chunk_bytes, each.nanoseconds + spent)
 
@@ -132,7 +132,7 @@ class _TimedDecoder(StreamDecoder):
 
     def push(self, chunk: Chunk) -> FrameState | None:
         """See `StreamDecoder.push`."""
-        begun = time.perf_counter_ns()
+        started = time.perf_counter_ns()
         state = super().push(chunk)
-        self.nanoseconds = time.perf_counter_ns() - begun
+        self.nanoseconds = time.perf_counter_ns() - started
         return state

@@ -86,7 +86,7 @@ class Player:
         Raises:
             BitstreamError: What is wrong with the bytes; every frame before
                 the fault has been given out.
-            SourceError: What holds the stream does not give its bytes.
+            SourceError: The file, pipe or server cannot be read.
         """
         self.close()
         run = self._run = self._pipeline.make(start, stop)

@@ -38,7 +38,7 @@ class ChunkReader:
         offset: Where the next chunk begins.
         sequence: The number that is due there.
         current: Header of the last chunk whose header was accepted; None if
-            that of the chunk at hand was not.
+            that of the current chunk was not.
     """
 
     def __init__(self, source: Source) -> None:
@@ -172,7 +172,7 @@ def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
     Ancillary chunks of unknown types are checked and skipped.
 
     Args:
-        stream: A whole stream, or what there is of it.
+        stream: A stream, complete or not.
 
     Yields:
         HEAD first, TAIL last.

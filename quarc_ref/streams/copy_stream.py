@@ -19,7 +19,7 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
 
     Raises:
         BitstreamError: What is wrong with the bytes; those before it have been copied.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     reader, copied, frames = ChunkReader(source), 0, 0
     for header in reader.headers():

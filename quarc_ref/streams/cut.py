@@ -21,10 +21,10 @@ from quarc_ref.streams.stream_writer import StreamWriter
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
     """Write the frames of a stream from a keyframe on.
 
-    Of what is no frame, all is kept that comes before the first frame, or
-    after a frame that is kept; besides the last `came` and the last `meta`
-    before `start`, since these hold for all that follows. Nothing behind the
-    frames that are wanted is read: a stream may be damaged there, or grow.
+    Other chunks are kept if they come before the stream's first frame, or after
+    a frame that is kept; so are the last `came` and the last `meta` before
+    `start`, since these apply to all that follows. Nothing after the requested
+    frames is read: a stream may be damaged there, or grow.
 
     Args:
         source: A stream.
@@ -38,7 +38,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     Raises:
         EditError: Frame `start` is not there, or not canonical, or not before `stop`.
         BitstreamError: What is wrong with the stream.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     walk, passed = FrameWalk(source), _Passed()
     steps = iter(walk)

@@ -32,7 +32,7 @@ def decode(
             than must be (SPEC 11.2).
         stop: Ordinal after the last frame wanted; None for all.
         follow: How long to wait for a stream that still grows; None not to.
-        decoder: To which nothing has been pushed; from it a caller learns what the
+        decoder: A fresh decoder, from which a caller learns what the
             stream says besides its frames. None for one of its own.
 
     Yields:
@@ -43,7 +43,7 @@ def decode(
             fault has been given out.
         LimitError: A stream of the unlimited level asks for more than this
             decoder gives.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     for state in decode_states(stream, start, stop, follow, decoder):
         yield state.scene
@@ -74,7 +74,7 @@ def walk_frames(
 
     Args:
         stream: As for `decode`.
-        decoder: To which nothing has been pushed.
+        decoder: A fresh decoder.
         start: As for `decode`.
         stop: The same; a first frame after it is yielded, too.
         follow: As for `decode`.

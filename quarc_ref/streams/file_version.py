@@ -38,7 +38,7 @@ class FileVersion:
         """How the file has changed, according to a later response.
 
         Most servers make the ETag of a file from its size and time: a file that grows has a new
-        one each time, and whether its beginning is as before cannot be told from it.
+        one each time, and does not show whether its beginning is unchanged.
         """
         marks = ((self.tag, later.tag), (self.modified, later.modified))
         mark = next((pair for pair in marks if None not in pair), (None, None))

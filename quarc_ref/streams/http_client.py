@@ -48,7 +48,7 @@ class HttpClient:
             OSError: The server cannot be reached; a TimeoutError if it does not answer in time.
             HTTPException: It answers something else than HTTP.
             RedirectError: It redirects to where it is not followed.
-            ValueError: The URL is not one of a server.
+            ValueError: The URL is not an http or https URL.
         """
         deadline, asked = Deadline(timeout), [_check_url(url)]
         while True:

@@ -43,7 +43,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     Raises:
         EditError: The streams do not fit together.
         BitstreamError: What is wrong with one of them, and which it is.
-        SourceError: What holds a stream does not give its bytes.
+        SourceError: A file or server cannot be read.
     """
     parts = []
     for number, source in enumerate(sources, 1):
@@ -63,7 +63,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What two streams must agree in to be joined.
+    """Properties in which two streams must agree to be joined.
 
     Attributes:
         head: Payload of HEAD.
@@ -121,7 +121,7 @@ def _require_alike(first: _Part, part: _Part, number: int) -> None:
 
 
 class _Joining:
-    """A joined stream in the making.
+    """A joined stream that is being written.
 
     Args:
         sink: Binary file that the stream is appended to.

@@ -14,7 +14,7 @@ def read_prologue(source: Source) -> tuple[tuple[Camera, ...], dict[str, str]]:
 
     Raises:
         BitstreamError: What is wrong with what was read.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()

@@ -33,8 +33,8 @@ class Gap:
             its end.
         reject_id: What was wrong at its beginning (SPEC 3.3).
         message: The same as a sentence.
-        frames_lost: How many frames are missing for it; None where that
-            cannot be told.
+        frames_lost: How many frames are missing for it; None if that
+            is unknown.
     """
 
     offset: int
@@ -67,7 +67,7 @@ def recover(
             damaged, or it has a critical chunk of an unknown type.
         LimitError: A stream of the unlimited level asks for more than this
             decoder gives.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     recovery = _Recovery(as_source(stream), follow, decoder or StreamDecoder())
     recovery.begin()

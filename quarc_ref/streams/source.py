@@ -13,7 +13,7 @@ class Source(Protocol):
         """Read `length` bytes at `offset`; fewer only at the current end.
 
         Raises:
-            SourceError: What holds the bytes does not give them.
+            SourceError: The file, pipe or server cannot be read.
         """
         ...
 

@@ -15,7 +15,7 @@ from typing import Any
 
 
 class Deadline:
-    """A point in time.
+    """A deadline.
 
     Args:
         seconds: From now.
@@ -28,7 +28,7 @@ class Deadline:
         """Seconds left.
 
         Raises:
-            TimeoutError: There are none.
+            TimeoutError: No time is left.
         """
         left = self._end - time.monotonic()
         if left <= 0:

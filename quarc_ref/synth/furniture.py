@@ -1,4 +1,4 @@
-"""The room and what stands in it: all of it still, but for a door and a screen.
+"""The room and its furniture, all static except a door and a screen.
 
 The door slides aside once a period and shows what nothing has shown before; the
 screen wipes one picture out by another at about the same time.
@@ -33,7 +33,7 @@ _SKY = (2.8, 3.4, 4.1)
 
 
 def share_open(time: float, delay: float) -> float:
-    """Return how far the door is open, 0 to 1, at a time in seconds."""
+    """Return the fraction by which the door is open, 0 to 1, at a time in seconds."""
     moment = (time - delay) % _SHOW_SECONDS
     return _ease(moment, *_OPENING) - _ease(moment, *_CLOSING)
 

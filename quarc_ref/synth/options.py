@@ -1,4 +1,4 @@
-"""What a synthetic capture can be asked for, and the numbers that its seed gives."""
+"""Options of a synthetic capture, and random numbers from its seed."""
 
 from dataclasses import dataclass
 from zlib import crc32

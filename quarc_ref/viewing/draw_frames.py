@@ -26,7 +26,7 @@ def draw_frames(
 
     Args:
         source: A stream.
-        camera: Who sees them.
+        camera: Camera that sees them.
         start: Ordinal of the first frame wanted.
         stop: Ordinal after the last frame wanted; None for all.
 
@@ -35,7 +35,7 @@ def draw_frames(
 
     Raises:
         BitstreamError: What is wrong with the bytes.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     for scene in decode(source, start, stop):
         yield scene.frame, draw_picture(dequantize(scene), camera)
@@ -61,7 +61,7 @@ def draw_shots(
 
     Raises:
         BitstreamError: What is wrong with the bytes.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     scenes = decode(source, shots[0].frame, stop)
     scene: Scene | None = None

@@ -1,4 +1,4 @@
-"""What there is to look at in a stream: its cameras and its frames, undecoded.
+"""Cameras and frames of a stream, without decoding it.
 
 Found from chunk header to chunk header; of the frames' payloads nothing is read.
 """
@@ -53,13 +53,13 @@ def outline_stream(source: Source) -> Outline:
 
     Raises:
         BitstreamError: What is wrong with HEAD.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()
     chunks: list[ChunkHeader] = []
     first_frame = 0
-    with suppress(BitstreamError):  # who decodes is told of it there
+    with suppress(BitstreamError):  # decoding reports it
         for step in walk:
             if step.header.kind == container.CAME:
                 cameras = wire.parse_cameras(walk.take(step).payload)
@@ -76,7 +76,7 @@ def read_cameras(source: Source) -> tuple[Camera, ...] | None:
 
     Raises:
         BitstreamError: What is wrong with the beginning of the stream.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()
@@ -97,7 +97,7 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
     """Return a camera by its name; the first one by None.
 
     Raises:
-        CameraChoiceError: There is no such camera; the message names those that are there.
+        CameraChoiceError: The stream has no such camera; the message names those it has.
     """
     if not cameras:
         message = "the stream has no cameras to look through"
@@ -111,7 +111,7 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
 
 
 def fit_height(camera: Camera, width: int) -> int:
-    """Return how high pictures are that show what a camera's do, `width` pixels wide.
+    """Return the height of a camera's pictures when scaled to `width` pixels.
 
     Args:
         camera: Whose pictures.

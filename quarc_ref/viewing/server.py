@@ -96,7 +96,7 @@ class Server(ThreadingHTTPServer):
         TCPServer.server_bind(self)
 
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
-        """Take no note: what strangers send, or leave, is not for the terminal."""
+        """Print nothing: errors of clients are not for the terminal."""
 
     def _bind_first(self, host: str, ports: range) -> None:
         """Listen at the first port that is free."""

@@ -42,11 +42,11 @@ def write_site(
         source: The stream; one that comes only once will do.
         options: Options of the page.
         draw_poster: Returns a JPEG file of a stream, or None for no poster.
-        url: Where the folder is going to be, as far as that is known.
+        url: URL at which the folder will be served, if known.
 
     Raises:
         BitstreamError: What is wrong with the stream, of which every chunk is checked.
-        SourceError: What holds the stream does not give its bytes.
+        SourceError: The file, pipe or server cannot be read.
     """
     with folder.open(STREAM) as sink:
         frames = copy_stream(source, sink)

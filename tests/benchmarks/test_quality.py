@@ -131,7 +131,7 @@ def test_ctrl_c_leaves_the_table_of_what_is_done(copy, monkeypatch, capsys):
     monkeypatch.setattr(studies, "run_jobs", interrupt)
 
     assert command.main([*WORDS, "--out", str(copy)]) == 130
-    assert "interrupted: the same command goes on" in capsys.readouterr().err
+    assert "interrupted: the same command continues" in capsys.readouterr().err
     assert f"| {NAME}/0 | 1 |" in (copy / "quality.md").read_text()
 
 

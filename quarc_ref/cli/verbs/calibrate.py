@@ -128,7 +128,7 @@ def calibrate(
         from quarc_ref.calibration.write_capture import write_capture
 
         restore_sigterm_handler()
-        begun = time.monotonic()
+        started = time.monotonic()
         distance = _require_distance(meters)
         with (
             TerminalProgress(quiet=quiet) as progress,
@@ -153,7 +153,7 @@ def calibrate(
                 raise UsageError(str(error)) from error
             write_capture(rig, folder)
             write_report(rig, recordings.resolve().name, folder)
-        seconds = round(time.monotonic() - begun, 1)
+        seconds = round(time.monotonic() - started, 1)
         _show(output, rig, output / PAGE, seconds, as_json=as_json)
 
 
@@ -172,7 +172,7 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
 
 
 def _require_cameras(found: "Recordings", up: str, distance: "Distance | None") -> None:
-    """Raise UsageError if an option names a camera that is not there: before the work begins."""
+    """Raise UsageError, before the work begins, if an option names an unknown camera."""
     from quarc_ref.calibration.world import BY_LEVEL, BY_PLANE
 
     named = {} if up in (BY_LEVEL, BY_PLANE) else {up: "--up"}

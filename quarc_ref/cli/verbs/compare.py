@@ -1,4 +1,4 @@
-"""The verb `compare`: streams and rivals side by side."""
+"""The verb `compare`: streams and other methods side by side."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -138,7 +138,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
     """Return what the command line names.
 
     Raises:
-        UsageError: There are fewer than two, something is not there, or a size is no number.
+        UsageError: There are fewer than two, a path does not exist, or a size is not a number.
     """
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import Named

@@ -23,7 +23,7 @@ _FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORTS.values()) +
 
 
 def _check_format(name: str | None) -> str | None:
-    """Return the name of a format; raise BadParameter if there is no such one."""
+    """Return the name of a format; raise BadParameter if there is none of that name."""
     if name is not None and name not in EXPORTS:
         message = f"{name!r} is not one of {', '.join(EXPORTS)}."
         raise typer.BadParameter(message)
@@ -64,9 +64,9 @@ def decode_frames(
 ) -> None:
     """Decode frames into files that other programs read: PATH/frame_0000.ply and so on.
 
-    PATH/sequence.json tells frame rate, axes and cameras. Formats that hold all frames in one
-    file make PATH/frames.usdc or the like. With --follow a file is there as soon as its frame
-    is, else all come at the end.
+    PATH/sequence.json holds frame rate, axes and cameras. Formats that hold all frames in one
+    file make PATH/frames.usdc or the like. With --follow each file appears as soon as its
+    frame is decoded, else all appear at the end.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
@@ -101,7 +101,7 @@ def decode_frames(
 
 @contextmanager
 def _offer_recovery(written: "Written", frames: str | None) -> Iterator[None]:
-    """Let a fault in a stream say how many frames are lost with it that need not be."""
+    """Add to an error how many whole frames `--recover` would have kept."""
     try:
         yield
     except UnknownCriticalError:  # recovery does not pass it either

@@ -1,4 +1,4 @@
-"""The verb `edit`: what is shown of a stream, changed in all frames alike."""
+"""The verb `edit`: changes the content of a stream, the same way in all frames."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -66,7 +66,7 @@ def edit(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Crop, empty, turn or recolor a stream, in all frames alike, without pictures.
+    """Crop, erase, rotate or recolor a stream, the same way in all frames, without pictures.
 
     Colors alone are changed exactly, in integers. All else changes which Gaussians are anchors:
     frames are fitted again, as by `import`, within bounds that are verified.
@@ -105,7 +105,7 @@ def _parse_edit(
     """Return what the options ask for.
 
     Raises:
-        UsageError: One is not as it should be, or there is none.
+        UsageError: One is malformed, or there is none.
     """
     import numpy as np
 
@@ -145,18 +145,18 @@ def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float
 def _parse_colors(changes: list[str]) -> "Recoloring":
     from quarc_ref.encoder.scenes.recolor import Recoloring
 
-    told = {"gain": 1.0, **dict.fromkeys(_CHANNELS, 0.0)}
+    values = {"gain": 1.0, **dict.fromkeys(_CHANNELS, 0.0)}
     for change in changes:
         name, _, text = change.partition("=")
-        if name not in told:
-            message = f"--recolor {change}: it takes NAME=VALUE, NAME of {', '.join(told)}"
+        if name not in values:
+            message = f"--recolor {change}: it takes NAME=VALUE, NAME of {', '.join(values)}"
             raise UsageError(message)
-        (told[name],) = _parse_numbers(f"--recolor {name}", text, (1,))
-    if told["gain"] <= 0:
+        (values[name],) = _parse_numbers(f"--recolor {name}", text, (1,))
+    if values["gain"] <= 0:
         message = "--recolor gain takes a number above 0"
         raise UsageError(message)
-    red, green, blue = (told[name] for name in _CHANNELS)
-    return Recoloring(told["gain"], (red, green, blue))
+    red, green, blue = (values[name] for name in _CHANNELS)
+    return Recoloring(values["gain"], (red, green, blue))
 
 
 def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:

@@ -233,7 +233,7 @@ def encode(
             "target_kb_per_frame": target,
         }
         config = _change_settings(preset, settings, asked, seed, version)
-        begun, found = time.monotonic(), Warnings()
+        started, found = time.monotonic(), Warnings()
         wanted_logs = LogsWanted(log_json, tensorboard, keep=resume, force=force)
         with (
             TerminalProgress(quiet=quiet) as progress,
@@ -252,7 +252,7 @@ def encode(
             else:
                 _encode_whole(work, output, wanted)
         if not to_pipe:
-            _show(output, found, round(time.monotonic() - begun, 1), as_json=as_json)
+            _show(output, found, round(time.monotonic() - started, 1), as_json=as_json)
 
 
 def _encode_whole(work: EncodeJob, output: Path, wanted: WriteMode) -> None:

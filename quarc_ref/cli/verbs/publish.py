@@ -71,7 +71,7 @@ def _require_url(url: str) -> str:
     """Return the address of a folder, with a slash at its end.
 
     Raises:
-        UsageError: It is none.
+        UsageError: It is not such an address.
     """
     if not url.startswith(("http://", "https://")):
         message = f"--url takes the address of a folder, such as https://example.org/site/: {url}"
@@ -80,7 +80,7 @@ def _require_url(url: str) -> str:
 
 
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
-    """Return a JPEG file; None, which is told, where there is no camera or nothing draws it."""
+    """Return a JPEG file; None, with a message, if there is no camera or no renderer."""
     if camera is None:
         print_message("the page has no poster: the stream has no cameras")
         return None

@@ -148,7 +148,7 @@ def render(
 def _reject_misfits(
     kind: Kind, depth: bool, path: str | None, pixels: str | None, pictures: int | None
 ) -> None:
-    """Raise UsageError if options do not go together."""
+    """Raise UsageError if options cannot be combined."""
     misfits = {
         "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixels,
         "--to npz needs --depth": kind == "npz" and not depth,
@@ -167,7 +167,7 @@ def _plan(
     path: str | None,
     pictures: int | None,
 ) -> "list[Shot]":
-    """Return what is to be drawn, of which there must be something."""
+    """Return the shots to draw, of which there must be at least one."""
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
@@ -186,7 +186,7 @@ def _plan(
 
 
 def _counted(drawn: Iterator[Any], progress: TerminalProgress, total: int) -> Iterator[Any]:
-    """Pass on what is drawn, and show how far it is."""
+    """Pass on the drawn shots, and show progress."""
     for done, each in enumerate(drawn, start=1):
         progress.advance("render", done, total)
         yield each

@@ -1,4 +1,4 @@
-"""The verb that makes streams of Gaussians of others: import."""
+"""The verb `import`: Gaussians of other methods to a stream."""
 
 from collections.abc import Iterator
 from dataclasses import fields, replace
@@ -78,10 +78,10 @@ def import_frames(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Make a stream of Gaussians that others trained, without pictures.
+    """Make a stream of Gaussians that another method trained, without pictures.
 
-    Ids, or the order of the rows, tell which Gaussian is which from frame to frame. Every
-    frame is decoded and held against what was given: no error is beyond its bound.
+    Ids, or the order of the rows, identify Gaussians from frame to frame. Every
+    frame is decoded and compared with the input: no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -114,19 +114,19 @@ def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOp
     """Return what the source, and the command line before it, say of the stream."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
-    options, told = SceneOptions(), frames.sidecar
+    options, sidecar = SceneOptions(), frames.sidecar
     stated = _UP.index(up) + 1 if up else 0
     return replace(
         options,
         frames_per_second=fps or frames.frames_per_second or options.frames_per_second,
         frame_count=frames.count,
-        cameras=told.cameras,
-        metadata=told.metadata,
+        cameras=sidecar.cameras,
+        metadata=sidecar.metadata,
         header=replace(
             options.header,
-            up_axis=stated or frames.up_axis or told.up_axis,
-            right_handed=told.right_handed,
-            meters_per_unit=told.meters_per_unit,
+            up_axis=stated or frames.up_axis or sidecar.up_axis,
+            right_handed=sidecar.right_handed,
+            meters_per_unit=sidecar.meters_per_unit,
         ),
     )
 
@@ -135,7 +135,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
     """Return the bounds with some changed.
 
     Raises:
-        UsageError: One is not of the form, or no number that a bound takes.
+        UsageError: One is malformed, or not a number that a bound takes.
     """
     names = [field.name for field in fields(bounds)]
     for change in changes:
@@ -159,9 +159,9 @@ def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
         return
     size, errors, bounds = output.stat().st_size, asdict(report.errors), report.bounds.listed()
     if as_json:
-        told = {"file": str(output), "frames": report.frames, "bytes": size}
+        summary = {"file": str(output), "frames": report.frames, "bytes": size}
         dropped = {"dropped_sh_degree": report.dropped_sh_degree}
-        print_json("import/1", {**told, "bounds": bounds, "errors": errors, **dropped})
+        print_json("import/1", {**summary, "bounds": bounds, "errors": errors, **dropped})
         return
     rows = {"frames": f"{report.frames}", "whole stream": f"{size:,} bytes"}
     rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}

@@ -59,7 +59,7 @@ def view(
     """Play a stream in a browser, which decodes and draws it. Ctrl-C ends the server.
 
     The page is for those who have its address, which has another token every time.
-    A stream from standard input plays while it comes, and so does one with --follow.
+    A stream from standard input plays while it arrives, and so does one with --follow.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors():
@@ -86,7 +86,7 @@ class _Stream(NamedTuple):
 
 @contextmanager
 def _open_stream(name: str, options: "PageOptions", follow: "Follow | None") -> Iterator[_Stream]:
-    """Open a stream, of which everything before the first frame is proved."""
+    """Open a stream, and check everything before its first frame."""
     from quarc_ref.streams import open_source
     from quarc_ref.streams.follow import poll
     from quarc_ref.viewing.outline import read_cameras

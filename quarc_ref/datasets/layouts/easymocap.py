@@ -63,10 +63,10 @@ def _read(path: Path) -> Matrices:
 
 
 def _list_names(inner: Matrices, path: Path) -> list[str]:
-    told = inner.get("names")
+    listed = inner.get("names")
     names = (
-        [str(name) for name in told]
-        if isinstance(told, list)
+        [str(name) for name in listed]
+        if isinstance(listed, list)
         else [key.removeprefix("K_") for key in inner if key.startswith("K_")]
     )
     if not names or len(set(names)) < len(names):

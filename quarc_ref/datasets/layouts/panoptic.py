@@ -62,7 +62,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
 
     Raises:
         MissingFileError: The file cannot be read.
-        UnreadablePoseError: It is malformed, or its numbers are no poses.
+        UnreadablePoseError: It is malformed, or its numbers are not poses.
     """
     try:
         document = json.loads(path.read_bytes())

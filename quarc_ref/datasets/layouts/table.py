@@ -1,4 +1,4 @@
-"""The layouts that are known, and the choice among them by the files in a folder.
+"""The known layouts, and the choice among them by the files in a folder.
 
 A new layout is a module with a `read_...` function and a row in `LAYOUTS`.
 """
@@ -68,7 +68,7 @@ def choose_layout(folder: Path) -> Layout:
     """Return the first layout of the table whose files a folder has.
 
     Raises:
-        UnknownLayoutError: It has those of none; the message lists all layouts, what is
+        UnknownLayoutError: It has those of no layout; the message lists all layouts, what is
             missing for each, and what may be done.
     """
     for layout in LAYOUTS:
@@ -82,7 +82,7 @@ def choose_layout(folder: Path) -> Layout:
 
 
 def _suggest(folder: Path) -> str:
-    """Return what to do with a folder that is no capture, as the end of a sentence."""
+    """Return advice on a folder that is not a capture, as the end of a sentence."""
     if not folder.is_dir():
         return ""
     for inner in sorted(path for path in folder.iterdir() if path.is_dir()):

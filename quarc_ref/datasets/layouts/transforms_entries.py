@@ -49,7 +49,7 @@ class Entry:
         """Return the pose in the package's axes.
 
         Raises:
-            ValueError: The matrix is no pose.
+            ValueError: The matrix is not a pose.
         """
         right, up, backwards, center = np.array(self.matrix).reshape(3, 4).T
         return make_pose(np.stack([right, -up, -backwards], axis=1), center)
@@ -76,7 +76,7 @@ def read_transforms(path: Path) -> Transforms:
     Raises:
         MissingFileError: The file cannot be read.
         UnreadablePoseError: It is malformed, or lacks a number.
-        UnsupportedCameraError: Its camera model is none that can be straightened.
+        UnsupportedCameraError: Its camera model cannot be undistorted.
     """
     try:
         return _parse_document(json.loads(path.read_bytes()))

@@ -14,7 +14,7 @@ _GIB = 1 << 30
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """What is free.
+    """Free resources of a machine.
 
     Attributes:
         memory_bytes: Free main memory, bytes; None if unknown.
@@ -26,12 +26,12 @@ class Machine:
 
 
 def look_at_machine() -> Machine:
-    """Return what is free here and now."""
+    """Return the free resources of this machine now."""
     return Machine(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
 
 
 def find_shortages(machine: Machine, memory_bytes: int, disk_bytes: int) -> Iterator[Finding]:
-    """Yield what is not enough.
+    """Yield a finding for each resource that is too small.
 
     Args:
         machine: What is free.

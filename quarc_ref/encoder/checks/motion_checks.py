@@ -1,4 +1,4 @@
-"""What the motion that cameras record says of them: frozen, stuttering, or out of step.
+"""Finds cameras whose motion is frozen, stuttering, or out of sync with the others.
 
 Cameras are in step if they see motion at the same time in the same epipolar planes: a
 plane through two cameras' centers cuts both pictures in a line, and what moves in it

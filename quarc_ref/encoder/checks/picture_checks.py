@@ -1,4 +1,4 @@
-"""What the pictures of one moment say of their cameras: exposure, colors, blur, twins.
+"""Compares cameras by pictures of one moment: exposure, colors, blur, duplicates.
 
 Cameras are compared where they show the same initial points, so that a camera that
 sees a darker part of the scene is not taken for a dark camera.
@@ -33,7 +33,7 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Looks:
-    """What is kept of a camera's picture.
+    """Measurements of a camera's picture.
 
     Attributes:
         light: `[P, 3]` logarithms to base 2 of linear light at the points; NaN where the

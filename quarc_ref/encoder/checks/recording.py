@@ -24,7 +24,7 @@ class Recording:
         side: Pixels of the capture, across and down, that are one here.
         grays: `[T, rows, columns]` levels of 255, times 128; of the first frames.
         is_there: `[T]` whether a frame could be read.
-        faults: What was said of frames that could not be read, by frame.
+        faults: Error messages of frames that could not be read, by frame.
     """
 
     side: int

@@ -1,4 +1,4 @@
-"""Who is called while a capture is encoded; none of it changes a byte of the stream."""
+"""Callbacks during an encode; they do not change a byte of the stream."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ class EncodePlan:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What is expected of an encode.
+    """Expected duration and size of an encode.
 
     Attributes:
         seconds: How long it takes.
@@ -105,7 +105,7 @@ class FrameWritten:
 
 
 class Monitor(Protocol):
-    """Is called while a capture is encoded, by the thread that encodes."""
+    """Called during an encode, by the thread that encodes."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """Receive the plan, before the work begins.
@@ -130,7 +130,7 @@ class Monitor(Protocol):
 
 
 class NullMonitor:
-    """Takes no notice."""
+    """A monitor that ignores everything."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """See `Monitor.begin`."""

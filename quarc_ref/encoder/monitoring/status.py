@@ -1,4 +1,4 @@
-"""Where an encode stands, in one line: frame, PSNR, Gaussians, bytes, time left."""
+"""The status of an encode in one line: frame, PSNR, Gaussians, bytes, time left."""
 
 import time
 from collections import deque
@@ -14,7 +14,7 @@ _SAMPLES = 12
 
 
 class EncodeStatus:
-    """A monitor that knows where an encode stands.
+    """A monitor that keeps the status of an encode.
 
     Args:
         announce: Called with the estimate before training begins; None to make none.

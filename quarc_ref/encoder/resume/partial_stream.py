@@ -53,7 +53,7 @@ def read_partial_stream(source: Source) -> PartialStream | None:
         The part; None if there is no whole frame.
 
     Raises:
-        BitstreamError: This is no stream.
+        BitstreamError: The bytes are not a stream.
         ResumeError: It has chunks that no encoder of ours has written there.
     """
     chunks: list[Chunk] = []
@@ -90,19 +90,22 @@ def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
 
 
 def require_match(
-    begun: PartialStream, header: StreamHeader, cameras: Sequence[Camera], metadata: dict[str, str]
+    existing: PartialStream,
+    header: StreamHeader,
+    cameras: Sequence[Camera],
+    metadata: dict[str, str],
 ) -> None:
     """Raise ResumeError unless header, cameras and metadata match this encode's.
 
     Args:
-        begun: The partial stream.
+        existing: The partial stream.
         header: Header of this encode; its conformance level is ignored.
         cameras: Cameras of this encode.
         metadata: Metadata of this encode.
     """
-    differ = _compare_metadata(begun.metadata, metadata) or [
-        *(["set of cameras"] if begun.cameras != _as_written(cameras) else []),
-        *_compare_headers(begun.header, header),
+    differ = _compare_metadata(existing.metadata, metadata) or [
+        *(["set of cameras"] if existing.cameras != _as_written(cameras) else []),
+        *_compare_headers(existing.header, header),
     ]
     if differ:
         message = (
@@ -111,28 +114,28 @@ def require_match(
         raise ResumeError(message)
 
 
-def require_frames(begun: PartialStream, frame_count: int, canonical: CanonicalSettings) -> None:
+def require_frames(existing: PartialStream, frame_count: int, canonical: CanonicalSettings) -> None:
     """Raise ResumeError unless the frames are the first ones of this encode.
 
     Args:
-        begun: The partial stream.
+        existing: The partial stream.
         frame_count: Frames asked for.
         canonical: Ordinals of those that must be canonical.
     """
-    for frame, chunk in enumerate(begun.frames):
+    for frame, chunk in enumerate(existing.frames):
         due = canonical.kind_due(frame)
         named = None if due == container.FRAM else frame
         if chunk.kind != due or _name_canonical(chunk) != named:
             message = f"frame {frame} of the stream does not match this encode: cut, or joined"
             raise ResumeError(message)
-    require_count(begun, frame_count)
+    require_count(existing, frame_count)
 
 
-def require_count(begun: PartialStream, frame_count: int) -> None:
+def require_count(existing: PartialStream, frame_count: int) -> None:
     """Raise ResumeError if there are too many frames, or too few in a finished stream."""
-    found = len(begun.frames)
-    if found > frame_count or (begun.is_finished and found < frame_count):
-        end = "is finished with" if begun.is_finished else "has"
+    found = len(existing.frames)
+    if found > frame_count or (existing.is_finished and found < frame_count):
+        end = "is finished with" if existing.is_finished else "has"
         message = f"the stream {end} {found} frames, not {frame_count}"
         raise ResumeError(message)
 

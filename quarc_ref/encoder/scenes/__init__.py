@@ -1,1 +1,1 @@
-"""Gaussians of others to a stream, without pictures: fitted, coded, verified; no torch."""
+"""Gaussians of other methods to a stream, without pictures: fitted, coded, verified; no torch."""

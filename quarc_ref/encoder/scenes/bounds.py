@@ -45,7 +45,7 @@ class Bounds:
             splats: The first frame.
 
         Raises:
-            EncodeError: The scales of the scene are no measure of it.
+            EncodeError: The median scale of the scene is 0 or not finite.
         """
         if self.position:
             return self

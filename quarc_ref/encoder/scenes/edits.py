@@ -114,7 +114,7 @@ class Edit:
 
     @property
     def is_exact(self) -> bool:
-        """Whether it is a matter of colors alone, for which `recolor` is exact."""
+        """Whether only colors change, for which `recolor` is exact."""
         return not (self.boxes or self.spheres or self.similarity)
 
     def apply(self, splats: Splats, ids: Int64) -> GivenFrame:
@@ -156,10 +156,10 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
     Raises:
         EncodeError: A frame has no Gaussian left.
     """
-    begun = -1
+    canonical_index = -1
     for scene in scenes:
-        begun += scene.phase == 0 or begun < 0
-        yield edit.apply(dequantize(scene), scene.ids + (begun << 32))
+        canonical_index += scene.phase == 0 or canonical_index < 0
+        yield edit.apply(dequantize(scene), scene.ids + (canonical_index << 32))
 
 
 def _quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

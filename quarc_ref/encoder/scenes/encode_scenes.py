@@ -1,4 +1,4 @@
-"""Gaussians of others to a stream: no pictures, no training, every error bounded.
+"""Gaussians of other methods to a stream: no pictures, no training, every error bounded.
 
 frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
@@ -43,7 +43,7 @@ from quarc_ref.format.updates import Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GivenFrame:
-    """A frame that others made.
+    """A frame that another program made.
 
     Attributes:
         splats: Its Gaussians, as 3DGS stores them; SH of degree 0 to 3, of which a
@@ -87,12 +87,12 @@ class SceneOptions:
 
 @dataclass(frozen=True, slots=True)
 class SceneReport:
-    """What has become of given Gaussians.
+    """Result of encoding given Gaussians.
 
     Attributes:
         frames: How many were written.
         bounds: What errors were allowed.
-        errors: The largest that there are, of all frames, as decoded.
+        errors: The largest errors of all decoded frames.
         dropped_sh_degree: The highest SH degree that was left out; 0 for none.
     """
 
@@ -107,16 +107,16 @@ def encode_scenes(
 ) -> SceneReport:
     """Encode given Gaussians into a stream of format 1.1.
 
-    Every frame is decoded as it is written, and held against what was given: what
-    the report says of errors holds for what any decoder makes of the stream.
+    Every frame is decoded as it is written, and compared with the input: the errors
+    in the report are those of any decoder's output.
 
     Args:
         scenes: The frames, in order; read one by one, three of them ahead.
         sink: Binary file that the stream is appended to.
-        options: Bounds and what else is to be said.
+        options: Bounds, and properties of the stream.
 
     Raises:
-        EncodeError: The Gaussians are none that a stream can hold within the bounds.
+        EncodeError: A stream cannot hold the Gaussians within the bounds.
     """
     options = options or SceneOptions()
     given = map(_as_given, scenes)
@@ -135,7 +135,7 @@ def _as_given(scene: Splats | GivenFrame) -> GivenFrame:
 
 
 class _Encoding:
-    """A stream in the making.
+    """A stream that is being written.
 
     Args:
         sink: Binary file that the stream is appended to.
@@ -147,8 +147,8 @@ class _Encoding:
         self._options = options
         self._bounds = bounds = options.bounds.settled(ahead[0].splats)
         self._header = _make_header(options, bounds, ahead)
-        told = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
-        metadata = {**options.metadata, **told}
+        added = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
+        metadata = {**options.metadata, **added}
         self._loop = ClosedLoop(sink, self._header, options.cameras, metadata)
         self._errors = Errors()
         self._count = 0

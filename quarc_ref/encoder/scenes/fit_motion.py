@@ -40,25 +40,25 @@ class Tolerances:
 
 
 def fit_motion(
-    begun: FrameState, target: Target, rows: Int64, tolerances: Tolerances
+    start: FrameState, target: Target, rows: Int64, tolerances: Tolerances
 ) -> list[Int64]:
     """Return `[6, a]` symbols of each level, level 1 first.
 
     Args:
-        begun: After the deaths.
+        start: After the deaths.
         target: The frame.
         rows: `[N]` row of the target for each Gaussian; -1 for those that are about to leave.
         tolerances: What may be left.
     """
     alive = np.flatnonzero(rows >= 0)
-    lacking = _measure(begun, target, rows, alive)
-    symbols = _sweep(begun.known_anchors, lacking, alive)
-    return _drop_needless(begun.known_anchors, symbols, lacking, alive, tolerances)
+    lacking = _measure(start, target, rows, alive)
+    symbols = _sweep(start.known_anchors, lacking, alive)
+    return _drop_needless(start.known_anchors, symbols, lacking, alive, tolerances)
 
 
-def _measure(begun: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
+def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
     """Return `[6, n]` the sums of symbols that would bring Gaussians to the target."""
-    scene, header = begun.scene, begun.scene.header
+    scene, header = start.scene, start.scene.header
     wanted = rows[alive]
     apart = target.positions[:, wanted] - scene.positions[:, alive]
     turns = turns_between(scene.rotations[:, alive] / ROTATION_ONE, target.rotations[:, wanted])

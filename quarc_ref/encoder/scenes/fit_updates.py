@@ -18,7 +18,7 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST, StreamHeader
 from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 
-_ROUNDING = 1 + 1e-6  # of floats, in what is held against a bound
+_ROUNDING = 1 + 1e-6  # of floats, in numbers that are compared with a bound
 _FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
 
 

@@ -1,4 +1,4 @@
-"""Steps that numbers have already: what was quantized once is not quantized anew."""
+"""Finds steps that numbers have already: what was quantized once is not quantized again."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def usual_divisor(numbers: NDArray[np.floating], most: int) -> int:
         most: Largest number that is searched for.
 
     Returns:
-        It; 1 if there is none, or no number to tell it from.
+        That number; 1 if there is none, or if all numbers are 0.
     """
     whole = np.abs(np.rint(numbers).astype(np.int64))
     whole = whole[whole > 0]

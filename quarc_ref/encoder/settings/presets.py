@@ -122,7 +122,7 @@ def choose_preset(name: str) -> EncoderConfig:
     """Return a preset.
 
     Raises:
-        SettingError: There is no such preset.
+        SettingError: The preset does not exist.
     """
     if name not in PRESETS:
         message = f"no preset {name!r}; the presets are {', '.join(PRESETS)}"

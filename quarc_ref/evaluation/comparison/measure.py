@@ -92,7 +92,7 @@ def measure_entries(
     Raises:
         BitstreamError: A stream is malformed.
         CaptureError: A picture of the capture cannot be read.
-        EntryError: There is no common frame, or a file of a rival cannot be used.
+        EntryError: There is no common frame, or a file of another method cannot be used.
     """
     frames = _choose_frames(opened, span)
     entries = opened.entries if opened.capture else opened.entries[1:]

@@ -1,4 +1,4 @@
-"""What the command line names, opened: streams first, which tell the cameras and the capture."""
+"""Opens the entries of the command line: streams first, which give the cameras and the capture."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,8 +39,8 @@ class Wanted:
         capture: Folder of the capture whose pictures are the truth; None to take those of
             the first entry.
         cameras: Names of the cameras to compare on; none for the held-out ones.
-        downscale: Times that the capture's pictures are made smaller, where no stream
-            tells it.
+        downscale: Factor by which the capture's pictures are downscaled, if no stream
+            gives it.
         other_capture: Whether streams may have been made from another capture.
     """
 

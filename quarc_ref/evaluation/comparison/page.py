@@ -28,7 +28,7 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFol
 
     Args:
         comparison: What was measured.
-        summary: What it comes to.
+        summary: Its results.
         folder: Folder that is filled (`quarc_ref.files.written_folder`).
     """
     folder.write("points.csv", format_points_csv(summary))

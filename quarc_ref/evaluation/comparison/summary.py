@@ -1,4 +1,4 @@
-"""What a comparison comes to: operating points over runs, paired differences, BD-rate."""
+"""Results of a comparison: operating points over runs, paired differences, BD-rate."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ _MEGABIT = 1e6
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """A mean and how far its numbers scatter.
+    """A mean and its standard deviation.
 
     Attributes:
         mean: Mean of the numbers.
@@ -54,7 +54,7 @@ class Point:
         figures: Each figure over the runs, by its name; None where none has it.
         byte_count: Size of all frames, bytes; None if unknown.
         kilobytes_per_frame: KB of 1024 bytes; None if unknown.
-        megabits_per_second: At the entries' pace; None if unknown.
+        megabits_per_second: At the entries' frame rate; None if unknown.
         paired: Against the first point; None for that one itself.
     """
 
@@ -85,11 +85,11 @@ class MethodDelta:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summary:
-    """What a comparison comes to.
+    """Results of a comparison.
 
     Attributes:
         points: In the order in which they were named.
-        reference: The method that the others are compared with; None if there is but one.
+        reference: The method that the others are compared with; None if there is only one.
         deltas: Deltas of every other method that has more than one rate.
     """
 
@@ -99,7 +99,7 @@ class Summary:
 
 
 def summarize(comparison: Comparison) -> Summary:
-    """Return what a comparison comes to."""
+    """Return the results of a comparison."""
     groups = _group(comparison.measured)
     first = next(iter(groups.values()))
     points = [

@@ -31,7 +31,7 @@ def head_points(summary: Summary) -> list[str]:
 
 
 def row_points(summary: Summary) -> list[list[str]]:
-    """Return a line of cells to each operating point, and none of them is empty."""
+    """Return a line of cells for each operating point; no cell is empty."""
     return [_row_point(point) for point in summary.points]
 
 

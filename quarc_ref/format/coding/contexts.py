@@ -2,7 +2,7 @@
 
 Both sides count the zeros and ones of every context and go on counting from
 frame to frame, so that a probability need not be sent. Counts are halved when
-they grow large: what was seen lately weighs most.
+they grow large: recent bits weigh most.
 """
 
 from typing import Final
@@ -23,7 +23,7 @@ class ContextCounts:
         self._models: dict[str, Int64] = {}
 
     def copy(self) -> "ContextCounts":
-        """Return counts that go on from these."""
+        """Return a copy of the counts."""
         copied = ContextCounts()
         copied._models = dict(self._models)
         return copied

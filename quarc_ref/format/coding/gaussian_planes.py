@@ -100,7 +100,7 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
 
 
 def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
-    """Decode the Gaussians of a snapshot that its CANO has not; see `read_canonical`."""
+    """Decode the Gaussians of a snapshot that its CANO does not have; see `read_canonical`."""
     return _read_sections(chunk, chunk.newborn_count, code_planes)
 
 

@@ -31,7 +31,7 @@ def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) ->
         count: How many poses; the last is the one before the first.
 
     Raises:
-        PathError: There is no telling what is up, or the first camera is right above the center.
+        PathError: The up direction is unknown, or the first camera is right above the center.
     """
     up, center, begin = find_up(cameras, up_axis), find_center(cameras), pose_of(first)
     offset = begin.eye - center
@@ -59,7 +59,7 @@ def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -
         count: How many poses.
 
     Raises:
-        PathError: There is no telling what is up.
+        PathError: The up direction is unknown.
     """
     up, center = find_up(cameras, up_axis), find_center(cameras)
     eyes = np.array([pose_of(camera).eye for camera in cameras])

@@ -85,11 +85,11 @@ def read_keyframes(path: Path, cameras: Sequence[Camera], like: Camera, up_axis:
     Args:
         path: Path of the file.
         cameras: Cameras of the stream, which the file may name.
-        like: Whose angle of view a keyframe has that names none.
+        like: Camera whose angle of view is used where a keyframe has none.
         up_axis: From the stream's header.
 
     Raises:
-        PathError: It is no such file, or no camera can be where it says; the keyframe is named.
+        PathError: It is malformed, or a pose in it is impossible; the keyframe is named.
         OSError: It cannot be read.
     """
     try:

@@ -25,7 +25,7 @@ class Shot:
 
     Attributes:
         frame: Ordinal of the stream's frame that is seen.
-        camera: Who sees it.
+        camera: Camera that sees it.
     """
 
     frame: int

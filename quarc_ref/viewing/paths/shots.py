@@ -21,7 +21,7 @@ def plan_shots(
     Args:
         outline: Outline of the stream.
         name: `orbit`, `spiral`, `interpolate`, or a file of keyframes.
-        like: Whose size of pictures and angle of view the path has, and where it begins.
+        like: Camera with the picture size, angle of view and first pose of the path.
         span: The first frame to show, and the one after the last; None for all.
         pictures: How many; the frames are spread over them. None for one to a frame. Not
             for keyframes, which have times.
