@@ -8,12 +8,12 @@ import numpy as np
 
 from gpu.plan import Sizes
 from gpu.rows import Notebook, Row
-from quarc_ref.datasets.capture import Capture, Image, Points
+from quarc_ref.datasets.capture import Capture, Image, Points, join_points
 from quarc_ref.format.cameras import Camera
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.rig import RigCamera, place_cameras
 from quarc_ref.synth.scene import make_scene
-from quarc_ref.synth.tracer import join_points, trace_points, trace_view
+from quarc_ref.synth.tracer import trace_points, trace_view
 
 FRAMES = 3
 _NEAR_MARGIN = 0.95

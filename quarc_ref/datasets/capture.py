@@ -36,6 +36,12 @@ class Points:
     colors: NDArray[np.uint8]
 
 
+def join_points(parts: Sequence[Points]) -> Points:
+    """Return the points of all parts, at least one."""
+    positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])
+    return Points(positions, np.concatenate([part.colors for part in parts]))
+
+
 class PictureSource(Protocol):
     """Where pictures come from."""
 

@@ -3,7 +3,8 @@
 pycolmap finds SIFT features in frame 0 of every camera and matches all pairs.
 The poses are known, so matches are verified with them and not with poses
 estimated from the matches; then points are triangulated. Poses and lenses stay
-as they are. Every seed is fixed: the same pictures give the same points.
+as they are. These points give the depths between which `dense_points` searches
+for more. Every seed is fixed: the same pictures give the same points.
 """
 
 import tempfile
@@ -16,6 +17,7 @@ import pycolmap
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.datasets.colmap_cameras import build_camera, quiet
+from quarc_ref.datasets.dense_points import densify
 from quarc_ref.datasets.errors import UnreadablePointsError
 
 _LEAST_POINTS = 100
@@ -52,7 +54,8 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
         )
         raise UnreadablePointsError(message)
     positions = np.array([point.xyz for point in found], dtype=np.float32)
-    return Points(positions, np.array([point.color for point in found], dtype=np.uint8))
+    colors = np.array([point.color for point in found], dtype=np.uint8)
+    return densify(cameras, pictures, Points(positions, colors))
 
 
 def _reconstruct(

@@ -1,4 +1,4 @@
-"""Undistorts and downscales pictures; every use of cv2 is here.
+"""Undistorts and downscales pictures.
 
 The pinhole sees the largest upright rectangle that the picture covers whole,
 so that no pixel is invented. OpenCV has pixel centers at whole numbers; half

@@ -76,9 +76,3 @@ def _encode(light: NDArray[np.float64]) -> Image:
     curved = 1.055 * np.power(light, 1 / 2.4) - 0.055
     encoded = np.where(light <= 0.0031308, 12.92 * light, curved)
     return np.round(255 * encoded).astype(np.uint8)
-
-
-def join_points(parts: list[Points]) -> Points:
-    """Return the points of all parts."""
-    positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])
-    return Points(positions, np.concatenate([part.colors for part in parts]))

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.capture import Image, Points, join_points
 from quarc_ref.datasets.points_ply import write_points_ply
 from quarc_ref.files import OutputFolder, written_folder
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.rig import RigCamera, place_cameras
 from quarc_ref.synth.scene import make_scene
 from quarc_ref.synth.stage import Stage
-from quarc_ref.synth.tracer import join_points, trace_points, trace_view
+from quarc_ref.synth.tracer import trace_points, trace_view
 from quarc_ref.synth.write_video import write_video
 
 _POINTS = 8000

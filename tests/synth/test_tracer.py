@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.capture import join_points
 from quarc_ref.synth.furniture import make_room
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.paints import Paint, choose_palette
@@ -9,7 +10,7 @@ from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.scene import make_scene
 from quarc_ref.synth.solids import at, ball, box
 from quarc_ref.synth.stage import pack_stage
-from quarc_ref.synth.tracer import join_points, trace_points, trace_view
+from quarc_ref.synth.tracer import trace_points, trace_view
 
 _OPTIONS = SynthOptions(width=64, height=48)
 _CENTER = np.array([0.3, 0.9, 0.2])

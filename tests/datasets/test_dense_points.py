@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.dense_points import densify
+from tests.datasets import scenes
+
+PLANE = scenes.plane_points(50)
+
+
+@pytest.fixture(scope="module")
+def stage():
+    """Cameras before the plane y = 0, and what they see."""
+    shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
+    cameras = [
+        CalibratedCamera(
+            shot.name,
+            Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy),
+            make_pose(shot.axes, shot.center),
+        )
+        for shot in shots
+    ]
+    return cameras, [scenes.render(shot, painting=scenes.paint_grains, samples=4) for shot in shots]
+
+
+@pytest.fixture(scope="module")
+def dense(stage):
+    points = densify(*stage, PLANE)
+    count = len(points.positions) - len(PLANE.positions)
+    return Points(points.positions[:count], points.colors[:count])
+
+
+def test_most_pixels_become_points_of_the_plane_that_the_pictures_show(dense):
+    away = np.abs(dense.positions[:, 1])
+
+    # A pixel is 0.027 units wide at the plane, 4 units away.
+    assert len(away) > 0.5 * 5 * 160 * 120 or len(away) == 40_000
+    assert np.median(away) < 0.01
+    assert np.mean(away < 0.1) > 0.99
+
+
+def test_dense_points_have_the_colors_of_the_plane(dense):
+    x, _, z = dense.positions.T
+    truth = scenes.paint_grains(x, z, 0.0).astype(float)
+    difference = np.abs(dense.colors - truth).mean()
+
+    assert difference < 0.5 * np.abs(dense.colors[::-1] - truth).mean()
+
+
+def test_a_sparse_point_that_cameras_see_through_is_dropped(stage):
+    floater = Points(np.float32([[0.0, -1.0, 0.0]]), np.uint8([[255, 0, 255]]))
+    sparse = Points(
+        np.concatenate([PLANE.positions, floater.positions]),
+        np.concatenate([PLANE.colors, floater.colors]),
+    )
+
+    points = densify(*stage, sparse)
+
+    assert not (points.positions == floater.positions).all(axis=1).any()
+    assert (points.positions == PLANE.positions[7]).all(axis=1).any()
+
+
+def test_two_cameras_are_no_three_that_agree(stage):
+    cameras, pictures = stage
+
+    points = densify(cameras[:2], pictures[:2], PLANE)
+
+    np.testing.assert_array_equal(points.positions, PLANE.positions)
+
+
+def test_pictures_without_texture_add_no_points(stage):
+    cameras, pictures = stage
+
+    points = densify(cameras, [np.full_like(picture, 128) for picture in pictures], PLANE)
+
+    np.testing.assert_array_equal(points.positions, PLANE.positions)
