@@ -134,7 +134,7 @@ def encode_to_joined_file(
 
         capture, options = work.open()
         if is_there:
-            segments.require_joined(target, capture, options)
+            segments.require_finished(target, capture, options)
             return
         options.check(capture)
         parts = _cut(work, capture, options, (folder.path.absolute(), segment_count))

@@ -72,12 +72,12 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
     """
     contexts = []
     for level in state.known_anchors.levels:
-        own = recall_motion(state, level.owners)
+        own = look_up_motion(state, level.owners)
         contexts.append(LevelContext(level.parents, own if previous else np.zeros_like(own)))
     return contexts
 
 
-def recall_motion(state: State, owners: Int64) -> Int16:
+def look_up_motion(state: State, owners: Int64) -> Int16:
     """Return `[c, a]` the last motion of Gaussians of ids `[a]`, 0 of those that have died."""
     place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
     alive = state.scene.ids[place] == owners

@@ -118,7 +118,7 @@ def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
         join([FileSource(files.enter_context(each.file.open("rb"))) for each in segments], sink)
 
 
-def require_joined(path: Path, capture: Capture, options: EncodeOptions) -> None:
+def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> None:
     """Raise ResumeError unless a file is the finished stream of this encode."""
     with path.open("rb") as file:
         existing = read_partial_stream(FileSource(file))

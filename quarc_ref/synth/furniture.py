@@ -32,7 +32,7 @@ _SUN = (9.6, 8.7, 7.4)
 _SKY = (2.8, 3.4, 4.1)
 
 
-def share_open(time: float, delay: float) -> float:
+def compute_opening(time: float, delay: float) -> float:
     """Return the fraction by which the door is open, 0 to 1, at a time in seconds."""
     moment = (time - delay) % _SHOW_SECONDS
     return _ease(moment, *_OPENING) - _ease(moment, *_CLOSING)

@@ -10,12 +10,12 @@ variants the robot is alone.
 from dataclasses import dataclass
 
 from quarc_ref.synth.furniture import (
+    compute_opening,
     make_cabinet,
     make_floor_pieces,
     make_room,
     make_screen,
     make_wall_pieces,
-    share_open,
 )
 from quarc_ref.synth.hall import make_hall, make_lamps
 from quarc_ref.synth.options import draw
@@ -73,8 +73,8 @@ class Scene:
             make_blob(time, blob, colors),
             *make_train(time, train, colors),
             make_mobile(time, mobile, colors),
-            make_cabinet(share_open(time, _DELAY * door), pattern, colors),
-            make_screen(share_open(time, _DELAY * (1 + screen)), colors),
+            make_cabinet(compute_opening(time, _DELAY * door), pattern, colors),
+            make_screen(compute_opening(time, _DELAY * (1 + screen)), colors),
             *make_wall_pieces(pattern, colors),
             *make_floor_pieces(pattern, colors),
             *self._visitors_at(time),

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.segments import require_joined, slice_capture, split_frames
+from quarc_ref.encoder.segments import require_finished, slice_capture, split_frames
 from quarc_ref.format.errors import ResumeError
 from tests.encoder.toys import SMALL, make_capture
 from tests.streams.edits import join_bytes
@@ -67,11 +67,11 @@ def test_a_joined_stream_is_known_again(joined, tmp_path):
     path = tmp_path / "a.quarc"
     path.write_bytes(joined)
 
-    require_joined(path, make_capture(3), _OPTIONS)
+    require_finished(path, make_capture(3), _OPTIONS)
     with pytest.raises(ResumeError, match="another seed"):
-        require_joined(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
+        require_finished(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
     with pytest.raises(ResumeError, match="with 3 frames, not 2"):
-        require_joined(path, make_capture(3), replace(_OPTIONS, frames=2))
+        require_finished(path, make_capture(3), replace(_OPTIONS, frames=2))
     path.write_bytes(joined[:-1])
     with pytest.raises(ResumeError, match="not a finished stream"):
-        require_joined(path, make_capture(3), _OPTIONS)
+        require_finished(path, make_capture(3), _OPTIONS)

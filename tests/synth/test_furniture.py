@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from quarc_ref.synth.furniture import make_cabinet, make_room, make_screen, share_open
+from quarc_ref.synth.furniture import compute_opening, make_cabinet, make_room, make_screen
 from quarc_ref.synth.paints import choose_palette
 
 _PALETTE = choose_palette(0)
@@ -9,13 +9,13 @@ _PALETTE = choose_palette(0)
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
 def test_the_door_is_shut_at_first_and_open_before_the_default_clip_ends(delay):
-    assert share_open(0.0, delay) == 0
-    assert share_open(0.75 * 23 / 30, delay) > 0.8
+    assert compute_opening(0.0, delay) == 0
+    assert compute_opening(0.75 * 23 / 30, delay) > 0.8
 
 
 def test_the_door_shuts_again_and_the_show_repeats():
-    assert share_open(2.9, 0.0) == 0
-    assert share_open(3.4, 0.1) == pytest.approx(share_open(0.4, 0.1))
+    assert compute_opening(2.9, 0.0) == 0
+    assert compute_opening(3.4, 0.1) == pytest.approx(compute_opening(0.4, 0.1))
 
 
 def test_only_the_door_of_the_cabinet_moves_and_along_itself():

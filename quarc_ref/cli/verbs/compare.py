@@ -190,10 +190,10 @@ def _show(
     title = f"Against {comparison.truth}: {len(comparison.frames)} frames"
     headings = [f"<{heading}" if heading in ("entry", "is") else heading
                 for heading in tables.head_points(summary)]  # fmt: skip
-    print_columns(title, headings, tables.row_points(summary))
+    print_columns(title, headings, tables.format_point_rows(summary))
     if summary.deltas:
         first, *others = tables.head_deltas(summary)
-        rows = tables.row_deltas(summary)
+        rows = tables.format_delta_rows(summary)
         print_columns("Bjontegaard deltas", [f"<{first}", *others[:-1], f"<{others[-1]}"], rows)
     if page is not None:
         print_columns("", ["<report"], [[str(page)]])

@@ -123,7 +123,7 @@ class _Fit:
         for group, rate in zip(self._adam.param_groups, rates, strict=True):
             group["lr"] = rate
         view, moved = next(self._views), self._move()
-        rendering, loss = self._render(updates.added_to(moved) if updates else moved, view)
+        rendering, loss = self._render(updates.apply_to(moved) if updates else moved, view)
         loss = (
             loss
             + self._rate_weight * self._residuals.rate(settings)

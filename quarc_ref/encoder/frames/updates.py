@@ -73,7 +73,7 @@ class TrainedUpdates:
         """Learning rate in steps, with a decay factor applied."""
         return self._settings.lr * decay
 
-    def added_to(self, moved: Attributes) -> Attributes:
+    def apply_to(self, moved: Attributes) -> Attributes:
         """Attributes after the motion plus the quantized updates (straight-through gradients)."""
         return add_residuals(moved, self._quantized(), self._header)
 
@@ -116,7 +116,7 @@ class TrainedUpdates:
         """
         with torch.no_grad():
             residuals = self._quantized()
-            after = self.added_to(before)
+            after = self.apply_to(before)
             faded = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
             faded &= torch.sigmoid(after.opacities) < self._settings.death_opacity
             if bool(faded.all()):

@@ -13,7 +13,7 @@ import numpy as np
 
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.scenes.rotations import Float64, turns_between
+from quarc_ref.encoder.scenes.rotations import Float64, rotations_between
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
@@ -61,7 +61,7 @@ def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Fl
     scene, header = start.scene, start.scene.header
     wanted = rows[alive]
     apart = target.positions[:, wanted] - scene.positions[:, alive]
-    turns = turns_between(scene.rotations[:, alive] / ROTATION_ONE, target.rotations[:, wanted])
+    turns = rotations_between(scene.rotations[:, alive] / ROTATION_ONE, target.rotations[:, wanted])
     identity = header.rotation_unity * header.level_count
     turning = identity * turns[1:] / np.maximum(turns[0], 1e-6)
     return np.concatenate(

@@ -6,7 +6,7 @@ import numpy as np
 
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.scenes.bounds import Bounds
-from quarc_ref.encoder.scenes.rotations import Float64, angles_between, turns_between
+from quarc_ref.encoder.scenes.rotations import Float64, angles_between, rotations_between
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.constants import (
@@ -105,7 +105,7 @@ def _fit_turns(
 ) -> tuple[Int64, Bits]:
     """Return `[3, n]` residuals of rotation, and which Gaussians stay too far off all the same."""
     off = angles_between(before, wanted) > bounds.rotation * _ROUNDING
-    turns = turns_between(before, wanted)
+    turns = rotations_between(before, wanted)
     residuals = header.rotation_unity * turns[1:] / np.maximum(turns[0], 1e-9)
     residuals = np.rint(np.clip(residuals, -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)) * off
     left = np.concatenate([np.full((1, off.size), float(header.rotation_unity)), residuals])

@@ -22,7 +22,7 @@ def normalize(rotations: Float64) -> Float64:
     return unit
 
 
-def turns_between(before: Float64, after: Float64) -> Float64:
+def rotations_between(before: Float64, after: Float64) -> Float64:
     """Return the unit quaternions that turn `before` into `after` from the right, w >= 0."""
     aw, ax, ay, az = before[0], -before[1], -before[2], -before[3]
     bw, bx, by, bz = after
@@ -40,6 +40,6 @@ def turns_between(before: Float64, after: Float64) -> Float64:
 
 def angles_between(first: Float64, second: Float64) -> Float64:
     """Return `[n]` the angles between rotations, radians."""
-    turn = turns_between(first, second)
+    turn = rotations_between(first, second)
     angles: Float64 = 2 * np.arctan2(np.sqrt((turn[1:] ** 2).sum(axis=0)), turn[0])
     return angles

@@ -34,7 +34,7 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class ComparedView:
     """The same view of everything, to look at.
 
     Attributes:
@@ -71,7 +71,7 @@ class Comparison:
     cameras: tuple[str, ...]
     truth: str
     frames_per_second: float
-    shown: list[Shown]
+    shown: list[ComparedView]
     variants: dict[str, str]
 
 
@@ -124,7 +124,7 @@ class _Pairs:
             {name: [] for name in cameras} for _ in entries
         ]
         self._wanted = _choose_shown(list(cameras), frames)
-        self.shown: list[Shown] = []
+        self.shown: list[ComparedView] = []
 
     @property
     def variants(self) -> dict[str, str]:
@@ -147,7 +147,7 @@ class _Pairs:
             if (name, frame) in self._wanted:
                 pictures = [view.decoded for view in views]
                 psnr = [view.psnr for view in views]
-                self.shown.append(Shown(name, frame, truth, pictures, psnr))
+                self.shown.append(ComparedView(name, frame, truth, pictures, psnr))
 
     def results(self) -> list[Measured]:
         """Return the figures of all frames so far."""

@@ -6,15 +6,15 @@ from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
 
-from quarc_ref.evaluation.comparison.measure import Comparison, Shown
+from quarc_ref.evaluation.comparison.measure import ComparedView, Comparison
 from quarc_ref.evaluation.comparison.summary import Point, Summary, average_cameras
 from quarc_ref.evaluation.comparison.tables import (
+    format_delta_rows,
+    format_point_rows,
     format_points_csv,
     format_views_csv,
     head_deltas,
     head_points,
-    row_deltas,
-    row_points,
 )
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
@@ -37,7 +37,7 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFol
     return folder.write("index.html", _compose(comparison, summary, shown))
 
 
-def _write_pictures(shown: Shown, number: int, folder: OutputFolder) -> list[str]:
+def _write_pictures(shown: ComparedView, number: int, folder: OutputFolder) -> list[str]:
     """Write the truth and every entry's picture of a view; return the names of the files."""
     names = []
     for place, picture in enumerate([shown.truth, *shown.pictures]):
@@ -62,7 +62,7 @@ def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[
         "title": html.escape(", ".join(_name_methods(summary))),
         "subtitle": html.escape(_describe(comparison)),
         "data": json.dumps({"entries": [_TRUTH, *labels], "views": views}).replace("<", "\\u003c"),
-        "points": format_table(head_points(summary), row_points(summary)),
+        "points": format_table(head_points(summary), format_point_rows(summary)),
         "deltas": _compose_deltas(summary),
         "plots": "".join(plots),
         "metrics": list_lines(comparison.variants),
@@ -92,7 +92,7 @@ def _describe(comparison: Comparison) -> str:
 def _compose_deltas(summary: Summary) -> str:
     if not summary.deltas:
         return ""
-    table = format_table(head_deltas(summary), row_deltas(summary))
+    table = format_table(head_deltas(summary), format_delta_rows(summary))
     return f"<h2>Bjøntegaard deltas</h2><div class='wide'>{table}</div>"
 
 

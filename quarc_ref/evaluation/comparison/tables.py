@@ -25,22 +25,22 @@ _FIGURES = (
 
 
 def head_points(summary: Summary) -> list[str]:
-    """Return the headings of `row_points`."""
+    """Return the headings of `format_point_rows`."""
     figures = [heading for heading, name, _ in _FIGURES if name in summary.points[0].figures]
     return ["entry", "is", "runs", *figures, "bytes", "KB / frame", "Mb/s", "dB to first", "better"]
 
 
-def row_points(summary: Summary) -> list[list[str]]:
+def format_point_rows(summary: Summary) -> list[list[str]]:
     """Return a line of cells for each operating point; no cell is empty."""
     return [_row_point(point) for point in summary.points]
 
 
 def head_deltas(summary: Summary) -> list[str]:
-    """Return the headings of `row_deltas`."""
+    """Return the headings of `format_delta_rows`."""
     return [f"against {summary.reference}", "BD-rate", "BD-PSNR", "BD-rate by SSIM", "remark"]
 
 
-def row_deltas(summary: Summary) -> list[list[str]]:
+def format_delta_rows(summary: Summary) -> list[list[str]]:
     """Return a line of cells to each method that Bjontegaard's deltas compare with the first."""
     return [
         [

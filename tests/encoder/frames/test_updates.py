@@ -53,7 +53,7 @@ def test_what_is_drawn_in_training_is_what_the_decoder_makes_of_it():
     with torch.no_grad():
         trained.leaf.copy_(drawn * (torch.arange(len(drawn)) % 3 == 0)[:, None])
 
-    after = trained.added_to(before).detached()
+    after = trained.apply_to(before).detached()
     decoded = from_splats(
         dequantize(
             update(moved, replace(trained.updates(before), dies=_none(trained, before))).scene

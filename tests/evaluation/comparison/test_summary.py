@@ -9,11 +9,11 @@ from quarc_ref.evaluation.comparison.entries import Holdings, Label
 from quarc_ref.evaluation.comparison.measure import Comparison, Measured
 from quarc_ref.evaluation.comparison.summary import summarize
 from quarc_ref.evaluation.comparison.tables import (
+    format_delta_rows,
+    format_point_rows,
     format_points_csv,
     format_views_csv,
     head_points,
-    row_deltas,
-    row_points,
 )
 from quarc_ref.evaluation.quality import Quality
 
@@ -44,7 +44,7 @@ def test_runs_of_a_point_become_their_mean_and_deviation():
     assert point.figures["psnr"].deviation == pytest.approx(stdev([31, 32, 36]))
     assert point.kilobytes_per_frame.mean == 1
     assert point.megabits_per_second == pytest.approx(1024 * 8 * 30 / 1e6)
-    assert row_points(summary)[0][3] == "33.00 ± 2.65"
+    assert format_point_rows(summary)[0][3] == "33.00 ± 2.65"
 
 
 def test_pairs_are_of_the_same_camera_and_frame():
@@ -55,7 +55,7 @@ def test_pairs_are_of_the_same_camera_and_frame():
     assert second.paired.psnr.mean == pytest.approx(-0.5)
     assert second.paired.psnr.deviation == pytest.approx(0)
     assert (second.paired.better, second.paired.pairs) == (0, 4)
-    assert row_points(summary)[1][-2:] == ["-0.50 ± 0.00", "0% of 4"]
+    assert format_point_rows(summary)[1][-2:] == ["-0.50 ± 0.00", "0% of 4"]
 
 
 def test_views_equal_to_the_truth_are_not_paired():
@@ -65,7 +65,7 @@ def test_views_equal_to_the_truth_are_not_paired():
 
     assert summary.points[1].paired is None
     assert summary.points[1].kilobytes_per_frame is None
-    assert row_points(summary)[1][head_points(summary).index("bytes")] == "-"
+    assert format_point_rows(summary)[1][head_points(summary).index("bytes")] == "-"
 
 
 def test_methods_of_four_rates_are_compared_by_bjontegaard():
@@ -80,7 +80,7 @@ def test_methods_of_four_rates_are_compared_by_bjontegaard():
     assert summary.reference == "ours"
     assert delta.psnr.rate == pytest.approx(100)
     assert delta.ssim.rate == pytest.approx(100)
-    assert row_deltas(summary)[0][:2] == ["theirs", "+100.0 %"]
+    assert format_delta_rows(summary)[0][:2] == ["theirs", "+100.0 %"]
 
 
 def test_csv_has_a_line_to_each_point_and_to_each_view():
