@@ -68,7 +68,7 @@ class _KernelCache(FunctionCache):
         self._cache_file._source_stamp = (self._cache_file._source_stamp, _fingerprint())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401
-        """Return what was compiled for a signature; None if nothing was."""
+        """Return the compiled code of a signature; None if there is none."""
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
@@ -89,7 +89,7 @@ def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
 
 @cache
 def _fingerprint() -> str:
-    """Return what tells the package's kernels, and how they are compiled, from any others."""
+    """Return a key that identifies the package's kernels and how they are compiled."""
     folder = Path(__file__).parent
     files = sorted([*folder.rglob("*_kernels.py"), *folder.rglob("compiled.py")])
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

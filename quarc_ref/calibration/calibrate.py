@@ -40,7 +40,7 @@ class CalibrateOptions:
         lenses: Assumptions about the lenses.
         moments: How many moments are searched for features; None for as many as it takes.
         masks: By the names of cameras, `[H, W]`, True where features may be.
-        sync: What offsets are found from.
+        sync: How offsets are found.
         up: As `world.settle_world` has it.
         distance: Distance of two cameras, if known.
         report: Called with each stage, its number of finished steps, and their total.
@@ -89,7 +89,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
 
     Args:
         recordings: As `find_recordings` finds them.
-        options: How.
+        options: How to calibrate.
 
     Raises:
         CalibrationError: No poses can be found.

@@ -32,7 +32,7 @@ Report = Callable[[int, int], None]
 
 
 class SyncMethod(StrEnum):
-    """What offsets are found from."""
+    """How offsets are found."""
 
     AUTO = "auto"
     SOUND = "sound"

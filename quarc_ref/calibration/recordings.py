@@ -21,7 +21,7 @@ _PLAIN = re.compile(r"[^A-Za-z0-9_-]+")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recordings:
-    """What the cameras of a rig recorded.
+    """Recordings of the cameras of a rig.
 
     Attributes:
         names: Names of the cameras, in natural order, of letters, digits, `_` and `-`.

@@ -52,7 +52,7 @@ class CameraFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """What was found.
+    """Poses and lenses that were found.
 
     Attributes:
         cameras: Those that joined, in the order of the recordings, in the solver's world.

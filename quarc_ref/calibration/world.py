@@ -114,7 +114,7 @@ def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
     _, spreads, axes = np.linalg.svd(places - places.mean(axis=0))
     if len(cameras) < _LEAST_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
         message = (
-            "the cameras do not stand in one plane, by which to tell what is up: leave out --up "
+            "the cameras are not in one plane that could define up: leave out --up "
             "if they stand level, or name one that does"
         )
         raise CalibrationError(message)

@@ -36,7 +36,7 @@ class Decoding:
 
     @property
     def clip(self) -> "Clip":
-        """What the stream has said so far."""
+        """Header, cameras and metadata read so far."""
         from quarc_ref.export.clip import Clip
 
         decoder = self._decoder

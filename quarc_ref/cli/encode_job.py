@@ -1,4 +1,4 @@
-"""What `encode` encodes, and where it writes the stream."""
+"""Input and output of `encode`."""
 
 import os
 from dataclasses import dataclass

@@ -143,7 +143,7 @@ def _refuse_missing(frame: Path, name: str) -> None:
 
 
 def _list(folder: Path) -> list[Path]:
-    """Return what is in a folder, in natural order; nothing if it is none."""
+    """Return the contents of a folder, in natural order; empty if it is not a folder."""
     if not folder.is_dir():
         return []
     return sorted(folder.iterdir(), key=lambda path: natural_order(path.name))

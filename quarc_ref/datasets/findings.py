@@ -1,4 +1,4 @@
-"""What loading, checks and an encode find wrong with a capture."""
+"""Findings of loading, checks and an encode: what is wrong with a capture."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

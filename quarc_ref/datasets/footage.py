@@ -1,4 +1,4 @@
-"""What a loader reads of a layout: cameras as calibrated, pictures as they are on disk.
+"""Output of a loader: cameras as calibrated, pictures as they are on disk.
 
 `open_capture` makes a `Capture` of it. The fingerprint tells two captures
 apart without reading all of their pictures.

@@ -14,7 +14,7 @@ _ALLOWED = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FO
 
 
 def parse_yaml(data: bytes) -> dict[str, Node]:
-    """Return what is in a file of OpenCV's, by name; matrices as flat float64 arrays.
+    """Return the contents of an OpenCV file, by name; matrices as flat float64 arrays.
 
     Args:
         data: The whole file.

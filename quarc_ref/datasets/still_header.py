@@ -1,4 +1,4 @@
-"""What the header of a PNG or JPEG file says of its picture, before anything is decoded."""
+"""Reads size and orientation from the header of a PNG or JPEG file, without decoding it."""
 
 import re
 import struct

@@ -26,7 +26,7 @@ _JPEG_QUANTIZER = 3  # from 2, the best, to 31
 
 @dataclass(frozen=True, slots=True)
 class VideoForm:
-    """What a video is to be.
+    """Format of a video.
 
     Attributes:
         width: Pixels.

@@ -58,7 +58,7 @@ class FrameState(Protocol):
 
     @property
     def updates(self) -> Updates | None:
-        """What changed single Gaussians in the frame, as coded."""
+        """The updates of the frame, as coded."""
         ...
 
     @property

@@ -62,7 +62,7 @@ class FastState:
 
     @property
     def updates(self) -> Updates | None:
-        """What changed single Gaussians in the frame, as coded."""
+        """The updates of the frame, as coded."""
         coded = self.core.updates()
         return None if coded is None else Updates(*coded)
 

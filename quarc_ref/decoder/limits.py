@@ -1,4 +1,4 @@
-"""What a stream may ask of a decoder: SPEC 3.2. Counts are checked before memory is taken."""
+"""Limits of a stream's level: SPEC 3.2. Counts are checked before memory is allocated."""
 
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import CountLevelError, LimitError

@@ -19,7 +19,7 @@ from quarc_ref.format.updates import Updates
 
 
 class ReferenceEngine:
-    """The text, as it stands in `frames` and what it calls; see `engine.Engine`.
+    """SPEC as implemented in `frames` and what it calls; see `engine.Engine`.
 
     Attributes:
         largest: Gaussians of the largest canonical frame that was decoded in this process.

@@ -1,4 +1,4 @@
-"""What a frame shows, in integers: the part of the state that is serialized (SPEC 7.1, 9.1).
+"""The Gaussians of a frame as integers: the part of the state that is serialized (SPEC 7.1, 9.1).
 
 Arrays are plane by plane, `[3, N]` and not `[N, 3]`: the order in which the
 state is serialized, hashed and coded.

@@ -76,7 +76,7 @@ class State:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """What snapshots are coded against (SPEC 7.9).
+    """The canonical frame that snapshots are coded against (SPEC 7.9).
 
     Attributes:
         frame: Ordinal of a CANO.

@@ -60,7 +60,7 @@ class StreamDecoder:
 
     @property
     def header(self) -> StreamHeader:
-        """What HEAD says.
+        """The stream's header.
 
         Raises:
             ChunkOrderError: HEAD has not been pushed.

@@ -47,7 +47,7 @@ class Examination:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
-    """What was found.
+    """Results of examining a capture.
 
     Attributes:
         layout: Name of the layout; None if it is unknown.
@@ -65,7 +65,7 @@ class Diagnosis:
 
 
 def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
-    """Return what is wrong with a capture, and what encoding it will take.
+    """Return the faults of a capture, and a forecast of encoding it.
 
     Args:
         folder: Folder of the capture.

@@ -39,7 +39,7 @@ _FRAME_STEP = 0.6  # a step of a later frame, in steps of frame 0
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """What an encode takes.
+    """Time, memory and size of an encode.
 
     Attributes:
         seconds_of_first: For frame 0, measured here.
@@ -61,7 +61,7 @@ class Forecast:
 def forecast(
     capture: Capture, config: EncoderConfig, frames: int | None = None, device: str = "auto"
 ) -> Forecast:
-    """Return what an encode of a capture will take.
+    """Return the forecast of an encode.
 
     Args:
         capture: Capture to encode.

@@ -80,7 +80,7 @@ def name_variants(lpips: Lpips | None) -> dict[str, str]:
 
 
 def find_background(capture: Capture, index: int) -> Picture | None:
-    """Return what a camera sees that does not move, as `regions.find_background` has it.
+    """Return the static background of a camera (`regions.find_background`).
 
     Args:
         capture: Capture that the camera belongs to.

@@ -18,7 +18,7 @@ from quarc_ref.streams import decode
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EvaluationOptions:
-    """What to measure.
+    """Options of an evaluation.
 
     Attributes:
         span: The first frame, and the one after the last; None for no bound.
@@ -63,7 +63,7 @@ def evaluate_stream(
         data: A stream.
         folder: The capture.
         on_progress: Called after every frame with stage, done, total.
-        options: What to measure.
+        options: Frames and metrics to measure.
 
     Raises:
         BitstreamError: What is wrong with the bytes.

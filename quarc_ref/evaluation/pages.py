@@ -1,4 +1,4 @@
-"""What the pages of this project have in common: their skin, and what they are filled with."""
+"""Parts that all HTML pages of this project share: style, tables, embedded pictures."""
 
 import base64
 import html

@@ -1,4 +1,4 @@
-"""Under what conditions a stream was measured: without them its figures mean nothing.
+"""Conditions of a measurement, without which its figures mean nothing.
 
 Everything is read from the stream and the capture; nothing is typed in by hand.
 """

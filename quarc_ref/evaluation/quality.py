@@ -59,7 +59,7 @@ class Quality:
         return average(self.by_camera().values())
 
     def headings(self) -> list[str]:
-        """Return the headings of `as_rows`, but for that of the names."""
+        """Return the headings of `as_rows`, except that of the names."""
         return [heading for heading, figure, _ in COLUMNS if figure in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
@@ -71,7 +71,7 @@ class Quality:
         ]
 
     def as_json(self) -> dict[str, object]:
-        """Return what `eval --json` prints of the quality; JSON has no infinity, but null."""
+        """Return what `eval --json` prints about the quality; infinity becomes null."""
         return {
             "psnr": _finite(fmean(self.psnr)),
             "ssim": fmean(self.ssim),

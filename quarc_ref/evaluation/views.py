@@ -1,4 +1,4 @@
-"""What cameras see of a decoded frame, beside what they took."""
+"""Rendered views of a decoded frame beside the pictures of the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from quarc_ref.rendering.pictures import render_picture
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What one camera sees of a frame.
+    """A frame rendered for one camera, and its ground truth.
 
     Attributes:
         frame: Ordinal of the frame.
@@ -42,7 +42,7 @@ def measure_views(
     capture: Capture,
     indices: Sequence[int] | None = None,
 ) -> list[View]:
-    """Return what cameras see of a frame, and how near it is to the truth.
+    """Return a frame rendered for cameras, with metrics against the ground truth.
 
     Args:
         splats: The frame's scene in floats.

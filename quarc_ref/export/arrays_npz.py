@@ -1,4 +1,4 @@
-"""A frame as a NumPy archive: the integer state, and the floats that it stands for."""
+"""A frame as a NumPy archive: the integer state, and its dequantized floats."""
 
 import io
 from typing import Any

@@ -16,7 +16,7 @@ class Frame:
 
     Attributes:
         scene: The decoder's state.
-        splats: The numbers that it stands for.
+        splats: The same, dequantized.
     """
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""What a folder holds: files that its marker lists, which may be removed, and those of others."""
+"""Contents of a folder: files that its marker lists, which may be removed, and foreign files."""
 
 import stat
 from contextlib import suppress
@@ -59,7 +59,7 @@ def remove_listed(folder: Path, depth: int = _DEPTH) -> None:
 
 @dataclass(slots=True)
 class _Stock:
-    """What a folder holds: what its marker lists, and what others have put there."""
+    """Contents of a folder: files that its marker lists, and foreign ones."""
 
     files: list[Path] = field(default_factory=list)
     folders: list[Path] = field(default_factory=list)

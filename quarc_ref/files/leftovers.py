@@ -1,4 +1,4 @@
-"""What killed processes have left beside a target: recognized by name and lock, and removed."""
+"""Removes leftovers of killed processes beside a target, recognized by name and lock."""
 
 import os
 from contextlib import suppress

@@ -74,7 +74,7 @@ SH_REST_PLANES: Final = 9
 
 
 class Level(NamedTuple):
-    """What a stream of a level may ask of a decoder (SPEC 3.2)."""
+    """Limits of a stream of a conformance level (SPEC 3.2)."""
 
     gaussians: int
     births: int

@@ -1,4 +1,4 @@
-"""What chunks hold, parsed and checked: SPEC 5.
+"""Contents of chunks, parsed and checked: SPEC 5.
 
 Frozen records; each proves its own fields when it is made, so that inner code
 trusts them. A field out of range is a ValueError here; `wire` makes it a
@@ -32,7 +32,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class StreamHeader:
-    """What a stream chooses for itself: the HEAD chunk (SPEC 5.3)."""
+    """Parameters of a stream: the HEAD chunk (SPEC 5.3)."""
 
     level: int = described(10, "Conformance level, one of `constants.LEVELS`.")
     timescale: int = described(30, "Clock ticks per second.")
@@ -85,7 +85,7 @@ class StreamHeader:
 
     @property
     def limits(self) -> Level:
-        """What the stream's level allows."""
+        """Limits of the stream's level."""
         return LEVELS[self.level]
 
     @property

@@ -13,7 +13,7 @@ _STOLEN = 7
 
 @dataclass(frozen=True, slots=True)
 class ProcessorTime:
-    """What all processors of this machine have done since it was started.
+    """Ticks of all processors of this machine since it was started.
 
     Attributes:
         worked: Ticks in which they ran something.

@@ -17,7 +17,7 @@ class FrameSummary:
 
     Attributes:
         frame: Its ordinal.
-        canonical: Whether it is a canonical frame, be it a snapshot or not.
+        canonical: Whether it is a canonical frame, snapshots included.
         gaussians: How many it shows.
         anchors: How many moved it, of all levels.
         births: How many joined.

@@ -54,7 +54,7 @@ class WorkerPool:
 
     @property
     def environment(self) -> dict[str, str]:
-        """What holds the libraries of a job to its threads, if it is set before they load."""
+        """Environment that limits the libraries of a job to its threads, if set before loading."""
         names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS")
         return dict.fromkeys(names, str(self.threads))
 

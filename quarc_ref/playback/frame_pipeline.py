@@ -83,7 +83,7 @@ class FramePipeline:
     times: Times
 
     def make(self, start: int, stop: int | None) -> Frames:
-        """Return what makes the frames from `start` up to, and without, `stop`."""
+        """Return an iterator over the frames from `start` to `stop` - 1."""
         engine = choose_engine(self.threads)
         if self.threads == 1:
             states = self._decode(engine, start, stop, self.follow)

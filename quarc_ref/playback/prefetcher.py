@@ -64,7 +64,7 @@ class Prefetcher(Generic[_Item]):
 
 
 class _Work(Generic[_Item]):
-    """What the thread of an `Prefetcher` does and shares with it."""
+    """The thread of a `Prefetcher`, and the data they share."""
 
     def __init__(self, make: Callable[[], Generator[_Item]], most: int, closed: Event) -> None:
         self._make = make

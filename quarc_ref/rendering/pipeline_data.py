@@ -1,4 +1,4 @@
-"""What the steps of drawing hand on to one another: arrays, float32 and contiguous."""
+"""Data passed between the steps of rendering: contiguous float32 arrays."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

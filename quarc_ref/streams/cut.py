@@ -60,7 +60,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
 
 
 class _Passed:
-    """What a cut must know of the frames before it.
+    """State that a cut needs from the frames before it.
 
     Attributes:
         canonical: Ordinal of the last canonical frame that was passed over.

@@ -45,7 +45,7 @@ class SearchBudget:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """What decoding can resume at.
+    """Conditions on a chunk that decoding can resume at.
 
     Attributes:
         offset: First byte to look at.

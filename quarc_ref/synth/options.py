@@ -14,7 +14,7 @@ _MOST_CAMERAS = 99
 
 @dataclass(frozen=True, slots=True)
 class SynthOptions:
-    """A synthetic capture, but for its folder.
+    """Options of a synthetic capture, except its folder.
 
     Attributes:
         width: Pixels, even.
@@ -22,7 +22,7 @@ class SynthOptions:
         frames: Number of frames of every camera.
         frames_per_second: Frame rate of every camera.
         seed: Seed of colors, patterns, motions and camera positions.
-        cameras: To train with; one more is held out.
+        cameras: Number of training cameras; one more is held out.
         variant: Name of the scene, one of `VARIANTS`.
     """
 

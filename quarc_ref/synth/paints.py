@@ -34,7 +34,7 @@ _DARKEST, _BRIGHTEST = 0.01, 0.92
 
 @dataclass(frozen=True, slots=True)
 class Paint:
-    """What a surface looks like.
+    """Appearance of a surface.
 
     Attributes:
         pattern: One of the patterns of `texture_kernels`.

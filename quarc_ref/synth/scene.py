@@ -39,7 +39,7 @@ _DELAY = 0.1  # seconds, at most, by which the seed delays door and screen
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What a seed has chosen.
+    """Random choices of a seed.
 
     Attributes:
         palette: Colors.

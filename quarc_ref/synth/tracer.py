@@ -16,7 +16,7 @@ _LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # a deviation of 0.58 pixels, about that of 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What a camera sees of a stage.
+    """Rendering of a stage by a camera.
 
     Attributes:
         picture: `[H, W, 3]` sRGB.
@@ -30,7 +30,7 @@ class View:
 
 
 def trace_view(stage: Stage, camera: RigCamera) -> View:
-    """Return what a camera sees of a stage."""
+    """Render a stage for a camera."""
     light = np.empty((camera.height, camera.width, 3))
     depths = np.empty((camera.height, camera.width, 2))
     render(stage, camera.as_row(), light, depths)
@@ -47,7 +47,7 @@ def trace_points(
     Args:
         stage: The scene.
         camera: The camera that sees the points.
-        picture: What the camera sees, for the colors.
+        picture: The camera's picture, for the colors.
         count: Number of points, at pixels chosen at random.
         generator: Random generator for the choice of pixels and for a little noise in the
             positions.

@@ -1,4 +1,4 @@
-"""What the traced scene can differ in from the playroom, each a difficulty of real captures."""
+"""Variants of the traced scene, each a difficulty of real captures."""
 
 from dataclasses import dataclass
 

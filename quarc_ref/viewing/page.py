@@ -18,7 +18,7 @@ POSTER = "poster.jpg"
 
 @dataclass(frozen=True, slots=True)
 class PageOptions:
-    """What a page does with its stream; attributes of `<quarc-player>` where they are called so.
+    """Options of a page; attributes of `<quarc-player>` where they are called so.
 
     Attributes:
         title: Title of the page.

@@ -60,7 +60,7 @@ def test_a_rig_that_fills_space_has_no_plane():
         look_at(f"cam{i}", p) for i, p in enumerate(np.vstack([np.eye(3), -np.eye(3)]) + 0.1)
     ]
 
-    with pytest.raises(CalibrationError, match="do not stand in one plane"):
+    with pytest.raises(CalibrationError, match="are not in one plane"):
         settle_world(cameras, POINTS, "plane")
 
 

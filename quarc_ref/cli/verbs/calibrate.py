@@ -211,7 +211,7 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
 
 
 def _list_values(rig: "Calibration") -> dict[str, object]:
-    """Return what was found, as `docs/schemas/calibrate.json` has it."""
+    """Return the results in the form of `docs/schemas/calibrate.json`."""
     clearness = rig.offsets.clearness
     return {
         "cameras": {

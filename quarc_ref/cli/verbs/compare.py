@@ -135,7 +135,7 @@ def compare(
 
 
 def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
-    """Return what the command line names.
+    """Return the entries that the command line names.
 
     Raises:
         UsageError: There are fewer than two, a path does not exist, or a size is not a number.

@@ -96,8 +96,8 @@ def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
 
 
 def _describe(found: "Diagnosis") -> dict[str, str]:
-    """Return what was found for a table."""
-    rows = {"layout": found.layout or "none that is known"}
+    """Return the results as rows of a table."""
+    rows = {"layout": found.layout or "unknown"}
     if found.capture is not None:
         rows |= _describe_capture(found.capture)
     if found.forecast is not None:
@@ -130,7 +130,7 @@ def _describe_capture(capture: "Capture") -> dict[str, str]:
 def _as_json(
     folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool
 ) -> dict[str, object]:
-    """Return what was found as docs/schemas/doctor.json has it."""
+    """Return the results in the form of docs/schemas/doctor.json."""
     capture = found.capture
     return {
         "folder": str(folder),

@@ -102,7 +102,7 @@ def _write(
 def _parse_edit(
     crop: list[str], drop: list[str], transform: str | None, recolor: list[str]
 ) -> "Edit":
-    """Return what the options ask for.
+    """Return the edit that the options ask for.
 
     Raises:
         UsageError: One is malformed, or there is none.

@@ -111,7 +111,7 @@ def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
 
 
 def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOptions":
-    """Return what the source, and the command line before it, say of the stream."""
+    """Return options from the source; those of the command line take precedence."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
     options, sidecar = SceneOptions(), frames.sidecar

@@ -34,7 +34,7 @@ def find_model(folder: Path) -> Path | None:
 
 
 def read_colmap(folder: Path) -> Footage:
-    """Return what a folder of the layout holds.
+    """Load a capture of this layout.
 
     Args:
         folder: With a model in it, where `find_model` looks.

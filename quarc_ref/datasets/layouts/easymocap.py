@@ -29,7 +29,7 @@ Matrices = Mapping[str, Node]
 
 
 def read_easymocap(folder: Path) -> Footage:
-    """Return what a folder of the layout holds.
+    """Load a capture of this layout.
 
     Args:
         folder: With `intri.yml` and `extri.yml` in it.

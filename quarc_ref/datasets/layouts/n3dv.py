@@ -34,7 +34,7 @@ _USUAL_PREFIX = "cam"
 
 
 def read_n3dv(folder: Path) -> Footage:
-    """Return what a folder of the layout holds.
+    """Load a capture of this layout.
 
     Args:
         folder: With `poses_bounds.npy` in it.
@@ -84,7 +84,7 @@ def _prefer_usual(files: Files) -> Files:
 
 
 def _compare_orders(names: Sequence[str]) -> tuple[Finding, ...]:
-    """Return what to say of names that sort otherwise letter by letter."""
+    """Return a finding if names sort differently by letters and by numbers."""
     for first, second in pairwise(sorted(names)):
         if natural_order(first) > natural_order(second):
             message = (

@@ -30,7 +30,7 @@ _OPENCV_CENTER = 0.5  # what is added to a principal point whose pixel centers a
 
 
 def read_panoptic(folder: Path) -> Footage:
-    """Return what a folder of the layout holds.
+    """Load a capture of this layout.
 
     Args:
         folder: With one `calibration_*.json` in it.

@@ -1,4 +1,4 @@
-"""What nerfstudio's `transforms.json` says, parsed and checked.
+"""Parses and checks nerfstudio's `transforms.json`.
 
 Intrinsics may be given once for all entries, or with each, which then counts;
 path, pose and time are each entry's own.
@@ -71,7 +71,7 @@ class Transforms:
 
 
 def read_transforms(path: Path) -> Transforms:
-    """Return what a file says.
+    """Return the parsed file.
 
     Raises:
         MissingFileError: The file cannot be read.

@@ -41,7 +41,7 @@ class _Rig:
 
 
 def read_nerfstudio(folder: Path) -> Footage:
-    """Return what a folder of the layout holds.
+    """Load a capture of this layout.
 
     Args:
         folder: With `transforms.json` in it.

@@ -39,7 +39,7 @@ Changes = NDArray[np.float32]
 def find_motion_faults(
     cameras: Sequence[Camera], recordings: Sequence[Recording]
 ) -> Iterator[Finding]:
-    """Yield what sets the motion of some cameras apart from that of the others.
+    """Yield findings about cameras whose motion differs from that of the others.
 
     Args:
         cameras: At least two.

@@ -50,7 +50,7 @@ class _Looks:
 def find_odd_pictures(
     cameras: Sequence[Camera], projections: Sequence[PointProjection], pictures: Iterable[Image]
 ) -> Iterator[Finding]:
-    """Yield what sets the pictures of some cameras apart from the others.
+    """Yield findings about cameras whose pictures differ from the others.
 
     Args:
         cameras: At least two.
@@ -83,7 +83,7 @@ def _compare_light(light: Numbers) -> Numbers:
     """Return `[camera, 4]` by how many stops a camera differs from most: exposure, then tints.
 
     Of the points, three quarters differ by as much or more: what one camera sees and another
-    does not, behind an edge that no point tells of, is no difference of cameras.
+    does not, behind an edge that no point marks, is not a difference of cameras.
 
     Args:
         light: `[camera, P, 3]` as of `_Looks`.

@@ -44,7 +44,7 @@ _SCALE = 128
 
 
 def record(capture: Capture, advance: Advance) -> list[Recording]:
-    """Return what all cameras show; every frame is read.
+    """Return the recordings of all cameras; every frame is read.
 
     Args:
         capture: Its held-out cameras are read as well.

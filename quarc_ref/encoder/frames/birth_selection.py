@@ -23,7 +23,7 @@ from quarc_ref.rendering.rasterizer import Gaussians, Rendering
 
 @dataclass(frozen=True, slots=True)
 class ByteCost:
-    """What bytes of births cost, in units of the loss.
+    """Cost of the bytes of births, in units of the loss.
 
     Attributes:
         weight: Loss per byte.

@@ -26,7 +26,7 @@ _MAX_LOG_FACTOR = math.log(256)
 
 @dataclass(frozen=True, slots=True)
 class RateDistortion:
-    """What every rate-distortion weight of the settings is multiplied by in a frame.
+    """Factors of the rate-distortion weights of a frame.
 
     Attributes:
         factor: Product of quality dial, `--lambda` and rate control.

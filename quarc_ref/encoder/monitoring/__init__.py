@@ -1,1 +1,1 @@
-"""What an encode reports while it runs: every training step, every frame, and how long is left."""
+"""Reports of a running encode: every training step, every frame, and how long is left."""

@@ -1,4 +1,4 @@
-"""Edits of decoded frames, the same in all of them: cropped, emptied, turned, recolored.
+"""Edits of decoded frames, the same in all of them: crop, erase, transform, recolor.
 
 Which Gaussians there are decides which of them are anchors, and so does where they
 are: what is left of a stream after such an edit is fitted again, with its identities.
@@ -39,7 +39,7 @@ class Similarity:
 
     @classmethod
     def of(cls, matrix: NDArray[np.float64]) -> "Similarity":
-        """Return what a matrix `[3, 4]` or `[4, 4]` does.
+        """Return the similarity of a matrix `[3, 4]` or `[4, 4]`.
 
         Raises:
             ValueError: It does something else, such as mirroring or shearing.
@@ -98,7 +98,7 @@ class Similarity:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """What is done to every frame, in this order.
+    """Edits of every frame, applied in this order.
 
     Attributes:
         boxes: Everything outside of each box is removed: least x, y, z, then greatest; world units.
@@ -151,7 +151,7 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
 
     Args:
         scenes: Frames of a stream, in order.
-        edit: What is done to each.
+        edit: The edit.
 
     Raises:
         EncodeError: A frame has no Gaussian left.

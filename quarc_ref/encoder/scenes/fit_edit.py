@@ -22,7 +22,7 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
     Args:
         source: A stream.
         sink: Binary file that the stream is appended to.
-        edit: What is done to every frame.
+        edit: The edit of every frame.
         options: Bounds and progress; all else comes from the stream.
 
     Raises:

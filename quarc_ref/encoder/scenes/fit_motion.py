@@ -24,7 +24,7 @@ _MOST_TURN = 190.0  # what three levels of symbols can do
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """What may be left of an error, in steps of the motion.
+    """Largest errors allowed, in steps of the motion.
 
     Attributes:
         translation: On an axis.
@@ -48,7 +48,7 @@ def fit_motion(
         start: After the deaths.
         target: The frame.
         rows: `[N]` row of the target for each Gaussian; -1 for those that are about to leave.
-        tolerances: What may be left.
+        tolerances: Largest errors allowed.
     """
     alive = np.flatnonzero(rows >= 0)
     lacking = _measure(start, target, rows, alive)

@@ -1,4 +1,4 @@
-"""What single Gaussians need after the motion, and which must be born anew: SPEC 7.8."""
+"""Fits updates of single Gaussians after the motion, or replaces them by births: SPEC 7.8."""
 
 from dataclasses import dataclass
 
@@ -75,7 +75,7 @@ def fit_updates(
         moved: After the motion.
         target: The frame.
         rows: `[N]` row of the target for each Gaussian; -1 for those that leave.
-        bounds: What may be left of errors.
+        bounds: Largest errors allowed.
     """
     scene, header = moved.scene, moved.scene.header
     kept = np.flatnonzero(rows >= 0)

@@ -258,7 +258,7 @@ def _as_rendered(
     step: int,
     generator: torch.Generator,
 ) -> Attributes:
-    """What an iteration renders: with noise, at first without SH, at last quantized."""
+    """Attributes that an iteration renders: with noise, at first without SH, at last quantized."""
     settings, header, fine = objective.settings, objective.header, objective.fine_step
     noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
     noise = noise.to(attributes.means.device)

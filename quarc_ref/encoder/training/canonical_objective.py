@@ -1,4 +1,4 @@
-"""What a canonical frame is trained for, and what is due in which iteration."""
+"""Training objective of a canonical frame, and its schedule."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from quarc_ref.format.records import StreamHeader
 
 @dataclass(frozen=True, slots=True)
 class CanonicalObjective:
-    """What a canonical frame is trained for.
+    """Training objective of a canonical frame, and its schedule.
 
     Attributes:
         settings: Schedule, thresholds and weights.

@@ -1,4 +1,4 @@
-"""What training works with: views, renderer and random numbers.
+"""Shared context of training: views, renderer and random numbers.
 
 Random numbers depend only on (seed, frame, purpose), so that any frame can be trained again from
 the decoded state before it.

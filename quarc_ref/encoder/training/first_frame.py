@@ -1,4 +1,4 @@
-"""What later frames take from decoded frame 0: exposures and the reference loss.
+"""Values that later frames take from decoded frame 0: exposures and the reference loss.
 
 Both depend only on the file and the pictures, so that a resumed encode has the same.
 """

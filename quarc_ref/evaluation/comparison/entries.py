@@ -1,4 +1,4 @@
-"""What can be compared: anything that can show what a camera sees of a frame."""
+"""Entries of a comparison: anything that can show a frame as a camera sees it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -19,7 +19,7 @@ class EntryError(MismatchError):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """What an entry stands for.
+    """The method and operating point of an entry.
 
     Attributes:
         method: Entries of one method are points of one rate-distortion curve.
@@ -36,7 +36,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Holdings:
-    """What an entry has.
+    """Frames and size of an entry.
 
     Attributes:
         kind: What it is, for people.
@@ -53,8 +53,8 @@ class Entry(ABC):
     """One thing that is compared.
 
     Args:
-        label: What it stands for.
-        holdings: What it has.
+        label: Its method and operating point.
+        holdings: Its frames and size.
     """
 
     def __init__(self, label: Label, holdings: Holdings) -> None:

@@ -15,7 +15,7 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
 
     Args:
         folder: Folder of the files; the last number in a file's name is the frame's ordinal.
-        label: What it stands for.
+        label: Its method and operating point.
 
     Raises:
         EntryError: Two files are of the same frame, or there is none.
@@ -32,7 +32,7 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
 
     Args:
         path: Path of the file.
-        label: What it stands for.
+        label: Its method and operating point.
         frames_per_second: Frame rate at which it is sampled and compared.
 
     Raises:

@@ -23,8 +23,8 @@ class Measured:
     """An entry and its figures.
 
     Attributes:
-        label: What it stands for.
-        holdings: What it has.
+        label: Its method and operating point.
+        holdings: Its frames and size.
         quality: Its figures, for each camera one `Measures` to each compared frame.
     """
 
@@ -54,7 +54,7 @@ class ComparedView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """What was measured.
+    """Results of measuring entries side by side.
 
     Attributes:
         measured: Measurements of each entry, in the order of the entries.
@@ -174,7 +174,7 @@ def _find_index(capture: Capture, name: str) -> int:
 
 
 def _find_background(capture: Capture | None, name: str) -> Picture | None:
-    """Return what a camera sees that does not move; None where the truth is an entry's."""
+    """Return the static background of a camera; None if the truth is an entry's."""
     return None if capture is None else find_background(capture, _find_index(capture, name))
 
 

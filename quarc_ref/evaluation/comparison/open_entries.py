@@ -21,7 +21,7 @@ class Named:
     """Something to compare.
 
     Attributes:
-        label: What it stands for.
+        label: Its method and operating point.
         path: Where it is.
         byte_count: Size of the files that renders were rendered from; None if unknown.
     """
@@ -73,8 +73,8 @@ def open_entries(
     """Open everything that is to be compared.
 
     Args:
-        named: What is compared.
-        wanted: How.
+        named: The entries to open.
+        wanted: Options of the comparison.
         on_progress: Called for every frame of a stream that is inspected.
 
     Raises:

@@ -26,7 +26,7 @@ def open_renders(
 
     Args:
         folder: Folder of the pictures.
-        label: What it stands for.
+        label: Its method and operating point.
         cameras: Names of the cameras that are compared.
         byte_count: Size of the files that the pictures were rendered from; None if unknown.
 

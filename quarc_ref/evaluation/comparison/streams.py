@@ -31,7 +31,7 @@ def open_stream(
 
     Args:
         path: Path of its file.
-        label: What it stands for.
+        label: Its method and operating point.
         on_progress: Called for every frame that is inspected: stage, done, total.
 
     Raises:

@@ -250,7 +250,7 @@ def _to_steps(rows: Int64) -> Int64:
 
 
 def _blank(code_planes: int, count: int) -> Gaussians:
-    """Return what a reader hands to a walk."""
+    """Return placeholders that a reader passes to a walk."""
     rows = np.zeros((7 + code_planes, count), dtype=np.int64)
     return Gaussians(rows[:3], rows[3:7], rows[7:])
 

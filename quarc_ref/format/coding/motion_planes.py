@@ -92,7 +92,7 @@ def _walk_motion(
 
 @dataclass(frozen=True, slots=True)
 class _Done:
-    """What the anchors of a level hand down to those whose parents they are.
+    """Data that the anchors of a level pass down to their children.
 
     Attributes:
         sums: `[c, a]` their symbols and those of their parents, and theirs.
@@ -104,12 +104,12 @@ class _Done:
 
     @classmethod
     def nothing(cls, parents: Int64, channels: int) -> "_Done":
-        """Return what stands above the coarsest level."""
+        """Return the data above the coarsest level."""
         count = int(parents.max()) + 1
         return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
 
     def and_then(self, parents: Int64, symbols: Int64) -> "_Done":
-        """Return what the next level hands down."""
+        """Return the data that the next level passes down."""
         return _Done(self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0))
 
 

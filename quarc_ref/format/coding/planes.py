@@ -87,7 +87,7 @@ class PlaneWriter:
         return bits
 
     def section(self) -> Section:
-        """Return what was written."""
+        """Return the coded section."""
         return Section(encode_bits(self._runs))
 
 

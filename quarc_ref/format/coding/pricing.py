@@ -1,4 +1,4 @@
-"""What runs of bits cost: by this a writer chooses between probabilities.
+"""Cost of runs of bits, by which a writer chooses between probabilities.
 
 Not normative: a reader accepts any probability that a plane states, so that here,
 unlike elsewhere in `format`, a float does no harm.

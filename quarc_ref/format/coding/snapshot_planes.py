@@ -51,7 +51,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class CodedSnapshot:
-    """What a SNAP chunk says of a frame.
+    """Contents of a SNAP chunk.
 
     Attributes:
         newborn_count: Gaussians that the CANO has not.
