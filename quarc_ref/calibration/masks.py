@@ -15,7 +15,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     """Return the masks in a folder, by the names of cameras.
 
     Args:
-        folder: With a picture to a camera, named after it, of the size of its recording:
+        folder: With a picture per camera, named after it, of the size of its recording:
             nothing is looked for where it is black. Cameras without one have no mask.
         recordings: Recordings of the cameras.
 

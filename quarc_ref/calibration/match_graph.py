@@ -1,4 +1,4 @@
-"""A COLMAP database of one picture to a camera, from features of several moments.
+"""A COLMAP database of one picture per camera, from features of several moments.
 
 Its matches are verified: those that no pose of the two cameras could explain are left out.
 """
@@ -112,7 +112,7 @@ def _verify(database: Path) -> dict[tuple[int, int], int]:
 def _write_cameras(
     rows: pycolmap.Database, names: Sequence[str], sizes: Sequence[Size], lenses: LensOptions
 ) -> None:
-    """Write lenses, each with a rig of its own, and an image to a camera of the capture."""
+    """Write lenses, each with a rig of its own, and an image per camera of the capture."""
     written: dict[object, int] = {}
     for index, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
         key = size if lenses.shared and lenses.known is None else index

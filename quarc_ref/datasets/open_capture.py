@@ -161,7 +161,9 @@ def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[st
     """Return the names of the held-out cameras."""
     unknown = sorted(set(asked) - set(names))
     if unknown:
-        message = f"there is no camera {', '.join(unknown)} to hold out among {', '.join(names)}"
+        message = (
+            f"there is no camera {', '.join(unknown)} to hold out; there are {', '.join(names)}"
+        )
         raise HeldOutError(message)
     held_out = frozenset(asked or names[:1])
     if len(held_out) == len(names):

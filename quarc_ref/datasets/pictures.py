@@ -39,7 +39,7 @@ class Pictures(PictureSource, Protocol):
 
 
 class VideoPictures:
-    """Pictures of one video to a camera: see `Pictures`.
+    """Pictures of one video per camera: see `Pictures`.
 
     Args:
         readers: `[camera]`, at least one.
@@ -63,7 +63,7 @@ class VideoPictures:
 
 
 class FilePictures:
-    """Pictures of one file to a camera and frame: see `Pictures`.
+    """Pictures of one file per camera and frame: see `Pictures`.
 
     Args:
         paths: `[camera][frame]`, at least one frame each.

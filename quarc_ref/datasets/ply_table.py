@@ -1,4 +1,4 @@
-"""PLY files as tables: a row to each vertex, a column to each property.
+"""PLY files as tables: a row per vertex, a column per property.
 
 Reads ascii and little-endian binary files whose first element is the vertex. The size of
 every array is proved against the bytes that are there before it is made.

@@ -26,7 +26,7 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
         positions: `[3, N]` Gaussians, lattice units.
         anchors: `[3, A]` anchors, lattice units, A at least 1.
         shift: Cells of side 2^shift in which anchors are expected to be about
-            as dense as one to a cell. It changes the time taken and nothing else.
+            as dense as one per cell. It changes the time taken and nothing else.
 
     Returns:
         `[N]` anchor indices; of equally near anchors, the least.
@@ -125,7 +125,7 @@ class _CellSearch:
 
 
 def _key(cells: Int64) -> Int64:
-    """Return one number to a cell; each axis is from -1 to 2^20."""
+    """Return one number per cell; each axis is from -1 to 2^20."""
     offset = cells + 1
     keys: Int64 = (offset[0] << 42) | (offset[1] << 21) | offset[2]
     return keys

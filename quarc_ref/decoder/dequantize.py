@@ -19,7 +19,7 @@ Float32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Splats:
-    """A scene in floats, a row to a Gaussian; as 3DGS stores it, not activated.
+    """A scene in floats, a row per Gaussian; as 3DGS stores it, not activated.
 
     Attributes:
         positions: `[N, 3]` xyz, world units.

@@ -38,12 +38,12 @@ class Quality:
 
     @property
     def psnr(self) -> tuple[float, ...]:
-        """The mean over the cameras, dB, a number to each frame."""
+        """The mean over the cameras, dB, a number per frame."""
         return self._follow("psnr")
 
     @property
     def ssim(self) -> tuple[float, ...]:
-        """The mean over the cameras, as `ssim_inria`, a number to each frame."""
+        """The mean over the cameras, as `ssim_inria`, a number per frame."""
         return self._follow("ssim")
 
     def by_camera(self) -> dict[str, Measures]:

@@ -49,7 +49,7 @@ def estimate_updates(updates: Updates, count: int) -> float:
 
 
 def estimate_gaussians(gaussians: Gaussians) -> float:
-    """Return the price of a canonical frame, bytes: a channel to each number of a Gaussian."""
+    """Return the price of a canonical frame, bytes: a channel per number of a Gaussian."""
     rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
     return estimate_bits(np.concatenate(rows)) / 8
 

@@ -42,7 +42,7 @@ class Layer:
 
 
 def draw_layer(camera: Camera, drawn: Drawn, background: Float32) -> Layer:
-    """Draw Gaussians that stay as they are."""
+    """Draw Gaussians that do not change."""
     projection = project(camera, drawn)
     tiles = bin_tiles(camera, projection)
     picture = blank_picture(camera)

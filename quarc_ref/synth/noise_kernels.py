@@ -1,6 +1,6 @@
 """Smooth noise and soft edges, of which the patterns are made.
 
-Noise has one number to a cell of a grid, from a hash of its integers, and goes
+Noise has one number per cell of a grid, from a hash of its integers, and goes
 smoothly from one to the next: it has no detail finer than a cell.
 """
 

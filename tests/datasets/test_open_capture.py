@@ -86,7 +86,9 @@ def test_the_first_camera_is_held_out_unless_others_are_named(n3dv_folder):
 
 
 def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder):
-    with pytest.raises(MissingCameraError, match=r"cam02 to hold out among cam00, cam01, cam03"):
+    with pytest.raises(
+        MissingCameraError, match=r"cam02 to hold out; there are cam00, cam01, cam03"
+    ):
         open_capture(n3dv_folder, CaptureOptions(held_out=("cam00", "cam02")))
 
 

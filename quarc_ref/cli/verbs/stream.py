@@ -39,7 +39,7 @@ def verify(
         typer.Option(
             "--deep",
             help="Also check that both entropy decoders agree, that every seek point leads to "
-            "the same states, and how far the stream is within its level.",
+            "the same states, and how much of its level's limits the stream uses.",
         ),
     ] = False,
     follow: FollowFlag = False,

@@ -1,1 +1,1 @@
-"""Layouts of captures: a loader to a file, a row to a loader in `table`."""
+"""Layouts of captures: a loader per file, a row per loader in `table`."""

@@ -1,7 +1,7 @@
 """Captures calibrated by COLMAP: a model, and pictures or videos of its cameras.
 
 The model (colmap.github.io/format.html) is in `sparse/0`, in `sparse`, or in the folder
-itself, binary or text, and holds one image to a camera: cameras stand still. Pictures are
+itself, binary or text, and holds one image per camera: cameras stand still. Pictures are
 found by `arrangements`: `images/cam00.png` as COLMAP has them, `images/cam00/0000.png`,
 `frames/0000/cam00.png`, or videos beside the model. A lens may be bent; its pictures are
 straightened as they are read. Pictures of cameras that the model does not know are left alone.
@@ -100,7 +100,7 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
         if names and len(set(names)) == len(names)
     ]
     if not found:
-        message = f"it must hold one image to a camera, named after it, but has {sorted(stems)}"
+        message = f"it must hold one image per camera, named after it, but has {sorted(stems)}"
         raise ValueError(message)
     return found
 

@@ -1,7 +1,7 @@
 """Captures in nerfstudio's `transforms.json`, of cameras that stand still.
 
 The format is nerfstudio's (docs.nerf.studio, "Data conventions"). Either every entry is a
-video, one to a camera, or entries are pictures; those of one pose and lens are then one
+video, one per camera, or entries are pictures; those of one pose and lens are then one
 camera's, in the order of their `time`, or of their names if no entry has one. A camera is
 named after what the paths of its pictures share.
 """
@@ -65,7 +65,7 @@ def read_nerfstudio(folder: Path) -> Footage:
 
 
 def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    """Return a capture of one video to a camera."""
+    """Return a capture of one video per camera."""
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         if len(entries) > 1:
             message = f"{path} has {len(entries)} videos like {camera.name}"
@@ -74,7 +74,7 @@ def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _join_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    """Return a capture of one file to a camera and frame."""
+    """Return a capture of one file per camera and frame."""
     _require_equal_times(rig)
     return _gather(path, transforms, rig)
 

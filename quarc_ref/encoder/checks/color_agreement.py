@@ -67,7 +67,7 @@ def compare_colors(
         cameras: At least two.
         projections: Projection of the points into each camera.
         colors: `[P, 3]` sRGB of the points.
-        pictures: `[H, W, 3]` sRGB, one to a camera.
+        pictures: `[H, W, 3]` sRGB, one per camera.
 
     Returns:
         The cameras at fault. Cameras that see too few points are never among them,

@@ -55,7 +55,7 @@ def find_odd_pictures(
     Args:
         cameras: At least two.
         projections: Projection of the initial points into each camera.
-        pictures: `[H, W, 3]` sRGB of one moment, one to a camera.
+        pictures: `[H, W, 3]` sRGB of one moment, one per camera.
     """
     names = [camera.name for camera in cameras]
     looks = [_look(*each) for each in zip(cameras, projections, pictures, strict=True)]

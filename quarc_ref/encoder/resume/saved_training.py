@@ -35,7 +35,7 @@ class Bounds:
 
         Args:
             fresh: Those of its beginning.
-            of_gaussians: Names of those with a row to each Gaussian, or with no rows.
+            of_gaussians: Names of those with a row per Gaussian, or with no rows.
         """
         kinds: dict[str, Kind] = {}
         for name, array in fresh.items():

@@ -89,7 +89,7 @@ def find_medians(values: Float64, followed: Int32, count: int) -> Float64:
     Of two in the middle it is the nearer to 0, and 0 between two of different signs, or none.
 
     Args:
-        values: A column to each Gaussian.
+        values: A column per Gaussian.
         followed: `[n]` the anchor of each.
         count: How many anchors there are.
     """

@@ -35,7 +35,7 @@ class ScreenStatistics:
         """Add a view.
 
         Args:
-            gradient: By `rendering.means2d`.
+            gradient: Gradient of the loss with respect to `rendering.means2d`.
             rendering: The view.
             camera: Its camera.
         """

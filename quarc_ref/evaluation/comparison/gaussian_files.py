@@ -1,4 +1,4 @@
-"""Gaussians of other methods as entries: a PLY file to each frame, or a `.4dgs` file."""
+"""Gaussians of other methods as entries: a PLY file per frame, or a `.4dgs` file."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +11,7 @@ from quarc_ref.export.gaussian_ply import parse_ply
 
 
 def open_plys(folder: Path, label: Label) -> SplatEntry:
-    """Open a folder with a 3DGS PLY to each frame, or the PLY of one frame.
+    """Open a folder with a 3DGS PLY per frame, or the PLY of one frame.
 
     Args:
         folder: Folder of the files; the last number in a file's name is the frame's ordinal.

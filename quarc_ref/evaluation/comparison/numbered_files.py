@@ -1,4 +1,4 @@
-"""Files with a number in their names, one to a frame."""
+"""Files with a number in their names, one per frame."""
 
 import re
 from collections.abc import Iterable

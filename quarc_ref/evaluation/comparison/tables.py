@@ -79,7 +79,7 @@ def format_points_csv(summary: Summary) -> bytes:
 
 
 def format_views_csv(comparison: Comparison) -> bytes:
-    """Return a line to every view: entry, run, camera, frame and all figures."""
+    """Return a line per view: entry, run, camera, frame and all figures."""
     runs: dict[object, int] = {}
     lines = []
     for each in comparison.measured:

@@ -1,7 +1,7 @@
 """Gaussians as planes: the canonical frame (SPEC 8.5) and the newborn (SPEC 8.6).
 
 Each of the two is one walk for both directions (see `planes`). A canonical
-frame is coded in Morton order, a section to each subject, and each begins with
+frame is coded in Morton order, a section per subject, and each begins with
 contexts that have seen nothing; the newborn of a frame are few, so that they
 share one section, whose contexts remember the newborn of the frames before.
 """
@@ -202,7 +202,7 @@ def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
 
 
 def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code signed numbers `[r, n]`, a context to each row."""
+    """Code signed numbers `[r, n]`, a context per row."""
     contexts = np.repeat(np.arange(rows.shape[0]), rows.shape[1])
     return _code_sequence(planes, name, contexts, rows)
 

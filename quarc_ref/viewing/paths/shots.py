@@ -23,7 +23,7 @@ def plan_shots(
         name: `orbit`, `spiral`, `interpolate`, or a file of keyframes.
         like: Camera with the picture size, angle of view and first pose of the path.
         span: The first frame to show, and the one after the last; None for all.
-        pictures: How many; the frames are spread over them. None for one to a frame. Not
+        pictures: How many; the frames are spread over them. None for one per frame. Not
             for keyframes, which have times.
 
     Raises:

@@ -105,7 +105,7 @@ def test_images_in_folders_are_named_after_these(folder, shots):
 def test_a_model_of_several_images_to_a_camera_is_rejected(folder, shots):
     rewrite_model(folder, scenes.rename(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
 
-    with pytest.raises(UnreadablePoseError, match="one image to a camera"):
+    with pytest.raises(UnreadablePoseError, match="one image per camera"):
         read(folder)
 
 
