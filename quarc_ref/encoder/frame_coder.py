@@ -180,7 +180,7 @@ class FrameCoder:
     def as_canonical(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
         """Code a fitted frame as a canonical one.
 
-        Its scene is requantized to the grid of canonical frames (SPEC 7.2). Ids start anew:
+        Its scene is requantized to the grid of canonical frames (SPEC 7.2). Ids start again at 0:
         nothing that was known by id or index stays valid.
 
         Raises:

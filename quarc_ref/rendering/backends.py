@@ -1,4 +1,4 @@
-"""Which backend draws on which device."""
+"""Chooses the rendering backend for a device."""
 
 from importlib.util import find_spec
 

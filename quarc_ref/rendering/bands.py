@@ -31,7 +31,7 @@ def draw_bands(nearest_first: Projection, camera: Camera) -> Iterator[Picture]:
 
     Args:
         nearest_first: The Gaussians on its picture plane, in the order of their depths.
-        camera: Sees them.
+        camera: The camera that sees them.
 
     Yields:
         The rows of the picture, band by band.

@@ -1,7 +1,7 @@
 """The gradients of compositing, tile by tile.
 
 The backward pass goes front to back as the forward pass does and takes its
-decisions anew; of a pixel it carries one number, what is still to come. Each pair
+decisions again; of a pixel it carries one number, what is still to come. Each pair
 of a tile and a Gaussian has its own row of gradients, summed afterwards in a fixed
 order: the result does not depend on the number of threads.
 """
@@ -109,7 +109,7 @@ def _sum_slopes(lanes, dx, conic, opacity, pair):
 
 @fused
 def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opacities, rows, pairs):
-    """Fill the pairs' rows of gradients, but for those of the first, fixed Gaussians.
+    """Fill the pairs' rows of gradients, except those of the first, fixed Gaussians.
 
     The rows of a tile are gone through in functions of their own: as part of a
     longer one the compiler would not always make vectors of them.
@@ -160,7 +160,7 @@ def raster_backward(
 ):  # fmt: skip
     """Return `[P, 9]` the gradients of the pairs: mean 2, conic 3, color 3, opacity.
 
-    The rows of the first, `fixed` Gaussians mean nothing.
+    The rows of the first `fixed` Gaussians are undefined.
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)

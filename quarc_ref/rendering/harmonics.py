@@ -1,4 +1,4 @@
-"""Spherical harmonics of degree 2 and 3, which streams do not have and other methods do.
+"""Spherical harmonics of degree 2 and 3, for other methods; streams have at most degree 1.
 
 The kernels shade degree 1. What has more is shaded here for one camera, and handed to
 them as base colors. Basis and signs are those of 3DGS: the real harmonics with the
@@ -20,7 +20,7 @@ _CUBIC = (
 
 
 def fold_harmonics(sh: Float32, positions: Float32, eye: NDArray[np.float64]) -> Float32:
-    """Return harmonics of degree 0 that have the colors which a camera sees.
+    """Return harmonics of degree 0 with the colors that a camera sees.
 
     Args:
         sh: `[N, K, 3]` coefficients, K being 9 or 16.

@@ -1,4 +1,4 @@
-"""A picture to which Gaussians are added: only the tiles that they meet are drawn anew.
+"""A picture to which Gaussians are added: only the tiles that they meet are redrawn.
 
 The pictures are those of all Gaussians drawn together, bit for bit: a tile's
 list is the same, and a tile that no added Gaussian meets is as it was.
@@ -28,7 +28,7 @@ from quarc_ref.rendering.pipeline_data import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Gaussians that stay as they are, and the picture of them alone.
+    """Gaussians that do not change, and the picture of them alone.
 
     Attributes:
         projection: Projection of the Gaussians.

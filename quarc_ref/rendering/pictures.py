@@ -1,4 +1,4 @@
-"""Decoded frames to pictures, without torch: what evaluation and players draw with."""
+"""Renders decoded frames without torch, for evaluation and players."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -47,7 +47,7 @@ def render_bands(splats: Splats, camera: Camera) -> Iterator[tuple[int, Float32]
 
 
 def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
-    """Return the depth that a camera sees, and how opaque what it sees is.
+    """Return the depth that a camera sees, and the opacity.
 
     Args:
         splats: As for `render_picture`.

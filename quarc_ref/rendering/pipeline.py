@@ -132,8 +132,8 @@ def composite(
         projection: Gaussians on the picture plane.
         tiles: Which of them each tile composites.
         background: `[3]` color behind everything.
-        picture: Where to.
-        goes_on: Whether they are behind what has been drawn there, on black.
+        picture: The picture to draw into.
+        goes_on: Whether to draw behind what has been drawn there, on black.
     """
     with KERNEL_LOCK:
         raster_kernels.raster_forward(

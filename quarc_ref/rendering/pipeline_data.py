@@ -32,7 +32,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projection:
-    """Gaussians on the picture plane, a row to each; rows of those not drawn mean nothing.
+    """Gaussians on the picture plane, a row to each; rows of those not drawn are undefined.
 
     Attributes:
         means2d: `[N, 2]` pixels.

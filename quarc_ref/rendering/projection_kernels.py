@@ -2,7 +2,7 @@
 
 A Gaussian is taken by one thread and shares nothing, so that the number of
 threads does not reach the result. The backward pass computes what it needs of
-the forward pass anew. The conventions are SPEC 10.3's: pixel centers at +0.5,
+the forward pass again. The conventions are SPEC 10.3's: pixel centers at +0.5,
 0.3 added to the covariance's diagonal, and x/z and y/z held within the picture
 and a margin in the Jacobian alone.
 

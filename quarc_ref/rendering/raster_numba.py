@@ -47,7 +47,7 @@ class NumbaRasterizer:
 
 
 class _LayeredBackdrop:
-    """Draws anew only the tiles that the added Gaussians meet."""
+    """Redraws only the tiles that the added Gaussians meet."""
 
     def __init__(self, camera: Camera, background: Tensor, layer: Layer) -> None:
         self._camera, self._background, self._layer = camera, background, layer

@@ -40,7 +40,7 @@ class Gaussians:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendering:
-    """A picture and what densification wants to know of it.
+    """A picture and the data that densification needs.
 
     Attributes:
         image: `[H, W, 3]` not clamped.
@@ -57,7 +57,7 @@ class Rendering:
 
 
 class Backdrop(Protocol):
-    """Gaussians that stay as they are, as one camera sees them.
+    """Gaussians that do not change, as one camera sees them.
 
     Attributes:
         image: `[H, W, 3]` of them alone.
@@ -87,7 +87,7 @@ class Rasterizer(Protocol):
 
         Args:
             gaussians: On the rasterizer's device.
-            camera: Its near bound culls (SPEC 10.3).
+            camera: The camera; Gaussians nearer than its near bound are culled (SPEC 10.3).
             background: `[3]` color behind everything.
         """
         ...
@@ -98,12 +98,12 @@ class Rasterizer(Protocol):
 
 
 class JoinedBackdrop:
-    """A backdrop for a backend that has none of its own: everything is drawn anew.
+    """A backdrop for a backend that has none of its own: everything is redrawn.
 
     Args:
-        rasterizer: Draws.
-        gaussians: That stay as they are.
-        camera: Sees them.
+        rasterizer: The rasterizer that draws.
+        gaussians: Gaussians that do not change.
+        camera: The camera that sees them.
         background: `[3]` color behind everything.
     """
 
