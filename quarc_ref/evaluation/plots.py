@@ -25,6 +25,7 @@ _KIND_COLORS = {
     "overhead": _GRAY,
 }
 _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
+_LABEL, _LEGEND, _MARK = 40, 90, 6  # characters: a label, a legend, the mark before a label
 _DOTS_PER_INCH = 110
 _MANY_TIMES = 6  # between the least rate and the highest
 
@@ -257,8 +258,22 @@ def _figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
 
 
 def _legend_above(axes: Axes) -> None:
-    """Put the legend where no bar can be behind it."""
-    axes.legend(frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0)
+    """Put the legend where no bar can be behind it, as wide as its figure at most.
+
+    Labels may be paths, which would leave no room for the plot: only their ends are shown.
+    """
+    handles, names = axes.get_legend_handles_labels()
+    names = [name if len(name) <= _LABEL else "\u2026" + name[1 - _LABEL :] for name in names]
+    columns = max(1, min(3, _LEGEND // (max(map(len, names)) + _MARK)))
+    axes.legend(
+        handles,
+        names,
+        frameon=False,
+        ncols=columns,
+        loc="lower right",
+        bbox_to_anchor=(1, 1),
+        borderaxespad=0,
+    )
 
 
 def _png(figure: Figure) -> bytes:

@@ -6,6 +6,7 @@ from quarc_ref.streams import decode
 from tests.small_streams import make_stream
 
 fourdgs = pytest.importorskip("fourdgs")
+pytest.importorskip("zstandard")
 keyframe_deltas = pytest.importorskip("rate.keyframe_deltas")
 
 

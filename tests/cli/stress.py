@@ -51,11 +51,14 @@ VERBS = {
     "calibrate": Verb(
         "{recordings} -o {out} --sync none --moments 1",
         "folder",
-        "quarc_ref.calibration.features.Features.add_moment",
+        "quarc_ref.calibration.features.Features._extract",
         needs="pycolmap",
     ),
     "encode": Verb(
-        f"{{capture}} -o {{out}} --frames 2 {_TINY}", "file", _WRITE, leaves=("out.part",)
+        f"{{capture}} -o {{out}} --frames 2 {_TINY}",
+        "file",
+        _WRITE,
+        leaves=("out.part", "out.part.training"),
     ),
     "import": Verb(f"{_PLY} -o {{out}}", "file", _WRITE),
     "doctor": Verb("{capture}", None, "quarc_ref.encoder.checks.recording._shrink"),

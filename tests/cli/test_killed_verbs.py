@@ -16,14 +16,15 @@ write, calls = {owner}.{method}, []
 
 def write_or_die(*arguments, **named):
     calls.append(arguments)
-    if len(calls) == 2:
+    if len(calls) == {calls}:
         os.kill(os.getpid(), signal.SIGKILL)
     return write(*arguments, **named)
 
 {owner}.{method} = write_or_die
 main()
 """
-_IN_A_FOLDER = _DIES.format(owner="OutputFolder", method="add")
+_IN_A_FOLDER = _DIES.format(owner="OutputFolder", method="add", calls=2)
+_AFTER_A_FRAME = _DIES.format(owner="OutputFolder", method="add", calls=3)  # and sequence.json
 
 
 def _kill(program, *command):
@@ -59,7 +60,7 @@ def test_a_folder_that_was_half_written_is_gone_after_the_next_run(
 def test_frames_of_a_growing_folder_stay_and_are_replaced_by_force(stream_file, tmp_path):
     out = tmp_path / "out"
     command = ["decode", stream_file, "-o", out, "--follow"]
-    _kill(_IN_A_FOLDER, *command)
+    _kill(_AFTER_A_FRAME, *command)
     left = list_names(out)
     rejected, forced = run(*command), run(*command, "--force")
 

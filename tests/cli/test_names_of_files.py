@@ -11,7 +11,7 @@ from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 def test_one_frame_is_decoded_into_the_file_that_is_named(stream_file, made, tmp_path):
     printed = run_json("decode", stream_file, "-o", tmp_path / "one.ply", "--frames", "2:3")
 
-    assert printed == {"folder": str(tmp_path), "files": ["one.ply"]}
+    assert printed == {"folder": str(tmp_path), "files": ["one.ply"], "sidecar": None}
     exported = build_ply(dequantize(made.states[2].scene))
     assert (tmp_path / "one.ply").read_bytes() == exported
     assert list_names(tmp_path) == ["one.ply", "small.quarc"]

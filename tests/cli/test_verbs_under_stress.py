@@ -103,7 +103,7 @@ def test_what_may_not_be_read_is_told_so(name, what, place):
 def test_nothing_is_made_in_a_folder_that_is_not_there(name, place):
     result = _run(name, place, out=place.made / "no" / "out")
 
-    assert "no folder" in _said(result, 2)
+    assert "is not a folder" in _said(result, 2)
     assert list_names(place.made) == []
 
 

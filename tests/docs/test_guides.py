@@ -36,7 +36,8 @@ python() {{
 def follow(guide: str, folder: Path, frames: int = 2) -> None:
     """Run all commands of a guide in a folder; a command that fails is shown with its output."""
     script = PREAMBLE + "".join(find_fences(ROOT / "docs" / "guides" / guide))
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "FRAMES": str(frames)}
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "FRAMES": str(frames)}
     done = subprocess.run(
         ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
     )

@@ -195,7 +195,7 @@ def test_rates_fall_to_their_end_over_fine_tuning_alone():
 
     shares = [
         learning_rates_at(CanonicalObjective(settings, SMALL.stream), 1.0, step)[1]
-        / settings.rotation_rate
+        / settings.rotation_lr
         for step in (0, 79, 80, 90, 100)
     ]
 
