@@ -108,14 +108,16 @@ async function load() {
   return { preview: preview ?? frame, frame };
 }
 
-/** Play from start to end in real time, and count late frames. Runs on the page. */
-async function playThrough() {
+/** Play in real time, and count late frames. Runs on the page. */
+async function playThrough(most) {
   const { Player } = await import("/quarc-player.js");
   const player = new Player(document.querySelector("canvas"), { controls: false });
   await player.open({ url: `${location.origin}/stream.quarc` });
   let shown = 0;
-  player.addEventListener("frame", () => shown++);
-  const ended = new Promise((resolve) => player.addEventListener("ended", resolve));
+  const ended = new Promise((resolve) => {
+    player.addEventListener("frame", () => ++shown >= most && resolve());
+    player.addEventListener("ended", resolve);
+  });
   player.play();
   await ended;
   const late = player.statistics.lateFrames;
@@ -135,7 +137,7 @@ const [upload, sort, decode] = spent;
 for (const [name, ms] of Object.entries({ decode, sort, upload, together: decode + sort + upload })) {
   console.log(`${name.padEnd(9)} ${rate(ms)}`);
 }
-const { shown, late } = await (await open()).evaluate(playThrough);
+const { shown, late } = await (await open()).evaluate(playThrough, Number(most));
 console.log(`played: ${shown} frames shown, ${late} of them late`);
 bitsPerSecond = BITS_PER_SECOND;
 const { preview, frame } = await (await open()).evaluate(load);

@@ -42,6 +42,11 @@ export interface PlayerOptions {
   readonly controls?: boolean;
 }
 
+export interface OpenOptions {
+  /** Ordinal of the frame to show first; default the first of the stream. */
+  readonly frame?: number | null;
+}
+
 export class Player extends EventTarget {
   readonly #stage: Stage;
   readonly #playing: Playing;
@@ -76,16 +81,16 @@ export class Player extends EventTarget {
   }
 
   /**
-   * Open a stream and show its first frame. Another call replaces the stream.
+   * Open a stream and show a frame of it, by default the first. Another call replaces the stream.
    *
    * Rejects with a StreamError if the stream cannot be received or decoded that far.
    */
-  open(source: StreamSource): Promise<StreamInfo> {
+  open(source: StreamSource, { frame = null }: OpenOptions = {}): Promise<StreamInfo> {
     this.#isMeasured = false;
     this.#recorder.receivedBytes = 0;
     const opened = new Promise<StreamInfo>((resolve, reject) => (this.#opened = { resolve, reject }));
     opened.catch(() => undefined); // the error event tells, too
-    this.#playing.open(source);
+    this.#playing.open(source, frame);
     this.#takeState();
     return opened;
   }

@@ -44,6 +44,7 @@ export class Playing {
   #run = 0; // counts openings, seeks and laps of a loop
   #runOpened = 0;
   #runShown = 0;
+  #start: number | null = null; // the frame to show first
   #end: number | null = null;
   #shown: number | null = null;
   #dueAt = 0;
@@ -122,9 +123,11 @@ export class Playing {
     return this.#run > 0 && wants && this.#ring.length === 0 && !this.#screen.isBusy && !this.#isAtEnd;
   }
 
-  open(source: StreamSource): void {
+  /** Open a stream at a frame; null for its first one. */
+  open(source: StreamSource, start: number | null = null): void {
     this.#restart();
     this.#runOpened = this.#run;
+    this.#start = start;
     this.#info = this.#end = this.#shown = this.#sought = null;
     this.lateFrames = 0;
     const transferred = "bytes" in source ? [source.bytes] : [];
@@ -212,8 +215,11 @@ export class Playing {
   }
 
   #begin(info: StreamInfo): void {
-    if (this.#info === null) this.#screen.begin(info);
+    const isNew = this.#info === null;
+    if (isNew) this.#screen.begin(info);
     this.#info = info;
+    // What is being decoded now, the first frame or a part of it, is not to be shown.
+    if (isNew && this.#start !== null && this.#start > info.firstFrame) this.#seek(this.#start);
     this.#events.onInfo(info);
   }
 

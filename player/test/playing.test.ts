@@ -84,6 +84,22 @@ browserTest("at the end it pauses, and plays from the beginning", async () => {
   assert.deepEqual((await page.run(watch, 5)).slice(0, 3), [0, 1, 2]);
 });
 
+browserTest("a stream that is opened at a frame shows no other before it", async () => {
+  await using page = await PlayerPage.open({ attributes: null, bitsPerSecond: 1e6 });
+  const shown = await page.page.evaluate(async () => {
+    const player = document.createElement("quarc-player") as PlayerElement;
+    const [frames, previews]: [(number | null)[], Event[]] = [[], []];
+    player.addEventListener("frame", () => frames.push(player.frame));
+    player.addEventListener("preview", (event) => previews.push(event));
+    player.setAttribute("src", "stream.quarc");
+    player.setAttribute("frame", "15");
+    document.body.append(player);
+    while (frames.length === 0) await new Promise((resolve) => setTimeout(resolve, 20));
+    return { frames, previews: previews.length };
+  });
+  assert.deepEqual(shown, { frames: [15], previews: 0 });
+});
+
 browserTest("scrubbing shows pictures on the way, and ends where it was let go", async () => {
   await using page = await PlayerPage.open();
   await page.until((player) => player.frame === 0);

@@ -130,11 +130,8 @@ export class QuarcPlayer extends HTMLElement {
     const source = this.#source ?? addressed;
     if (session === null || source === null) return;
     session.player.camera = this.getAttribute("camera");
-    session.open(source, this.getAttribute("poster"));
     const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
-    if (Number.isFinite(frame)) {
-      session.player.addEventListener("info", () => session.player.setFrame(frame), { once: true });
-    }
+    session.open(source, this.getAttribute("poster"), Number.isFinite(frame) ? frame : null);
     if (this.hasAttribute("autoplay")) session.player.play();
   }
 

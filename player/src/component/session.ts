@@ -22,6 +22,7 @@ export class Session {
   readonly #timeline: Timeline;
   readonly #ended = new AbortController();
   #source: StreamSource | null = null;
+  #start: number | null = null;
   #refreshing = 0;
   #waiting = 0;
 
@@ -41,16 +42,17 @@ export class Session {
     signal.addEventListener("abort", () => resized.disconnect());
   }
 
-  /** Open a stream; until its first frame is shown, show a poster, which is a picture's address. */
-  open(source: StreamSource, poster: string | null = null): void {
+  /** Open a stream at a frame; until it is shown, show a poster, which is a picture's address. */
+  open(source: StreamSource, poster: string | null = null, frame: number | null = null): void {
     // Bytes are transferred: only an address can be opened again.
     this.#source = "url" in source ? source : null;
+    this.#start = frame;
     this.#timeline.clear();
     this.layout.fault.hidden = true;
     this.layout.poster.hidden = poster === null;
     if (poster !== null) this.layout.poster.src = poster;
     this.#showLoading(0, null);
-    void this.player.open(source).catch(() => undefined); // the event shows it
+    void this.player.open(source, { frame }).catch(() => undefined); // the event shows it
   }
 
   toggleStatistics(): void {
@@ -120,7 +122,13 @@ export class Session {
   #takeWaiting(isWaiting: boolean): void {
     clearTimeout(this.#waiting);
     if (!isWaiting) this.layout.waiting.hidden = true;
-    else this.#waiting = window.setTimeout(() => (this.layout.waiting.hidden = !this.layout.fault.hidden), WAITING_MS);
+    else this.#waiting = window.setTimeout(() => this.#showWaiting(), WAITING_MS);
+  }
+
+  /** Show that frames are waited for, unless it is said already. */
+  #showWaiting(): void {
+    const { waiting, loading, fault } = this.layout;
+    waiting.hidden = !(loading.hidden && fault.hidden);
   }
 
   #fail(fault: PlayerFault): void {
@@ -128,10 +136,7 @@ export class Session {
     const source = this.#source;
     const canRetry = source !== null && fault.kind === "network";
     const retry = (): void => {
-      const { frame } = this.player;
-      if (source === null) return;
-      this.open(source);
-      if (frame !== null) this.player.addEventListener("info", () => this.player.setFrame(frame), { once: true });
+      if (source !== null) this.open(source, null, this.player.frame ?? this.#start);
     };
     layout.loading.hidden = layout.waiting.hidden = true;
     layout.fault.replaceChildren(describeFault(fault, canRetry ? retry : null));
@@ -181,8 +186,9 @@ export class Session {
     layout.slider.max = String(Math.max(first, end - 1));
     layout.slider.value = String(shown);
     const frameMs = info === null ? 1 : 1000 / rateOf(info);
-    this.#timeline.draw({ first, end: info === null ? first : end, shown, bufferedTo: player.bufferedTo, frameMs });
-    layout.time.replaceChildren(...describeTime(shown, first, end, info));
+    const isLoading = player.frame === null;
+    this.#timeline.draw({ first, end: isLoading ? first : end, shown, bufferedTo: player.bufferedTo, frameMs });
+    layout.time.replaceChildren(...(isLoading || info === null ? [] : describeTime(shown, player.endFrame, info)));
     layout.camera.value = player.camera ?? "";
     layout.speed.value = String(player.speed);
     layout.buttons.loop.ariaPressed = String(player.loop);
@@ -201,10 +207,10 @@ export class Session {
   }
 }
 
-function describeTime(frame: number, first: number, end: number, info: StreamInfo | null): Node[] {
-  if (info === null || end <= 0) return [];
-  const seconds = ((frame - first) / rateOf(info)).toFixed(2);
-  return [makeText("b", `${seconds} s`), new Text(` · frame ${frame} of ${end - 1}`)];
+function describeTime(frame: number, end: number | null, info: StreamInfo): Node[] {
+  const seconds = ((frame - info.firstFrame) / rateOf(info)).toFixed(2);
+  const last = end === null ? "" : ` of ${end - 1}`;
+  return [makeText("b", `${seconds} s`), new Text(` · frame ${frame}${last}`)];
 }
 
 function makeText(kind: string, text: string): HTMLElement {

@@ -18,7 +18,7 @@ export function makePreview(
   { logScaleStep, latticeExponent }: Pick<StreamInfo, "logScaleStep" | "latticeExponent">,
 ): Omit<FramePacket, "run" | "decodeMs"> {
   const { frame, count, codes } = state;
-  const slots = Uint32Array.from({ length: count }, (_, slot) => slot);
+  const slots = new Uint32Array(count).map((_, slot) => slot);
   const positions = interleave(Int32Array, state.positions);
   const packed = interleave(Int16Array, codes);
   if (sections < SECTIONS_TO_LOG_SCALES) {
