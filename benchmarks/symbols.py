@@ -85,7 +85,7 @@ def make_symbols(state: State, scenery: Scenery, share: float) -> list[Int64]:
     Args:
         state: After `begin_frame`.
         scenery: Of the frame.
-        share: From 0 to what there is if all moves.
+        share: From 0 to the count when everything moves.
     """
     low, high = 0.0, float(scenery.distance.max())
     for _ in range(12):

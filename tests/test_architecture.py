@@ -21,7 +21,7 @@ NORMATIVE = _in_rooms("format", "decoder", "streams")
 LIGHT = [*NORMATIVE, *_in_rooms("playback", "inspection", "conformance")]
 HEAVY = ("torch", "gsplat", "cv2", "av", "pycolmap", "numba", "scipy", "matplotlib", "PIL")
 
-# The floats that SPEC has: no decision hangs on any of them.
+# The floats that SPEC has: no decision depends on any of them.
 ALLOWED_FLOATS = {
     # Seconds to wait for a writer or a server, of which no state knows (SPEC 11.2, 11.3).
     "streams/follow.py": {"literal", "float"},

@@ -1,4 +1,4 @@
-"""What the paper says of its ablations, held against what was measured here."""
+"""What the paper says of its ablations, compared with what was measured here."""
 
 from collections.abc import Iterator, Mapping
 from statistics import fmean

@@ -54,7 +54,7 @@ class Study:
         return done
 
     def write(self) -> Path | None:
-        """Write what there is to show; return the page, None before the first row."""
+        """Write the tables and plots so far; return the page, None before the first row."""
         rows = self.rows()
         if not rows:
             return None

@@ -1,4 +1,4 @@
-"""The loop in floats, held against the decoder's own."""
+"""The loop in floats, compared with the decoder's own."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The schemas of docs/schemas, and JSON held against them."""
+"""The schemas of docs/schemas, and JSON validated against them."""
 
 import json
 from functools import cache

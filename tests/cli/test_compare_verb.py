@@ -126,7 +126,7 @@ def test_eval_measures_the_frames_that_are_asked_for(encoded, capture, tmp_path)
         ("{stream} {stream} --bytes 3", "--bytes takes PATH=N"),
         ("{stream} {stream} --lpips {stream}", "cannot be read as weights"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
-        ("{stream} {stream} --frames 77", "no frame that all entries have"),
+        ("{stream} {stream} --frames 77", "the entries have no frame in common"),
         ("{stream} {empty}", "does not have the pictures of cam00"),
     ],
 )

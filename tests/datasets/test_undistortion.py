@@ -1,4 +1,4 @@
-"""Undistortion, held against pictures that are drawn bent by formula."""
+"""Undistortion, compared with pictures that are drawn bent by formula."""
 
 import numpy as np
 import pytest

@@ -189,7 +189,7 @@ def _choose_frames(opened: Opened, span: tuple[int, int | None]) -> tuple[int, .
     )
     if not chosen:
         has = "; ".join(f"{entry.label}: {_name_span(entry)}" for entry in opened.entries)
-        message = f"there is no frame that all entries have ({has})"
+        message = f"the entries have no frame in common ({has})"
         raise EntryError(message)
     return chosen
 

@@ -88,7 +88,7 @@ def test_only_frames_that_all_have_are_compared(rivals, compare, tmp_path):
     few = compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 3))
     assert few.frames == (1, 2)
     with pytest.raises(
-        EntryError, match=r"no frame that all entries have \(a: 0 to 3; few: 1 to 3\)"
+        EntryError, match=r"the entries have no frame in common \(a: 0 to 3; few: 1 to 3\)"
     ):
         compare(stream, tmp_path / "few", capture=rivals.capture, span=(0, 1))
 
