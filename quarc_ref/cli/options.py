@@ -119,7 +119,8 @@ CaptureFolder = Annotated[
     Path,
     typer.Argument(
         metavar="CAPTURE",
-        help="A capture: N3DV, COLMAP, nerfstudio, EasyMocap or Panoptic layout (see README).",
+        help="A capture: N3DV, COLMAP, nerfstudio, EasyMocap or Panoptic layout; "
+        "docs/guides/captures.md lists them.",
         show_default=False,
         readable=False,  # found out when it is read, and then no fault of the command line
         callback=check_folder,
