@@ -19,6 +19,7 @@ from quarc_ref.datasets.findings import Finding
 from quarc_ref.format.cameras import Camera
 
 Image = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
 _CACHE_BYTES = 1 << 28
 _NO_NOTES = CaptureNotes()
 
@@ -54,6 +55,18 @@ class PictureSource(Protocol):
         ...
 
 
+class MaskSource(Protocol):
+    """Where masks come from."""
+
+    def read(self, camera: int, frame: int) -> Mask | None:
+        """Return `[H, W]`, true for the pixels that count; None if all of them do.
+
+        Raises:
+            CaptureError: The mask cannot be read.
+        """
+        ...
+
+
 class Capture:
     """Multi-view video of one scene.
 
@@ -70,6 +83,7 @@ class Capture:
         findings: What its loader found wrong, or assumed.
         start: Frame of the footage, once it is lined up, that is frame 0 here.
         notes: Which way is up, and how long a unit is.
+        masks: Where masks come from; None for none.
     """
 
     def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
@@ -86,6 +100,7 @@ class Capture:
         findings: Sequence[Finding] = (),
         start: int = 0,
         notes: CaptureNotes = _NO_NOTES,
+        masks: MaskSource | None = None,
     ) -> None:
         self.name = name
         self.cameras = tuple(cameras)
@@ -97,6 +112,7 @@ class Capture:
         self.start = start
         self.notes = notes
         self.whole = whole or self
+        self.masks = masks
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
         self._cache_bytes = cache_bytes
@@ -147,6 +163,14 @@ class Capture:
         while len(self._cache) > 1 and self._cached_bytes() > self._cache_bytes:
             self._cache.popitem(last=False)
         return self._cache[key]
+
+    def mask(self, camera: int, frame: int) -> Mask | None:
+        """Return `[H, W]`, true for the pixels of a picture that count; None if all do.
+
+        Raises:
+            CaptureError: The mask cannot be read.
+        """
+        return None if self.masks is None else self.masks.read(camera, frame)
 
     def _cached_bytes(self) -> int:
         return sum(picture.nbytes for picture in self._cache.values())

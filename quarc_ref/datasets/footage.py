@@ -15,6 +15,7 @@ from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import MissingFileError
 from quarc_ref.datasets.findings import Finding
+from quarc_ref.datasets.masks import FileMasks
 from quarc_ref.datasets.pictures import Pictures
 
 _SAMPLE_BYTES = 1 << 20
@@ -26,8 +27,8 @@ class CaptureFiles:
 
     Attributes:
         descriptions: Poses and points: files that count byte for byte.
-        pictures: Videos, or picture files of all frames: names and sizes count.
-        sampled: Videos, or picture files of frame 0: their ends count as well.
+        pictures: Videos, or picture files of all frames, and masks: names and sizes count.
+        sampled: Videos, or picture files of frame 0, and masks: their ends count as well.
     """
 
     descriptions: tuple[Path, ...]
@@ -46,6 +47,7 @@ class Footage:
         descriptions: Files of poses and points, which count byte for byte.
         stated_rate: Frames per second, if a description says so; None for that of `source`.
         findings: What may be wrong, and what was assumed.
+        masks: Masks of the pictures as they are on disk; None if there are none.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -54,6 +56,7 @@ class Footage:
     descriptions: tuple[Path, ...]
     stated_rate: float | None = None
     findings: tuple[Finding, ...] = ()
+    masks: FileMasks | None = None
 
     @property
     def frame_count(self) -> int:
@@ -68,10 +71,11 @@ class Footage:
     @property
     def files(self) -> CaptureFiles:
         """The files that this was read from."""
+        masks = self.masks.paths if self.masks else ()
         return CaptureFiles(
             self.descriptions,
-            pictures=tuple(path for row in self.source.paths for path in row),
-            sampled=tuple(row[0] for row in self.source.paths),
+            pictures=(*(path for row in self.source.paths for path in row), *masks),
+            sampled=(*(row[0] for row in self.source.paths), *masks),
         )
 
 

@@ -20,9 +20,9 @@ from quarc_ref.datasets.errors import (
     UnreadableVideoError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
+from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
 from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
@@ -58,7 +58,6 @@ class CaptureOptions:
 
 
 _DEFAULTS = CaptureOptions()
-_MASKS = "masks"
 
 
 def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
@@ -73,7 +72,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
             says which file is wrong, and what to do.
         DownscaleError: The pictures cannot be made as small as asked for.
     """
-    footage = choose_layout(path).read(path)
+    footage = _add_masks(path, choose_layout(path).read(path))
     _require_sizes(footage)
     held_out = _choose_held_out([camera.name for camera in footage.cameras], options.held_out)
     rectifiers = [_make_rectifier(camera, options.downscale) for camera in footage.cameras]
@@ -96,7 +95,17 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         findings=footage.findings,
         start=options.start,
         notes=read_capture_notes(path),
+        masks=RectifiedMasks(footage.masks, later.firsts, rectifiers) if footage.masks else None,
     )
+
+
+def _add_masks(path: Path, footage: Footage) -> Footage:
+    """Return footage with the masks in the capture's folder, unless its loader found some."""
+    rows = find_masks(path, [camera.name for camera in footage.cameras])
+    if footage.masks is not None or rows is None:
+        return footage
+    source = footage.source
+    return replace(footage, masks=FileMasks(rows, source.sizes, source.lengths))
 
 
 def _require_sizes(footage: Footage) -> None:
@@ -135,7 +144,6 @@ def _line_up(
         raise StartError(message)
     findings = [
         *footage.findings,
-        *_find_masks(path),
         compare_rotations(names, footage.source.rotations),
     ]
     if options.max_frames is None or options.max_frames > later.frame_count:
@@ -144,17 +152,6 @@ def _line_up(
     if any(offsets.values()):
         footage = replace(footage, descriptions=(*footage.descriptions, path / NOTES_NAME))
     return footage, later
-
-
-def _find_masks(path: Path) -> list[Finding]:
-    """Return a finding if a capture has masks, because they are not used."""
-    if not (path / _MASKS).is_dir():
-        return []
-    message = (
-        f"{path / _MASKS} is not used: everything in the pictures is trained. Paint unwanted "
-        "parts black in the pictures themselves"
-    )
-    return [Finding("masks-not-used", message)]
 
 
 def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[str]:

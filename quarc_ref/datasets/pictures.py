@@ -96,19 +96,20 @@ class LaterPictures:
         firsts: `[camera]` frame of `source` that is frame 0 here.
 
     Attributes:
+        firsts: As given.
         frame_count: Frames that every camera has; 0 or less if one has none.
     """
 
     def __init__(self, source: Pictures, firsts: Sequence[int]) -> None:
         self._source = source
-        self._firsts = tuple(firsts)
+        self.firsts = tuple(firsts)
         self.frame_count = min(
             length - first for length, first in zip(source.lengths, firsts, strict=True)
         )
 
     def read(self, camera: int, frame: int) -> Image:
         """See `PictureSource.read`."""
-        return self._source.read(camera, self._firsts[camera] + frame)
+        return self._source.read(camera, self.firsts[camera] + frame)
 
 
 class RectifiedPictures:

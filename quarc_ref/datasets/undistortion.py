@@ -7,6 +7,7 @@ a pixel is taken off a principal point on the way in and put back on the way out
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from quarc_ref.datasets.calibration import Lens, Numbers, shrink
 from quarc_ref.datasets.capture import Image
@@ -50,16 +51,32 @@ class Rectifier:
             picture: `[H, W, 3]` sRGB as `source` sees it.
         """
         if self._pinhole is not self.source:
-            if self._maps is None:
-                self._maps = _map_pixels(self.source, self._pinhole)
             border = cv2.BORDER_REPLICATE  # for the filter, which reaches beyond its pixel
-            straight = cv2.remap(picture, *self._maps, cv2.INTER_CUBIC, borderMode=border)
+            straight = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
             picture = _as_image(straight)
         if self._downscale == 1:
             return picture
         kept = picture[: self.lens.height * self._downscale, : self.lens.width * self._downscale]
         size = (self.lens.width, self.lens.height)
         return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
+
+    def rectify_mask(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the mask `[H, W]` of what `lens` sees: a pixel counts if all that make it do.
+
+        Args:
+            mask: `[H, W]` of a picture as `source` sees it.
+        """
+        kept = mask.astype(np.uint8)
+        if self._pinhole is not self.source:
+            kept = _as_image(cv2.remap(kept, *self._find_maps(), cv2.INTER_NEAREST))
+        down, height, width = self._downscale, self.lens.height, self.lens.width
+        squares = kept[: height * down, : width * down].reshape(height, down, width, down)
+        return np.asarray(squares.all(axis=(1, 3)))
+
+    def _find_maps(self) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
+        if self._maps is None:
+            self._maps = _map_pixels(self.source, self._pinhole)
+        return self._maps
 
 
 def rotate_by_vector(vector: Numbers) -> Numbers:

@@ -18,7 +18,6 @@ from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.canonical import canonical_learning_rates, start_from_points
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.trainable import Trainer
 
 _WARM_STEPS, _TIMED_STEPS = 2, 4
@@ -60,8 +59,7 @@ def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) 
         started = time.perf_counter()
         view = step % len(context.views.cameras)
         rendering = context.render(trainer.attributes.activated(), view)
-        truth = context.truth(view, 0)
-        loss = photometric_loss(rendering.image, truth, config.canonical.lambda_dssim)
+        loss = context.photometric_loss(rendering.image, view, 0, config.canonical.lambda_dssim)
         trainer.step(loss, rendering.means2d)
         if context.device.type == "cuda":
             torch.cuda.synchronize(context.device)

@@ -16,7 +16,6 @@ from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.canonical import canonical_learning_rates, start_from_points
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.trainable import Trainer
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -126,9 +125,7 @@ def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: 
         view = step % min(2, len(views.cameras))
         started = time.perf_counter()
         rendering = context.render(trainer.attributes.activated(), view)
-        loss = photometric_loss(
-            rendering.image, context.truth(view, 0), config.canonical.lambda_dssim
-        )
+        loss = context.photometric_loss(rendering.image, view, 0, config.canonical.lambda_dssim)
         trainer.step(loss, rendering.means2d)
         if where.type == "cuda":
             torch.cuda.synchronize(where)

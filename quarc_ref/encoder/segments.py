@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.capture import Capture, Image, Mask
 from quarc_ref.datasets.findings import Finding, Report, ignore
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.description import describe_encode
@@ -144,6 +144,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         whole=capture.whole,
         start=capture.start,
         notes=capture.notes,
+        masks=_LaterMasks(capture, first) if capture.masks else None,
     )
 
 
@@ -157,3 +158,15 @@ class _LaterFrames:
     def read(self, camera: int, frame: int) -> Image:
         """See `PictureSource.read`."""
         return self._capture.image(camera, self._first + frame)
+
+
+class _LaterMasks:
+    """Masks of a capture, starting at a frame."""
+
+    def __init__(self, capture: Capture, first: int) -> None:
+        self._capture = capture
+        self._first = first
+
+    def read(self, camera: int, frame: int) -> Mask | None:
+        """See `MaskSource.read`."""
+        return self._capture.mask(camera, self._first + frame)

@@ -4,17 +4,15 @@ import numpy as np
 
 from quarc_ref.evaluation.color_correction import CC_VARIANT, COLOR, Correction
 from quarc_ref.evaluation.metrics import (
+    MASK_VARIANT,
     PSNR_VARIANT,
     SSIM_VARIANT,
+    Mask,
     Picture,
     measure_psnr,
     measure_ssim,
 )
-from quarc_ref.evaluation.regions import (
-    MOVING_VARIANT,
-    Mask,
-    find_moving,
-)
+from quarc_ref.evaluation.regions import MOVING_VARIANT, find_moving
 from quarc_ref.evaluation.views import View
 
 Measures = dict[str, float | None]  # by name; None where there is nothing to measure
@@ -29,6 +27,7 @@ VARIANTS = {
     "cc": CC_VARIANT,
     "moving": MOVING_VARIANT,
     "flicker": FLICKER_VARIANT,
+    "mask": MASK_VARIANT,
 }
 
 
@@ -56,25 +55,42 @@ class CameraMeter:
             first frame.
         """
         prefix = self._correction.prefix
-        corrected = self._correction.apply(view.decoded, view.truth)
+        corrected = self._correct(view)
         figures: Measures = {
             "psnr": view.psnr,
             "ssim": view.ssim,
-            f"{prefix}_psnr": measure_psnr(corrected, view.truth),
-            f"{prefix}_ssim": measure_ssim(corrected, view.truth),
+            f"{prefix}_psnr": measure_psnr(corrected, view.truth, view.mask),
+            f"{prefix}_ssim": measure_ssim(corrected, view.truth, view.mask),
         }
-        moving = None if self._background is None else find_moving(view.image, self._background)
-        for region, mask in (("moving", moving), ("static", None if moving is None else ~moving)):
+        moving, static = self._find_regions(view)
+        for region, mask in (("moving", moving), ("static", static)):
             figures[f"{region}_psnr"] = _measure_within(mask, view.decoded, view.truth)
             figures[f"{region}_{prefix}_psnr"] = _measure_within(mask, corrected, view.truth)
-        return figures | self._measure_flicker(view, moving)
+        return figures | self._measure_flicker(view, static)
 
-    def _measure_flicker(self, view: View, moving: Mask | None) -> Measures:
-        before, self._before = self._before, None if moving is None else (view, moving)
-        if before is None or moving is None:
+    def _correct(self, view: View) -> Picture:
+        """Return the rendering with its color corrected, by the pixels that count."""
+        if view.mask is None:
+            return self._correction.apply(view.decoded, view.truth)
+        kept, corrected = view.mask, np.zeros_like(view.decoded)
+        corrected[kept] = self._correction.apply(view.decoded[kept], view.truth[kept])
+        return corrected
+
+    def _find_regions(self, view: View) -> tuple[Mask | None, Mask | None]:
+        """Return `[H, W]` the moving and the static pixels of those that count."""
+        if self._background is None:
+            return None, None
+        moving = find_moving(view.image, self._background, view.mask)
+        if view.mask is None:
+            return moving, ~moving
+        return moving & view.mask, ~moving & view.mask
+
+    def _measure_flicker(self, view: View, static: Mask | None) -> Measures:
+        before, self._before = self._before, None if static is None else (view, static)
+        if before is None or static is None:
             return {"flicker": None, "truth_flicker": None}
-        last, moved = before
-        static = ~(moving | moved)
+        last, was_static = before
+        static = static & was_static
         return {
             "flicker": _measure_change(static, view.decoded, last.decoded),
             "truth_flicker": _measure_change(static, view.truth, last.truth),

@@ -13,6 +13,7 @@ from quarc_ref.rendering import ssim_kernels
 from quarc_ref.rendering.pipeline import KERNEL_LOCK
 
 Picture = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 PSNR_VARIANT = (
     "psnr: floats clamped to [0, 1], MSE over pixels and channels, mean of the frames' dB"
@@ -20,16 +21,34 @@ PSNR_VARIANT = (
 SSIM_VARIANT = (
     "ssim_inria: 11x11 Gaussian of sigma 1.5, zero padding, mean over pixels and channels"
 )
+MASK_VARIANT = (
+    "mask: of captures with masks, the pixels that count alone are measured; the others are black "
+    "in both pictures"
+)
 
 
-def measure_psnr(picture: Picture, truth: Picture) -> float:
-    """Return dB of two pictures `[H, W, 3]` from 0 to 1; infinite for equal ones."""
+def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:
+    """Return dB of two pictures `[H, W, 3]` from 0 to 1; infinite for equal ones.
+
+    Args:
+        picture: Rendered.
+        truth: What it should be.
+        mask: `[H, W]` pixels to measure, at least one; None for all.
+    """
+    if mask is not None:
+        picture, truth = picture[mask], truth[mask]
     error = float(np.square(picture.astype(np.float64) - truth).mean())
     return -10 * math.log10(error) if error else math.inf
 
 
-def measure_ssim(picture: Picture, truth: Picture) -> float:
-    """Return the `ssim_inria` of two pictures `[H, W, 3]` from 0 to 1."""
+def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:
+    """Return the `ssim_inria` of two pictures `[H, W, 3]` from 0 to 1.
+
+    Args:
+        picture: Rendered.
+        truth: What it should be.
+        mask: `[H, W]` pixels to take the mean over, at least one; None for all.
+    """
     shape = (picture.shape[0], -1)
     first = np.ascontiguousarray(picture, dtype=np.float32).reshape(shape)
     second = np.ascontiguousarray(truth, dtype=np.float32).reshape(shape)
@@ -39,4 +58,5 @@ def measure_ssim(picture: Picture, truth: Picture) -> float:
     with KERNEL_LOCK:
         ssim_kernels.ssim_moments(second, moments)
         ssim_kernels.ssim_forward(first, second, moments, ssim, slopes)
-    return float(ssim.mean(dtype=np.float64))
+    values = ssim if mask is None else ssim.reshape(picture.shape)[mask]
+    return float(values.mean(dtype=np.float64))

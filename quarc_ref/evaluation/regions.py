@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from quarc_ref.evaluation.metrics import Picture
-
-Mask = NDArray[np.bool_]
+from quarc_ref.evaluation.metrics import Mask, Picture
 
 _LEAST_FRAMES = 3
 _MOST_FRAMES = 15
@@ -52,14 +50,17 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
     return median
 
 
-def find_moving(picture: NDArray[np.uint8], background: Picture) -> Mask:
+def find_moving(picture: NDArray[np.uint8], background: Picture, mask: Mask | None = None) -> Mask:
     """Return `[H, W]` whether a pixel is in the moving region.
 
     Args:
         picture: `[H, W, 3]` in levels of 255.
         background: `[H, W, 3]`, as `find_background` returns it.
+        mask: `[H, W]` pixels that count; None for all.
     """
     differs = np.abs(picture - background).max(axis=2) > _LEVELS
+    if mask is not None:
+        differs &= mask
     side = 2 * _MARGIN + 1
     grown: Mask = binary_dilation(differs, np.ones((side, side), dtype=bool))
     return grown

@@ -7,7 +7,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.decoder import Splats
-from quarc_ref.evaluation.metrics import Picture, measure_psnr, measure_ssim
+from quarc_ref.evaluation.metrics import Mask, Picture, measure_psnr, measure_ssim
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_picture
 
@@ -24,6 +24,7 @@ class View:
         decoded: `[H, W, 3]` from 0 to 1, drawn from the decoded scene.
         psnr: dB.
         ssim: As `ssim_inria`.
+        mask: `[H, W]` pixels that count; None if all do. The others are black in both pictures.
     """
 
     frame: int
@@ -33,6 +34,7 @@ class View:
     decoded: Picture
     psnr: float
     ssim: float
+    mask: Mask | None = None
 
 
 def measure_views(
@@ -54,12 +56,20 @@ def measure_views(
     """
     wanted = capture.held_out if indices is None else indices
     return [
-        make_view(frame, cameras[index].name, capture.image(index, frame), picture)
+        make_view(
+            frame,
+            cameras[index].name,
+            capture.image(index, frame),
+            picture,
+            capture.mask(index, frame),
+        )
         for index, picture in ((index, render_picture(splats, cameras[index])) for index in wanted)
     ]
 
 
-def make_view(frame: int, camera: str, image: Image, picture: Picture) -> View:
+def make_view(
+    frame: int, camera: str, image: Image, picture: Picture, mask: Mask | None = None
+) -> View:
     """Return a view with its metrics.
 
     Args:
@@ -67,13 +77,19 @@ def make_view(frame: int, camera: str, image: Image, picture: Picture) -> View:
         camera: Name.
         image: `[H, W, 3]` the truth in levels of 255.
         picture: `[H, W, 3]` as drawn, before it is clamped.
+        mask: `[H, W]` pixels that count; None if all do.
     """
     truth = image.astype(np.float32) / np.float32(255)
-    return compare_pictures(frame, camera, image, truth, picture)
+    return compare_pictures(frame, camera, image, truth, picture, mask)
 
 
-def compare_pictures(
-    frame: int, camera: str, image: Image, truth: Picture, picture: Picture
+def compare_pictures(  # noqa: PLR0913, each is a part of the view
+    frame: int,
+    camera: str,
+    image: Image,
+    truth: Picture,
+    picture: Picture,
+    mask: Mask | None = None,
 ) -> View:
     """Return a view of pictures, with its metrics.
 
@@ -83,7 +99,12 @@ def compare_pictures(
         image: `[H, W, 3]` the truth in levels of 255.
         truth: `[H, W, 3]` the same from 0 to 1, not rounded.
         picture: `[H, W, 3]` as drawn, before it is clamped.
+        mask: `[H, W]` pixels that count; None, or a mask without one, for all.
     """
     decoded = np.clip(picture, 0, 1)
-    psnr, ssim = measure_psnr(decoded, truth), measure_ssim(decoded, truth)
-    return View(frame, camera, image, truth, decoded, psnr, ssim)
+    if mask is None or not mask.any():
+        mask = None
+    else:
+        decoded, truth = decoded * mask[..., None], truth * mask[..., None]
+    psnr, ssim = measure_psnr(decoded, truth, mask), measure_ssim(decoded, truth, mask)
+    return View(frame, camera, image, truth, decoded, psnr, ssim, mask)

@@ -129,14 +129,6 @@ def test_cameras_are_lined_up_by_the_offsets_in_the_notes(n3dv_folder, pictures,
     assert capture.fingerprint != open_capture(n3dv_folder).fingerprint
 
 
-def test_masks_that_are_not_used_are_told(n3dv_folder, tmp_path):
-    folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
-    (folder / "masks").mkdir()
-
-    (finding,) = open_capture(folder).findings
-    assert finding.kind == "masks-not-used"
-
-
 def test_an_offset_of_an_unknown_camera_is_rejected(n3dv_folder, tmp_path):
     folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
     write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam02": 1}))

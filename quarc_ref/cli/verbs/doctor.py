@@ -119,11 +119,13 @@ def _describe(found: "Diagnosis") -> dict[str, str]:
 def _describe_capture(capture: "Capture") -> dict[str, str]:
     sizes = sorted({(camera.width, camera.height) for camera in capture.cameras})
     held_out = [capture.cameras[index].name for index in capture.held_out]
+    masks = {"masks": "yes: only what they keep is trained"} if capture.masks else {}
     return {
         "cameras": f"{len(capture.cameras)}; held out: {', '.join(held_out)}",
         "pictures": ", ".join(f"{width} x {height}" for width, height in sizes),
         "frames": f"{capture.frame_count}, {capture.frames_per_second:g} per second",
         "initial points": f"{len(capture.points.positions)}",
+        **masks,
     }
 
 
@@ -152,6 +154,7 @@ def _as_json(
             "frames": capture.frame_count,
             "frames_per_second": capture.frames_per_second,
             "points": len(capture.points.positions),
+            "masks": capture.masks is not None,
         },
         "forecast": None if found.forecast is None else asdict(found.forecast),
         "machine": asdict(found.machine),

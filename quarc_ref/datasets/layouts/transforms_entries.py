@@ -38,12 +38,14 @@ class Entry:
         lens: Lens of the picture.
         matrix: 3x4 camera to world in OpenGL's axes, row by row.
         time: Time of the picture, if the file gives it.
+        mask: Path of the mask, if the file names one.
     """
 
     path: str
     lens: Lens
     matrix: tuple[float, ...]
     time: float | None
+    mask: str | None = None
 
     def pose(self) -> Pose:
         """Return the pose in the package's axes.
@@ -113,8 +115,9 @@ def _parse_entry(frame: dict[str, object], shared: dict[str, object]) -> Entry:
     path = _text(frame, "file_path")
     try:
         time = _number(frame, "time") if "time" in frame else None
+        mask = _text(frame, "mask_path") if "mask_path" in frame else None
         lens = _parse_lens(ChainMap(frame, shared))
-        return Entry(path, lens, _parse_matrix(frame), time)
+        return Entry(path, lens, _parse_matrix(frame), time, mask)
     except (TypeError, ValueError) as error:
         message = f"frame {path}: {error}"
         raise ValueError(message) from error

@@ -20,8 +20,10 @@ from quarc_ref.datasets.errors import (
 )
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.layouts.transforms_entries import Entry, Transforms, read_transforms
+from quarc_ref.datasets.masks import FileMasks
 from quarc_ref.datasets.named_files import NamedFiles
 from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.pictures import Pictures
 from quarc_ref.datasets.points_ply import read_points_ply
 
 TRANSFORMS_NAME = "transforms.json"
@@ -84,7 +86,14 @@ def _gather(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     paths = [[named.find(entry.path) for entry in entries] for entries in rig.entries]
     points, descriptions = _read_descriptions(path, transforms, named)
     source, rate = open_pictures(paths, numbered=False), transforms.frames_per_second
-    return Footage(rig.cameras, source, points, descriptions, rate)
+    masks = _open_masks(named, rig, source)
+    return Footage(rig.cameras, source, points, descriptions, rate, masks=masks)
+
+
+def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
+    """Return the masks that the entries name; None if none does."""
+    rows = [[named.find(e.mask) for e in entries if e.mask] for entries in rig.entries]
+    return FileMasks(rows, source.sizes, source.lengths) if any(rows) else None
 
 
 def _read_descriptions(

@@ -14,7 +14,6 @@ from torch import Tensor
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.fixed_scene import FixedScene
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.quantize import quantize_births
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.records import Births
@@ -72,8 +71,7 @@ class BirthObjective:
         return sum(map(float, losses)) / len(views)
 
     def _loss(self, image: Tensor, view: int) -> Tensor:
-        truth = self.context.truth(view, self.decoded.frame)
-        return photometric_loss(image, truth, self.lambda_dssim)
+        return self.context.photometric_loss(image, view, self.decoded.frame, self.lambda_dssim)
 
 
 def select_births(

@@ -40,8 +40,11 @@ def measure_change(
         gaussians = attributes.detached()
         gaussians.means.requires_grad_()
         rendering = context.render(gaussians.activated(), view)
-        now, before = context.truth(view, frame), context.truth(view, frame - 1)
-        change = (rendering.image - now).abs().mean() - (rendering.image - before).abs().mean()
+        now, before = (
+            (context.mask(rendering.image, view, at) - context.truth(view, at)).abs().mean()
+            for at in (frame, frame - 1)
+        )
+        change = now - before
         (gradient,) = torch.autograd.grad(change, rendering.means2d)
         total += to_ndc(gradient, context.camera(view)).norm(dim=1)
         seen |= rendering.radii > 0

@@ -20,7 +20,6 @@ from quarc_ref.encoder.frames.warm_start import start_symbols
 from quarc_ref.encoder.settings.frames import MotionSettings, UpdateSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.quantize import quantize_residuals
 from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
 from quarc_ref.encoder.training.trainable import (
@@ -151,8 +150,8 @@ class _Fit:
 
     def _render(self, attributes: Attributes, view: int) -> tuple[Rendering, Tensor]:
         rendering = self._context.render(attributes.activated(), view)
-        truth = self._context.truth(view, self._scene.frame)
-        return rendering, photometric_loss(rendering.image, truth, self._settings.lambda_dssim)
+        frame, dssim = self._scene.frame, self._settings.lambda_dssim
+        return rendering, self._context.photometric_loss(rendering.image, view, frame, dssim)
 
 
 def _descend(

@@ -129,7 +129,8 @@ def _find_errors(
     """
     camera, truth = context.camera(view), context.truth(view, frame)
     seen = scene.backdrop(view)
-    error = (seen.image.clamp(0, 1) - truth).abs().mean(dim=2)
+    shown = context.mask(seen.image.clamp(0, 1), view, frame)
+    error = (shown - truth).abs().mean(dim=2)
     peaks = find_largest_around(error, settings.error_radius)
     worst = (error == peaks) & (error > settings.error_threshold) & (seen.alpha > _LEAST_ALPHA)
     rows, columns = torch.nonzero(worst, as_tuple=True)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from torch import Tensor
 
+_LEAST_SHARE = 1e-12  # of the pixels of a view
+
 
 @dataclass(frozen=True, slots=True)
 class EncodePlan:
@@ -60,6 +62,7 @@ class TrainingStep:
         loss_tensor: The loss, a scalar in the graph.
         image: `[H, W, 3]` as drawn.
         truth: Returns the picture that the view is compared with, `[H, W, 3]`.
+        mask: `[H, W, 1]` 1 for the pixels that count; None if all do.
     """
 
     stage: str
@@ -70,6 +73,7 @@ class TrainingStep:
     loss_tensor: "Tensor"
     image: "Tensor"
     truth: Callable[[], "Tensor"]
+    mask: "Tensor | None" = None
 
     def loss(self) -> float:
         """Return the loss, prices of bytes and regularizers included."""
@@ -77,7 +81,10 @@ class TrainingStep:
 
     def psnr(self) -> float:
         """Return the PSNR of the view, dB; infinite if it equals the truth."""
-        error = float((self.image.detach().clamp(0, 1) - self.truth()).square().mean())
+        square = (self.image.detach().clamp(0, 1) - self.truth()).square()
+        error = float((square if self.mask is None else square * self.mask).mean())
+        if self.mask is not None:
+            error /= max(float(self.mask.mean()), _LEAST_SHARE)
         return -10 * math.log10(error) if error else math.inf
 
 

@@ -31,7 +31,6 @@ from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, draw_within
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.pruning import prune_by_contribution
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
@@ -160,9 +159,9 @@ class _Training:
         view = next(self._views)
         rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
-            picture = context.views.picture(view, 0)
-            context.exposures.observe(view, rendering.image, picture, settings.exposure_lr)
-        loss = photometric_loss(rendering.image, context.truth(view, 0), settings.lambda_dssim)
+            shown, picture = context.mask(rendering.image, view, 0), context.views.picture(view, 0)
+            context.exposures.observe(view, shown, picture, settings.exposure_lr)
+        loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
         weight = settings.code_rd_lambda * objective.rd_lambda
         if weight and step % _RATE_EVERY == 0:

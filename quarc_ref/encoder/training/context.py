@@ -13,6 +13,7 @@ from torch import Tensor
 from quarc_ref.encoder.monitoring.monitor import Monitor, NullMonitor, TrainingStep
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rendering
@@ -89,13 +90,34 @@ class TrainingContext:
         def recall_truth() -> Tensor:
             return self.truth(view, frame)
 
+        mask = self.views.mask(view, frame)
         self.monitor.step(
-            TrainingStep(stage, frame, step, steps, gaussians, loss, image, recall_truth)
+            TrainingStep(stage, frame, step, steps, gaussians, loss, image, recall_truth, mask)
         )
 
     def truth(self, view: int, frame: int) -> Tensor:
-        """Picture of a view with its exposure corrected, `[H, W, 3]`."""
+        """Picture of a view with its exposure corrected, black where masked, `[H, W, 3]`."""
         return self.exposures.correct(self.views.picture(view, frame), view)
+
+    def mask(self, image: Tensor, view: int, frame: int) -> Tensor:
+        """An image `[H, W, 3]` of a view, black where the view is masked.
+
+        What is compared with `truth` passes through here, so that masked pixels have no error
+        and no gradient. Without a mask it is the same tensor.
+        """
+        mask = self.views.mask(view, frame)
+        return image if mask is None else image * mask
+
+    def photometric_loss(self, image: Tensor, view: int, frame: int, dssim: float) -> Tensor:
+        """Loss of a rendered view against its picture, without what is masked.
+
+        Args:
+            image: `[H, W, 3]` rendered.
+            view: Index of the view.
+            frame: Ordinal of the frame.
+            dssim: Weight of D-SSIM in the loss.
+        """
+        return photometric_loss(self.mask(image, view, frame), self.truth(view, frame), dssim)
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:
         """Random generator for a purpose in a frame, on the CPU."""

@@ -11,16 +11,19 @@ from torch import Tensor
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.trainable import from_splats
 
 
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
-    """Yield the rendering of a decoded scene and the picture of each training view, `[H, W, 3]`."""
+    """Yield the rendering of a decoded scene and the picture of each training view, `[H, W, 3]`.
+
+    Both are black where the view is masked.
+    """
     drawn = from_splats(dequantize(state.scene), context.device).activated()
     for view in range(len(context.views.cameras)):
         with torch.no_grad():
             image = context.render(drawn, view).image
+        image = context.mask(image, view, state.scene.frame)
         yield image, context.views.picture(view, state.scene.frame)
 
 
@@ -38,7 +41,7 @@ def measure_loss(context: TrainingContext, state: FrameState, dssim: float) -> f
         dssim: Weight of D-SSIM in the loss.
     """
     losses = [
-        float(photometric_loss(image, context.truth(view, state.scene.frame), dssim))
+        float(context.photometric_loss(image, view, state.scene.frame, dssim))
         for view, (image, _) in enumerate(render_views(context, state))
     ]
     return sum(losses) / len(losses)

@@ -68,7 +68,7 @@ def measure_contributions(
         gates = torch.ones_like(presence).requires_grad_()
         tints = torch.zeros_like(presence).requires_grad_()
         rendering = context.render(_tinted(_gated(drawn, gates), tints), view)
-        image = rendering.image
+        image = context.mask(rendering.image, view, 0)
         seen += rendering.radii > 0
         for _ in range(_PROBES):
             signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1

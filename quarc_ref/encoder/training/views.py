@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.datasets.calibration import shrink
-from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.capture import Capture, Mask
 from quarc_ref.format.cameras import Camera
 
 
@@ -33,6 +33,7 @@ class TrainingViews:
         self._indices = capture.training
         self._cameras = tuple(shrink(capture.cameras[index], downscale) for index in self._indices)
         self._pictures: dict[tuple[int, int], Tensor] = {}
+        self._masks: dict[tuple[int, int], Tensor | None] = {}
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
@@ -40,7 +41,7 @@ class TrainingViews:
         return self._cameras
 
     def picture(self, view: int, frame: int) -> Tensor:
-        """Picture of a view, float32 from 0 to 1, `[H, W, 3]`.
+        """Picture of a view, float32 from 0 to 1, black where masked, `[H, W, 3]`.
 
         Args:
             view: Index in `cameras`.
@@ -50,16 +51,38 @@ class TrainingViews:
         if key not in self._pictures:
             image = torch.from_numpy(self._capture.image(self._indices[view], frame).copy())
             picture = image.to(self._device).to(torch.float32) / 255
-            self._pictures[key] = _average(picture, self._downscale)
+            picture, mask = _average(picture, self._downscale), self.mask(view, frame)
+            self._pictures[key] = picture if mask is None else picture * mask
         return self._pictures[key]
+
+    def mask(self, view: int, frame: int) -> Tensor | None:
+        """Mask of a view, 1 for the pixels that count and 0 for others, `[H, W, 1]`.
+
+        Args:
+            view: Index in `cameras`.
+            frame: Ordinal of the frame in the capture.
+
+        Returns:
+            None if all pixels count. A pixel counts if all that are averaged to it do.
+        """
+        key = (view, frame)
+        if key not in self._masks:
+            kept = self._capture.mask(self._indices[view], frame)
+            self._masks[key] = None if kept is None else self._place_mask(kept)
+        return self._masks[key]
+
+    def _place_mask(self, kept: Mask) -> Tensor:
+        mask = torch.from_numpy(kept[..., None]).to(self._device, torch.float32)
+        return _average(mask, self._downscale).floor()
 
     def halved(self) -> "TrainingViews":
         """The same views at half the width and half the height."""
         return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
     def drop_before(self, frame: int) -> None:
-        """Drop the pictures of earlier frames."""
+        """Drop the pictures and masks of earlier frames."""
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
+        self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
 
     def shuffled(self, generator: torch.Generator) -> "Shuffle":
         """All views in random order, endlessly."""

@@ -11,7 +11,7 @@ from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Holdings, Label
 from quarc_ref.evaluation.comparison.open_entries import Opened
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.evaluation.metrics import Picture
+from quarc_ref.evaluation.metrics import Mask, Picture
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import compare_pictures
 
@@ -135,9 +135,10 @@ class _Pairs:
         """Draw and measure a frame of every entry."""
         truths = dict(_draw_truth(self._opened, frame))
         drawn = [entry.draw(frame, self._opened.cameras) for entry in self._entries]
-        for name, (image, truth) in truths.items():
+        for name, (image, truth, mask) in truths.items():
             views = [
-                compare_pictures(frame, name, image, truth, pictures[name]) for pictures in drawn
+                compare_pictures(frame, name, image, truth, pictures[name], mask)
+                for pictures in drawn
             ]
             for meters, figures, view in zip(self._meters, self._figures, views, strict=True):
                 found = meters[name].measure(view)
@@ -157,16 +158,23 @@ class _Pairs:
         ]
 
 
-def _draw_truth(opened: Opened, frame: int) -> Iterator[tuple[str, tuple[Image, Picture]]]:
-    """Yield what each camera took, or what the first entry shows of it: in levels, and 0 to 1."""
+def _draw_truth(
+    opened: Opened, frame: int
+) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
+    """Yield the truth of each camera in levels and from 0 to 1, and its mask.
+
+    The truth is the camera's picture, or without a capture what the first entry shows.
+    """
     capture = opened.capture
     if capture is None:
         for name, picture in opened.entries[0].draw(frame, opened.cameras).items():
-            yield name, ((picture * 255).round().astype(np.uint8), picture)
+            yield name, ((picture * 255).round().astype(np.uint8), picture, None)
         return
     for name in opened.cameras:
-        image = capture.image(_find_index(capture, name), frame)
-        yield name, (image, image.astype(np.float32) / np.float32(255))
+        index = _find_index(capture, name)
+        image = capture.image(index, frame)
+        truth = image.astype(np.float32) / np.float32(255)
+        yield name, (image, truth, capture.mask(index, frame))
 
 
 def _find_index(capture: Capture, name: str) -> int:

@@ -1,0 +1,130 @@
+"""Masks of a capture: which pixels of its pictures count.
+
+White keeps a pixel and black leaves it out, as in COLMAP and nerfstudio. A camera has one
+mask for all frames, a mask for every frame, or none, which keeps everything.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from quarc_ref.datasets.arrangements import (
+    Files,
+    is_video,
+    list_picture_folders,
+    list_single_pictures,
+    list_videos,
+)
+from quarc_ref.datasets.capture import Mask, MaskSource
+from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
+from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
+from quarc_ref.datasets.undistortion import Rectifier
+from quarc_ref.datasets.video import VideoReader
+
+MASKS_NAME = "masks"
+_LOSSLESS = ".png"
+_HALF = 127  # of 255: lossy files do not keep black black
+
+
+class FileMasks:
+    """Masks as they are on disk.
+
+    Args:
+        files: `[camera]` of one file for all frames, the files of all frames, or none.
+        sizes: `[camera]` width and height of the pictures, pixels.
+        lengths: `[camera]` number of frames of the pictures.
+
+    Attributes:
+        paths: All files.
+
+    Raises:
+        CountMismatchError: A camera has more than one mask, but not one for every frame.
+        CaptureError: A video of masks cannot be read.
+    """
+
+    def __init__(
+        self, files: Sequence[Sequence[Path]], sizes: Sequence[Size], lengths: Sequence[int]
+    ) -> None:
+        self.paths = tuple(path for row in files for path in row)
+        self._sizes = tuple(sizes)
+        self._sources = [_open(row, size) for row, size in zip(files, sizes, strict=True)]
+        for source, length in zip(self._sources, lengths, strict=True):
+            if source is not None and source.lengths[0] not in (1, length):
+                path, count = source.paths[0][0], source.lengths[0]
+                message = (
+                    f"there are {count} masks like {path}, but {length} frames: a camera has "
+                    "one mask for all frames, or one for each"
+                )
+                raise CountMismatchError(message)
+
+    def read(self, camera: int, frame: int) -> Mask | None:
+        """See `MaskSource.read`."""
+        source = self._sources[camera]
+        if source is None:
+            return None
+        picture = source.read(0, frame if source.lengths[0] > 1 else 0)
+        path = source.paths[0][min(frame, len(source.paths[0]) - 1)]
+        width, height = self._sizes[camera]
+        if picture.shape[:2] != (height, width):
+            message = (
+                f"mask {path} is {picture.shape[1]}x{picture.shape[0]}, but the pictures of its "
+                f"camera are {width}x{height}"
+            )
+            raise UnreadableVideoError(message)
+        least = 0 if path.suffix.lower() == _LOSSLESS else _HALF
+        return np.asarray(picture.max(axis=2) > least)
+
+
+class RectifiedMasks:
+    """Masks that belong to rectified pictures.
+
+    Args:
+        source: Masks of the pictures on disk.
+        firsts: `[camera]` frame on disk that is frame 0 here.
+        rectifiers: `[camera]` of the pictures.
+    """
+
+    def __init__(
+        self, source: MaskSource, firsts: Sequence[int], rectifiers: Sequence[Rectifier]
+    ) -> None:
+        self._source = source
+        self._firsts = tuple(firsts)
+        self._rectifiers = tuple(rectifiers)
+
+    def read(self, camera: int, frame: int) -> Mask | None:
+        """See `MaskSource.read`."""
+        mask = self._source.read(camera, self._firsts[camera] + frame)
+        return None if mask is None else self._rectifiers[camera].rectify_mask(mask)
+
+
+def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | None:
+    """Return the masks in the folder `masks` of a capture, `[camera]`; None if it has none.
+
+    They are `NAME.png` for all frames of a camera, `NAME/0000.png` and so on for each frame,
+    or a video `NAME.mp4`. COLMAP's `NAME.png.png`, a mask named after the picture, is read too.
+
+    Args:
+        folder: Folder of the capture.
+        names: `[camera]` names of the cameras.
+    """
+    inside = folder / MASKS_NAME
+    listed: list[Files] = [
+        list_picture_folders(inside),
+        list_videos(inside),
+        {Path(name).stem: paths for name, paths in list_single_pictures(inside).items()},
+        list_single_pictures(inside),
+    ]
+    found: Mapping[str, Sequence[Path]] = {
+        name: paths for files in listed for name, paths in files.items()
+    }
+    rows = [found.get(name, ()) for name in names]
+    return rows if any(rows) else None
+
+
+def _open(paths: Sequence[Path], size: Size) -> Pictures | None:
+    if not paths:
+        return None
+    if len(paths) == 1 and is_video(paths[0]):
+        return VideoPictures([VideoReader(paths[0])])
+    return FilePictures([paths], [size])

@@ -1,0 +1,152 @@
+"""Masks: wherever they lie, they reach training in the frames and pixels they belong to."""
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.calibration import Lens
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.datasets.undistortion import Rectifier
+from tests.datasets.scenes import (
+    make_shots,
+    picture_document,
+    plane_points,
+    render,
+    write_frames,
+    write_model,
+    write_picture,
+    write_transforms,
+    write_video,
+)  # fmt: skip
+
+FRAMES = 6
+
+
+def _draw(frame=0, size=(48, 32)):
+    """A mask that keeps the columns left of a border, which moves."""
+    mask = np.zeros((size[1], size[0], 3), np.uint8)
+    mask[:, : 20 + frame] = 255
+    return mask
+
+
+def _copy(folder, tmp_path):
+    return shutil.copytree(folder, tmp_path / "copy")
+
+
+def _kept(capture, camera, frame):
+    return capture.mask(camera, frame).all(axis=0).sum()
+
+
+def test_a_capture_without_masks_has_none(n3dv_folder):
+    capture = open_capture(n3dv_folder)
+    assert capture.masks is None
+    assert capture.mask(0, 0) is None
+
+
+def test_one_mask_is_for_all_frames_of_its_camera(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    write_picture(folder / "masks" / "cam01.png", _draw())
+    capture = open_capture(folder)
+
+    assert [_kept(capture, 1, frame) for frame in (0, 5)] == [20, 20]
+    assert capture.mask(0, 0) is None
+    assert capture.findings == ()
+
+
+def test_a_mask_named_after_the_picture_is_found(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    write_picture(folder / "masks" / "cam01.png.png", _draw())
+    assert _kept(open_capture(folder), 1, 3) == 20
+
+
+def test_masks_of_frames_follow_start_and_offsets(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    for frame in range(FRAMES):
+        write_picture(folder / "masks" / "cam01" / f"{frame:04d}.png", _draw(frame))
+    write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam01": 2}))
+    assert _kept(open_capture(folder, CaptureOptions(start=1)), 1, 1) == 20 + 2 + 1 + 1
+
+
+def test_a_video_of_masks_is_black_and_white_again(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    (folder / "masks").mkdir()
+    write_video(folder / "masks" / "cam01.mp4", [_draw(2 * frame) for frame in range(FRAMES)])
+    capture = open_capture(folder)
+    assert [_kept(capture, 1, frame) for frame in (0, 2, 5)] == [20, 24, 30]
+
+
+def test_transforms_name_their_masks(tmp_path):
+    shots = make_shots()
+    document = picture_document(shots, frames=2)
+    for entry in document["frames"]:
+        entry["mask_path"] = "kept/" + entry["file_path"]
+    folder = write_transforms(tmp_path / "capture", document, plane_points())
+    pictures = [[render(shot, moment) for moment in range(2)] for shot in shots]
+    write_frames(folder, shots, pictures)
+    masks = [[_draw(7 * camera + frame) for frame in range(2)] for camera in range(len(shots))]
+    write_frames(folder / "kept", shots, masks)
+    capture = open_capture(folder)
+    assert _kept(capture, 3, 1) == 20 + 21 + 1
+
+
+def test_a_colmap_project_has_masks_beside_its_images(tmp_path):
+    shots = make_shots()
+    folder = tmp_path / "project"
+    write_model(folder / "sparse" / "0", shots, plane_points())
+    for shot in shots:
+        write_picture(folder / "images" / f"{shot.name}.png", render(shot))
+        write_picture(folder / "masks" / f"{shot.name}.png.png", _draw())
+    assert _kept(open_capture(folder), 2, 0) == 20
+
+
+def test_a_mask_changes_the_fingerprint(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    before = open_capture(folder).fingerprint
+    write_picture(folder / "masks" / "cam01.png", _draw())
+    one = open_capture(folder).fingerprint
+    write_picture(folder / "masks" / "cam01.png", _draw(1))
+    assert len({before, one, open_capture(folder).fingerprint}) == 3
+
+
+def test_a_downscaled_pixel_counts_if_all_of_it_does(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    write_picture(folder / "masks" / "cam01.png", _draw(1))
+    capture = open_capture(folder, CaptureOptions(downscale=2))
+    assert capture.mask(1, 0).shape == (16, 24)
+    assert _kept(capture, 1, 0) == 10
+
+
+def test_a_mask_is_straightened_like_its_picture():
+    lens = Lens(64, 48, 60.0, 60.0, 32.0, 24.0, (-0.2, 0.05))
+    rectifier = Rectifier(lens)
+    picture = np.zeros((48, 64, 3), np.uint8)
+    picture[10:30, 20:50] = 255
+    shown = rectifier.rectify(picture)[..., 0] > 127
+    mask = rectifier.rectify_mask(picture[..., 0] > 0)
+    edge = cv2.morphologyEx(shown.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3))) > 0
+    assert np.array_equal(mask[~edge], shown[~edge])
+
+
+@pytest.mark.parametrize(("count", "shape"), [(3, (48, 32)), (1, (24, 16))])
+def test_masks_that_do_not_fit_are_rejected(n3dv_folder, tmp_path, count, shape):
+    folder = _copy(n3dv_folder, tmp_path)
+    for frame in range(count):
+        write_picture(folder / "masks" / "cam01" / f"{frame:04d}.png", _draw(size=shape))
+    with pytest.raises((CountMismatchError, UnreadableVideoError), match="cam01"):
+        open_capture(folder).mask(1, 0)
+
+
+def test_a_named_mask_that_is_missing_is_rejected(tmp_path):
+    shots = make_shots()
+    document = picture_document(shots, frames=1)
+    document["frames"][0]["mask_path"] = "nowhere.png"
+    folder = write_transforms(tmp_path / "capture", document, plane_points())
+    write_frames(folder, shots, [[render(shot)] for shot in shots])
+    with pytest.raises(Exception, match=r"nowhere\.png"):
+        open_capture(folder)
+    assert json.loads((folder / "transforms.json").read_text())["frames"]

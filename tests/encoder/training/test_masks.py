@@ -1,0 +1,149 @@
+"""Masks in training: what is masked has no influence, wherever pictures are compared."""
+
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+import torch
+
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.decoder.dequantize import dequantize
+from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder.monitoring.monitor import TrainingStep
+from quarc_ref.encoder.training.views import TrainingViews
+from quarc_ref.evaluation.camera_group import CameraGroup
+from quarc_ref.streams import decode
+from tests.encoder.toys import HEIGHT, SMALL, WIDTH, make_capture, make_context
+
+FRAMES = 2
+BORDER = 28
+
+
+class _Masks:
+    """Keeps the columns left of a border, in every frame of every camera."""
+
+    def __init__(self, border=BORDER):
+        self._mask = np.zeros((HEIGHT, WIDTH), bool)
+        self._mask[:, :border] = True
+
+    def read(self, _camera, _frame):
+        return self._mask
+
+
+class _Spoiled:
+    """The pictures of a capture, with noise right of the border."""
+
+    def __init__(self, capture):
+        self._capture = capture
+
+    def read(self, camera, frame):
+        picture = self._capture.image(camera, frame).copy()
+        noise = np.random.default_rng([camera, frame]).integers(0, 256, picture.shape, np.uint8)
+        picture[:, BORDER:] = noise[:, BORDER:]
+        return picture
+
+
+def _mask(capture, source=None, masks=None):
+    return Capture(
+        capture.name, capture.cameras, capture.frame_count, capture.frames_per_second,
+        capture.points, source or _Passed(capture), capture.fingerprint, masks=masks or _Masks(),
+    )  # fmt: skip
+
+
+class _Passed:
+    def __init__(self, capture):
+        self._capture = capture
+
+    def read(self, camera, frame):
+        return self._capture.image(camera, frame).copy()
+
+
+def _encode(capture, config=SMALL):
+    sink = BytesIO()
+    encode(capture, sink, EncodeOptions(config, FRAMES, "cpu", checks=False))
+    return sink.getvalue()
+
+
+EVERYTHING = replace(
+    SMALL,
+    canonical=replace(SMALL.canonical, exposure_lr=0.2, exposure_from_iter=10, prune_rd_lambda=0.2),
+    births=replace(SMALL.births, placement="errors", error_threshold=0.02, rd_selection=True),
+)  # every part of training that looks at pictures
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return make_capture(FRAMES)
+
+
+@pytest.fixture(scope="module")
+def unmasked_stream(clean):
+    return _encode(clean, EVERYTHING)
+
+
+@pytest.fixture(scope="module")
+def spoiled_stream(clean):
+    return _encode(_mask(clean, _Spoiled(clean)), EVERYTHING)
+
+
+def test_masked_pixels_change_no_byte(clean, spoiled_stream):
+    assert _encode(_mask(clean), EVERYTHING) == spoiled_stream
+
+
+def test_masks_that_keep_everything_change_no_byte(clean, unmasked_stream):
+    assert _encode(_mask(clean, masks=_Masks(WIDTH)), EVERYTHING) == unmasked_stream
+
+
+def test_what_is_kept_is_trained_as_well_as_without_the_fault(
+    clean, unmasked_stream, spoiled_stream
+):
+    faulty = _mask(clean, _Spoiled(clean))
+    psnr = []
+    for stream in (unmasked_stream, spoiled_stream):
+        group = CameraGroup(faulty, clean.cameras, clean.training)
+        for scene in decode(stream):
+            group.measure(dequantize(scene), scene.frame)
+        psnr.append(group.quality.mean()["psnr"])
+    without_fault, masked = psnr
+    assert masked > without_fault - 1.0
+    assert masked > 20
+
+
+def test_figures_are_of_the_kept_pixels_alone(unmasked_stream):
+    clean = make_capture(3)
+    drawn = next(iter(decode(unmasked_stream)))
+    figures = []
+    for capture in (_mask(clean), _mask(clean, _Spoiled(clean))):
+        group = CameraGroup(capture, clean.cameras, clean.held_out)
+        group.measure(dequantize(drawn), 0)
+        figures.append(group.quality.mean())
+    assert figures[0] == figures[1]
+
+
+def test_a_mask_halves_with_its_picture():
+    views = TrainingViews(_mask(make_capture(), masks=_Masks(BORDER - 1)), torch.device("cpu"))
+    mask, half = views.mask(0, 0), views.halved().mask(0, 0)
+    assert mask.shape == (HEIGHT, WIDTH, 1)
+    assert mask.sum() == HEIGHT * (BORDER - 1)
+    assert half.shape == (HEIGHT // 2, WIDTH // 2, 1)
+    assert half.sum() == HEIGHT // 2 * (BORDER // 2 - 1)
+    assert (views.halved().picture(0, 0)[:, BORDER // 2 :] == 0).all()
+
+
+def test_the_gradient_of_masked_pixels_is_zero():
+    context = make_context()
+    masked = replace(context, views=TrainingViews(_mask(make_capture()), context.device))
+    image = torch.rand(HEIGHT, WIDTH, 3).requires_grad_()
+    masked.photometric_loss(image, 0, 0, 0.2).backward()
+    assert (image.grad[:, BORDER:] == 0).all()
+    assert (image.grad[:, :BORDER] != 0).any()
+
+
+def test_the_psnr_of_a_step_is_that_of_the_kept_pixels():
+    image, truth = torch.zeros(4, 4, 3), torch.full((4, 4, 3), 0.1)
+    mask = torch.zeros(4, 4, 1)
+    mask[:2] = 1
+    truth[2:] = 1.0
+    step = TrainingStep("motion", 1, 1, 1, 1, torch.tensor(0.0), image, lambda: truth, mask)
+    assert step.psnr() == pytest.approx(20.0, abs=1e-4)
