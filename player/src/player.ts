@@ -59,13 +59,14 @@ export class Player extends EventTarget {
   #wasPlaying = false;
   #opened: { resolve: (info: StreamInfo) => void; reject: (error: StreamError) => void } | null = null;
   #decoded: ((packet: FramePacket) => void) | null = null;
+  #seeks: { resolve: (frame: number | null) => void; reject: (error: StreamError) => void }[] = [];
 
   /** Throws DrawingError where the browser has no WebGL2. */
   constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
     super();
     this.#stage = new Stage(canvas, makeSorter(), {
       onShown: (packet, cost) => this.#takeShown(packet, cost),
-      onRestored: () => this.setFrame(this.#playing.frame ?? 0),
+      onRestored: () => void this.setFrame(this.#playing.frame ?? 0),
       onFault: (message) => this.#fail({ kind: "limit", message, rejectId: null, frame: null }),
     });
     this.#viewer = new Viewer(this.#stage, () => this.#tell("view", null));
@@ -103,20 +104,28 @@ export class Player extends EventTarget {
     this.#playing.pause();
   }
 
-  /** Go to a time, seconds from the first frame. */
-  seek(seconds: number): void {
+  /** Go to a time, seconds from the first frame; as `setFrame`. */
+  seek(seconds: number): Promise<number | null> {
     const { info } = this;
-    if (info !== null) this.setFrame(info.firstFrame + Math.floor(seconds * rateOf(info) + 1e-6));
+    return this.setFrame(info === null ? NaN : info.firstFrame + Math.floor(seconds * rateOf(info) + 1e-6));
   }
 
-  /** Go to a frame, by its ordinal. */
-  setFrame(frame: number): void {
+  /**
+   * Go to a frame, by its ordinal.
+   *
+   * Resolves to the ordinal of the frame that is shown then. If another seek replaces this one, both
+   * resolve with its frame. Rejects with a StreamError if the frame cannot be received or decoded.
+   * Before a stream is open nothing is sought, and it resolves at once, to null.
+   */
+  setFrame(frame: number): Promise<number | null> {
     this.#playing.setFrame(frame);
+    return this.#sought();
   }
 
-  /** Pause, and go so many frames on; negative numbers go back. */
-  step(by = 1): void {
+  /** Pause, and go so many frames on; negative numbers go back. As `setFrame`. */
+  step(by = 1): Promise<number | null> {
     this.#playing.step(by);
+    return this.#sought();
   }
 
   /** Release the workers and the graphics card. The player is of no use afterwards. */
@@ -243,6 +252,14 @@ export class Player extends EventTarget {
     this.#decoded = receive;
   }
 
+  /** Resolves when the seek or step that is under way has shown its frame. */
+  #sought(): Promise<number | null> {
+    if (this.info === null || !this.#playing.isSeeking) return Promise.resolve(this.frame);
+    const shown = new Promise<number | null>((resolve, reject) => this.#seeks.push({ resolve, reject }));
+    shown.catch(() => undefined); // the error event tells, too
+    return shown;
+  }
+
   #takeInfo(info: StreamInfo): void {
     if (!this.#isMeasured) this.#viewer.begin(info, this.#cameraWanted);
     this.#tell("info", info);
@@ -267,6 +284,7 @@ export class Player extends EventTarget {
     if (this.info !== null) this.#opened?.resolve(this.info);
     this.#opened = null;
     this.#tell("frame", { frame: packet.frame });
+    if (!this.#playing.isSeeking) for (const seek of this.#seeks.splice(0)) seek.resolve(packet.frame);
     this.#takeState();
   }
 
@@ -289,7 +307,7 @@ export class Player extends EventTarget {
 
   #fail(fault: PlayerFault): void {
     this.#playing.pause();
-    this.#opened?.reject(new StreamError(fault));
+    for (const waiting of [this.#opened, ...this.#seeks.splice(0)]) waiting?.reject(new StreamError(fault));
     this.#opened = null;
     this.#tell("error", fault);
   }

@@ -100,6 +100,12 @@ export class Playing {
     return this.#wanted ?? this.#sought ?? this.#shown;
   }
 
+  /** Whether a seek or a step is under way: its frame is not shown yet. */
+  get isSeeking(): boolean {
+    const isUnderWay = this.#isFirst || this.#sought !== null || this.#wanted !== null || this.#steps > 0;
+    return isUnderWay || this.#screen.isBusy;
+  }
+
   /** Ordinal after the last frame, where it is known. */
   get end(): number | null {
     const { firstFrame = 0, frameCount = null } = this.#info ?? {};

@@ -2,6 +2,8 @@
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+import type { StreamError } from "../src/stream-error.js";
+import { readRoom } from "./server.js";
 
 /** Bytes of what the first camera sees. Runs on the page. */
 async function see(player: PlayerElement): Promise<number[]> {
@@ -98,6 +100,32 @@ browserTest("a stream that is opened at a frame shows no other before it", async
     return { frames, previews: previews.length };
   });
   assert.deepEqual(shown, { frames: [15], previews: 0 });
+});
+
+browserTest("a seek resolves when its frame is shown, and so do those that it replaces", async () => {
+  await using page = await PlayerPage.open();
+  await page.until((player) => player.frame === 0);
+  const shown = await page.run(async (player) => {
+    const first = [await player.setFrame(7), player.frame];
+    const next = [await player.step(), await player.step(-1), await player.seek(0.5)];
+    const replaced = await Promise.all([player.setFrame(3), player.setFrame(20), player.setFrame(9)]);
+    return { first, next, last: replaced.at(-1), frame: player.frame };
+  });
+  assert.deepEqual(shown, { first: [7, 7], next: [8, 7, 15], last: 9, frame: 9 });
+});
+
+browserTest("a seek to a damaged frame rejects with the reject id", async () => {
+  const stream = readRoom().slice();
+  stream[stream.length - 4000] = stream[stream.length - 4000]! ^ 0xff;
+  await using page = await PlayerPage.open({ stream });
+  await page.until((player) => player.frame === 0);
+  const rejectId = await page.run((player) =>
+    player.setFrame(23).then(
+      () => null,
+      ({ fault }: StreamError) => fault.rejectId,
+    ),
+  );
+  assert.equal(rejectId, "payload-crc");
 });
 
 browserTest("scrubbing shows pictures on the way, and ends where it was let go", async () => {

@@ -11,7 +11,7 @@ export function connectControls(session: Session, root: ShadowRoot, signal: Abor
   for (const [name, act] of Object.entries(actions)) {
     layout.buttons[name as ButtonName].addEventListener("click", act, { signal });
   }
-  layout.slider.addEventListener("input", () => player.setFrame(Number(layout.slider.value)), { signal });
+  layout.slider.addEventListener("input", () => void player.setFrame(Number(layout.slider.value)), { signal });
   layout.speed.addEventListener("change", () => (player.speed = Number(layout.speed.value)), { signal });
   const choose = (): void => void (player.camera = layout.camera.value);
   layout.camera.addEventListener("change", choose, { signal });
@@ -32,8 +32,8 @@ function listActions(session: Session): Readonly<Record<ButtonName, () => void>>
   const { player } = session;
   return {
     play: () => (player.isPlaying ? player.pause() : player.play()),
-    back: () => player.step(-1),
-    forward: () => player.step(1),
+    back: () => void player.step(-1),
+    forward: () => void player.step(1),
     loop: () => {
       player.loop = !player.loop;
       session.refresh();
@@ -68,8 +68,8 @@ function pressKey(
   else if (event.key === "<" || event.key === ">") changeSpeed(session, event.key === ">" ? 1 : -1);
   else if (/^[1-9]$/.test(event.key)) chooseCamera(session, Number(event.key) - 1);
   else if (event.key === "0") session.player.camera = null;
-  else if (event.key === "Home") session.player.setFrame(session.player.info?.firstFrame ?? 0);
-  else if (event.key === "End") session.player.setFrame(Infinity);
+  else if (event.key === "Home") void session.player.setFrame(session.player.info?.firstFrame ?? 0);
+  else if (event.key === "End") void session.player.setFrame(Infinity);
   else return;
   event.preventDefault();
   session.refresh();

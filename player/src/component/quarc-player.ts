@@ -70,19 +70,19 @@ export class QuarcPlayer extends HTMLElement {
     this.player?.pause();
   }
 
-  /** Go to a time, seconds from the first frame. */
-  seek(seconds: number): void {
-    this.player?.seek(seconds);
+  /** Go to a time, seconds from the first frame; as `Player.setFrame`. */
+  async seek(seconds: number): Promise<number | null> {
+    return (await this.player?.seek(seconds)) ?? null;
   }
 
-  /** Go to a frame, by its ordinal. */
-  setFrame(frame: number): void {
-    this.player?.setFrame(frame);
+  /** Go to a frame, by its ordinal; as `Player.setFrame`. */
+  async setFrame(frame: number): Promise<number | null> {
+    return (await this.player?.setFrame(frame)) ?? null;
   }
 
-  /** Pause, and go so many frames on; negative numbers go back. */
-  step(by = 1): void {
-    this.player?.step(by);
+  /** Pause, and go so many frames on; negative numbers go back. As `Player.setFrame`. */
+  async step(by = 1): Promise<number | null> {
+    return (await this.player?.step(by)) ?? null;
   }
 
   /** Look through a camera of the stream; an unknown name changes nothing. */

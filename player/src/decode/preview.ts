@@ -3,27 +3,34 @@
 import type { FramePacket, StreamInfo } from "../protocol.js";
 import type { State } from "./quarc.js";
 
-/** Positions, color and opacity come first (SPEC 8.5); with them there is something to see. */
-export const SECTIONS_TO_SHOW = 3;
+/** Positions come first, then colors (SPEC 8.5); with them there is something to see. */
+export const SECTIONS_TO_SHOW = 2;
+const SECTIONS_TO_OPACITY = 3;
 const SECTIONS_TO_LOG_SCALES = 4;
 const SECTIONS_TO_ROTATIONS = 5;
 const NEIGHBORS = 3; // before and after, in the order of the positions
 const SPREAD = 0.55; // of the distance to the nearest of them: a standard deviation
 const LARGEST = 6; // times the median guess
+const OPACITY_LOGIT = 2; // of Gaussians whose opacity has not arrived: 0.88
+const OPACITY_CODE = 3; // its place among the codes of a Gaussian
 
 /** The packet of a preview, complete but for its run and its time. */
 export function makePreview(
   state: State,
   sections: number,
-  { logScaleStep, latticeExponent }: Pick<StreamInfo, "logScaleStep" | "latticeExponent">,
+  steps: Pick<StreamInfo, "logScaleStep" | "opacityStep" | "latticeExponent">,
 ): Omit<FramePacket, "run" | "decodeMs"> {
   const { frame, count, codes } = state;
   const slots = new Uint32Array(count).map((_, slot) => slot);
   const positions = interleave(Int32Array, state.positions);
   const packed = interleave(Int16Array, codes);
+  if (sections < SECTIONS_TO_OPACITY) {
+    const code = Math.round(OPACITY_LOGIT / steps.opacityStep);
+    for (let at = OPACITY_CODE; at < packed.length; at += codes.length) packed[at] = code;
+  }
   if (sections < SECTIONS_TO_LOG_SCALES) {
-    const unit = -Math.LN2 * latticeExponent;
-    const guesses = guessLogSizes(positions).map((size) => Math.round((size + unit) / logScaleStep));
+    const unit = -Math.LN2 * steps.latticeExponent;
+    const guesses = guessLogSizes(positions).map((size) => Math.round((size + unit) / steps.logScaleStep));
     for (let index = 0; index < count; index++) {
       packed.fill(guesses[index]!, codes.length * index, codes.length * index + 3);
     }

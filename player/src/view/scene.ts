@@ -11,16 +11,25 @@ const SHARE_INSIDE = 0.8;
 export const AXES = ["x", "-x", "y", "-y", "z", "-z"] as const;
 export type Axis = (typeof AXES)[number];
 
-/** The up vector: the wanted axis, else the stream's, else the mean of its cameras'. */
+/** The up vector: the wanted axis, else the stream's, else the mean of its cameras' up vectors. */
 export function findUp(info: StreamInfo, wanted: Axis | null): Vector {
   const axis = wanted ?? AXES[info.upAxis - 1];
   if (axis !== undefined) {
     const sign = axis.startsWith("-") ? -1 : 1;
     return [axis.endsWith("x") ? sign : 0, axis.endsWith("y") ? sign : 0, axis.endsWith("z") ? sign : 0];
   }
+  const stated = parseVector(info.metadata["up"]);
+  if (stated !== null) return stated;
   let total: Vector = [0, 0, 0];
   for (const camera of info.cameras) total = add(total, axisOf(camera, 1), -1);
   return unit(total, [0, 1, 0]);
+}
+
+/** The unit vector that three numbers in a text give (SPEC I.4); null if they give none. */
+function parseVector(text = ""): Vector | null {
+  const [x = NaN, y = NaN, z = NaN, ...more] = text.trim().split(/\s+/).map(Number);
+  const length = Math.hypot(x, y, z);
+  return length > 0 && Number.isFinite(length) && more.length === 0 ? scale([x, y, z], 1 / length) : null;
 }
 
 /** Median depth of the places that an eye sees; twice its near bound if it sees none. */
