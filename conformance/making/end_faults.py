@@ -14,7 +14,7 @@ End = tuple[str, str, str, list[Piece] | bytes, str]
 
 
 def make_ends(parent: Valid) -> list[Vector]:
-    """Return all of them: every frame comes out before they are refused."""
+    """Return all of them: every frame comes out before they are rejected."""
     vectors = []
     # A payload that is too short may be judged by the fields that it has.
     for name, clauses, ids, there, note in [

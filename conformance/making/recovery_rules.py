@@ -24,7 +24,7 @@ def make_rules(parent: Valid) -> list[Vector]:
 
 
 def _of_unknown_criticals(parent: Valid) -> Iterable[Vector]:
-    """Refused wherever nothing before them in the order of checks is wrong."""
+    """Rejected wherever nothing before them in the order of checks is wrong."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     at, ids = offsets[_FRAM], ("unknown-critical",)
     damaged = pack_chunk(b"SNAP", _FRAM, bytes(8))[:-1] + b"\xff"

@@ -55,7 +55,7 @@ def _of_index(parent: Valid) -> Iterable[Vector]:
 def _misled(
     parent: Valid, name: str, clauses: str, pieces: list[Piece], read: str, note: str
 ) -> Vector:
-    """A stream that seeking refuses at once, and reading through at the end by another id."""
+    """A stream that seeking rejects at once, and reading through at the end by another id."""
     said = Outcome(parent.frames, (read,))
     vector = broken(parent, f"invalid/{name}", clauses, pieces, said, note)
     return replace(vector, seek=((_WANTED, Outcome((), ("index-mismatch",))),))

@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(11, 14),
 }
 NEEDS = {"needs": "snapshots"}
-"""Decoders of 1.0 are not asked for these streams: they refuse them."""
+"""Decoders of 1.0 are not asked for these streams: they reject them."""
 
 
 def snapping(**fields: int) -> Head:

@@ -173,7 +173,7 @@ def _always(symbols: list[int]) -> Callable[[int, int], list[int]]:
 
 
 def _append(parent: Valid, name: str, clause: str, change: Change, note: str) -> Vector:
-    """The parent, with a frame more that is refused."""
+    """The parent, with a frame more that is rejected."""
     stream, before = parent.stream, parent.stream.states[-1]
     assert before is not None
     frame, _ = make_frame(stream.head, before, change)

@@ -17,7 +17,7 @@ class Unit:
         function: Its name.
         note: What goes in and what comes out.
         clauses: Of SPEC.md, or sections where there is no clause.
-        cases: Inputs and outputs; an output may be a refusal.
+        cases: Inputs and outputs; an output may be a rejection.
     """
 
     function: str

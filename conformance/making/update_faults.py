@@ -157,7 +157,7 @@ def _in_plain_streams(plain: Valid) -> Iterable[Row]:
 
 
 def _of_places(far: Valid) -> Iterable[Vector]:
-    """The stream across the lattice, with a frame more that is refused."""
+    """The stream across the lattice, with a frame more that is rejected."""
     before = _before(far, -1)
     places = [g.position for g in before.gaussians]
     step = far.stream.head.translation_step

@@ -15,7 +15,7 @@ FIELDS = {
     "sh-dc": range(10, 13),
 }
 NEEDS = {"needs": "updates"}
-"""Decoders of 1.0 are not asked for these streams: they refuse them."""
+"""Decoders of 1.0 are not asked for these streams: they reject them."""
 
 
 def updating(**fields: int) -> Head:

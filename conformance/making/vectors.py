@@ -16,7 +16,7 @@ class Outcome:
 
     Attributes:
         frames: Which must come out, and no others.
-        refused: Reject ids that are true of the stream; none where it is decoded to its end.
+        rejected: Reject ids that are true of the stream; none where it is decoded to its end.
         declined: Whether a decoder may decline the stream, of the unlimited level.
     """
 
@@ -199,6 +199,6 @@ def valid(
 def broken(
     parent: Valid, name: str, clauses: str, pieces: list[Piece] | bytes, said: Outcome, note: str
 ) -> Vector:
-    """Return a patch of a valid stream that is refused."""
+    """Return a patch of a valid stream that is rejected."""
     data = pieces if isinstance(pieces, bytes) else assemble(pieces).data
     return Vector(name, note, tuple(clauses.split()), data, said, parent=parent.vector)

@@ -58,7 +58,7 @@ class FieldReader:
         self._has_updates = False
 
     def chunks(self) -> list[PlainChunk]:
-        """The chunks of the whole stream; every CRC is held against its bytes."""
+        """The chunks of the whole stream; every CRC is compared with its bytes."""
         magic = bytes.fromhex(re.search(r"magic, the eight bytes `([0-9A-F ]+)`", self._spec)[1])
         assert self._take("magic", len(magic), "") == magic
         chunks = []

@@ -1,4 +1,4 @@
-"""An encoder: what it declares of its stream, held against what comes out of it.
+"""An encoder: what it declares of its stream, compared with what comes out of it.
 
 The stream is decoded by a decoder that is trusted; see RUNNER.md, Encoders.
 """

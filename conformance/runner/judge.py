@@ -1,4 +1,4 @@
-"""What a decoder has said, held against what it was to say."""
+"""What a decoder has said, compared with what it was to say."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -97,7 +97,7 @@ pub unsafe extern "C" fn quarc_preview(
 
 /// What the end of a whole stream says of it: `numbers[0]` frames, `numbers[1]` of which are
 /// canonical. The ordinals of the first `room` of these go to `frames`. QUARC_OK: bytes are
-/// missing for that, or the stream has no INDX. QUARC_FRAME: it is done. Nothing is held against
+/// missing for that, or the stream has no INDX. QUARC_FRAME: it is done. Nothing is compared with
 /// the frames yet, and what is wrong there is told when a frame is sought.
 ///
 /// `decoder` is NULL or open; `numbers` has room for two, `frames` for `room` numbers.

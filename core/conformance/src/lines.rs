@@ -76,7 +76,7 @@ impl<W: Write> Lines<W> {
         self.end(told)
     }
 
-    /// The answer of a function, or its refusal.
+    /// The answer of a function, or its rejection.
     pub fn unit(&mut self, answer: Result<Value, Error>) -> Said<u8> {
         let told = match answer {
             Ok(output) => self.say(&json!({ "output": output })).map_err(Fault::from),

@@ -1,6 +1,6 @@
 //! The chunks of a stream that can be read anywhere, in their order: SPEC 5.1.
 //!
-//! A chunk is refused by its header where it can be, before its payload is read or room is made
+//! A chunk is rejected by its header where it can be, before its payload is read or room is made
 //! for it.
 
 use crate::chunks::{
@@ -20,7 +20,7 @@ pub struct Chunk {
     pub payload: Vec<u8>,
 }
 
-/// Reads a stream chunk by chunk. A read that is refused leaves the reader where it was.
+/// Reads a stream chunk by chunk. A read that is rejected leaves the reader where it was.
 #[derive(Debug)]
 pub struct ChunkReader<S> {
     /// The stream.
@@ -42,7 +42,7 @@ impl<S: Source> ChunkReader<S> {
     /// The header of the next chunk, at which the reader stays; `None` behind TAIL.
     ///
     /// # Errors
-    /// What [`ChunkOrder::accept`] refuses, and `trailing-data`.
+    /// What [`ChunkOrder::accept`] rejects, and `trailing-data`.
     pub fn read_header(&mut self) -> Result<Option<ChunkHeader>> {
         if self.order.is_past_tail() {
             return self.check_end().map(|()| None);

@@ -71,7 +71,7 @@ export function parseSections(fields: Fields): Words[] {
   return Array.from({ length: constants.CANONICAL_SECTIONS }, (_, i) => fields.section(`sections[${i}]`));
 }
 
-/** Gaussians by themselves (8.5), as many as `count`, which has been held against the level. */
+/** Gaussians by themselves (8.5), as many as `count`, which has been compared with the level. */
 export function decodeGaussians(
   sections: readonly Words[],
   count: number,

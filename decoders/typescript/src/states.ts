@@ -36,7 +36,7 @@ export class StateDecoder {
     return this.#canonical?.frame ?? null;
   }
 
-  /** The state that a chunk makes, held against its CRC, or null of a chunk that makes none. */
+  /** The state that a chunk makes, compared with its CRC, or null of a chunk that makes none. */
   decode(chunk: Chunk): State | null {
     switch (chunk.type) {
       case "CANO":
@@ -103,7 +103,7 @@ export class StateDecoder {
     return state;
   }
 
-  /** A state, once it is held against the CRC of its chunk. */
+  /** A state, once it is compared with the CRC of its chunk. */
   #prove(state: State, crc: number): State {
     const found = stateCrc(state.scene, state.phase, state.phase % this.#header.fullCrcInterval === 0);
     demand(found === crc, "state-crc", `the state of frame ${state.ordinal} does not match its CRC`);

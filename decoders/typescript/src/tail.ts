@@ -1,4 +1,4 @@
-/** INDX and TAIL, held against the stream that was read (SPEC 5.8, 5.9). */
+/** INDX and TAIL, compared with the stream that was read (SPEC 5.8, 5.9). */
 
 import type { Chunk } from "./chunks.js";
 import { Fields } from "./fields.js";
@@ -35,7 +35,7 @@ export class StreamRecord {
     this.#frameCount += 1;
   }
 
-  /** Critical chunks were left out: INDX and TAIL are not held against what is left (11.4-3). */
+  /** Critical chunks were left out: INDX and TAIL are not compared with what is left (11.4-3). */
   leaveOut(): void {
     this.#whole = false;
   }

@@ -93,7 +93,7 @@ export const UNITS: Readonly<Record<string, (input: never) => unknown>> = {
   weight_of_code: ({ code }: { code: number }) => weightOfCode(code),
 };
 
-/** The answer of a function, or its refusal; `unsupported` where there is no function of the name. */
+/** The answer of a function, or its rejection; `unsupported` where there is no function of the name. */
 export function answerUnit(name: string, input: unknown): Line {
   if (!Object.hasOwn(UNITS, name)) return { unsupported: name };
   try {

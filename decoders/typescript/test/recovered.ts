@@ -8,7 +8,7 @@ import { Rejection } from "../src/reject.js";
 /** A frame by its ordinal; a gap by its offset, its bytes, its reject id and the frames that are missing. */
 export type Part = number | readonly [number, number, string, number | null];
 
-/** The frames and the gaps of a stream, and a gap at -1 if it is refused; the frames have these digests. */
+/** The frames and the gaps of a stream, and a gap at -1 if it is rejected; the frames have these digests. */
 export function recovered(bytes: Uint8Array, digests?: ReadonlyMap<number, string>): Part[] {
   const parts: Part[] = [];
   try {

@@ -1,4 +1,4 @@
-/** Sections whose bits a test says, held against the planes that it expects. */
+/** Sections whose bits a test says, compared with the planes that it expects. */
 
 import assert from "node:assert/strict";
 import type { Model, Section } from "../src/planes.js";

@@ -1,4 +1,4 @@
-/** Programs of WebGL, built or refused with what the driver says. */
+/** Programs of WebGL, built or rejected with what the driver says. */
 
 /** What this machine cannot do, or does no longer. */
 export class DrawingError extends Error {

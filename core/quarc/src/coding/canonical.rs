@@ -145,7 +145,7 @@ pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]
     Ok(sections)
 }
 
-/// Refuse Gaussians whose planes are not of one length, or not as many as a stream has.
+/// Reject Gaussians whose planes are not of one length, or not as many as a stream has.
 ///
 /// # Errors
 /// `Encode`.
@@ -158,7 +158,7 @@ pub fn require_even(gaussians: &Gaussians, code_planes: usize) -> Result<()> {
     Err(Error::Encode(format!("Gaussians need {code_planes} planes of codes, all of one length")))
 }
 
-/// Refuse Gaussians that no chunk can hold.
+/// Reject Gaussians that no chunk can hold.
 ///
 /// # Errors
 /// `Encode`: the planes have not the same length, or a number is out of its range.

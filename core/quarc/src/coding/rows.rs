@@ -71,7 +71,7 @@ pub fn code_one_by_one<P: Planes>(
     Ok(())
 }
 
-/// Refuse to write what `Signed(CLASS_BITS)` cannot say.
+/// Reject to write what `Signed(CLASS_BITS)` cannot say.
 pub fn require_within<P: Planes>(numbers: &[i64]) -> Result<()> {
     let beyond = |number: &i64| number.unsigned_abs() > CODE_LIMIT as u64;
     if P::WRITES && numbers.iter().any(beyond) {

@@ -217,7 +217,7 @@ impl StateDecoder {
         self.state = Some(state);
     }
 
-    /// Refuse a canonical frame that is not the one due.
+    /// Reject a canonical frame that is not the one due.
     fn check_place(
         &self,
         chunk: &ChunkHeader,
