@@ -8,7 +8,7 @@
 
 #include "quarc.h"
 
-/* Prints the frames that are there; what the last quarc_pull said. */
+/* Prints the available frames; returns the result of the last quarc_pull. */
 static int32_t show_frames(quarc_decoder *decoder)
 {
     quarc_state state;

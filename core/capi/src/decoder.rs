@@ -1,4 +1,4 @@
-//! A decoder of any of the three kinds, behind one face.
+//! A decoder of any of the three kinds, with one interface.
 
 use crate::parts::SharedParts;
 use quarc::error::{Error, Result};
@@ -10,40 +10,40 @@ use quarc::state::State;
 use quarc::stream::{Decoder, StateDecoder};
 use std::ffi::{CStr, CString};
 
-/// How a stream is gone through.
+/// How a stream is read.
 enum Way {
     InOrder(Decoder),
-    /// The bytes so far, and what is to be made of them once they are all there.
+    /// The bytes so far, and the decoder to open once they are complete.
     Gathering(Vec<u8>, Whole),
     Seeking(SeekDecoder<SharedParts>),
-    /// From a frame on, of a stream that is read in parts: what has been read, and what by.
+    /// From a frame on, reading byte ranges: the bytes read, and the decoder.
     Reading(SharedParts, u32, Option<Box<SeekDecoder<SharedParts>>>),
     Recovering(Recovery<SharedParts>),
-    /// No decoder could be made of the bytes.
+    /// Opening a decoder failed.
     None,
 }
 
-/// What needs all bytes of a stream.
+/// A decoder that needs all bytes of a stream.
 #[derive(Clone, Copy)]
 enum Whole {
     Seek(u32),
     Recover,
 }
 
-/// What a pull came to.
+/// The result of a pull.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pulled {
-    /// Nothing before more bytes come.
+    /// More bytes are needed.
     More,
     /// A frame.
     Frame,
-    /// A part of the stream that is missing.
+    /// A missing part of the stream.
     Gap,
     /// The end of the stream.
     End,
 }
 
-/// Decodes a stream, in its order, from a frame on, or past damage; keeps what was said last.
+/// Decodes a stream in order, from a frame on, or past damage; keeps its last result.
 pub struct AnyDecoder {
     way: Way,
     is_finished: bool,
@@ -53,7 +53,7 @@ pub struct AnyDecoder {
     failure: Option<Failure>,
 }
 
-/// What went wrong, and texts of it that end with a zero.
+/// The error, and its texts as zero-terminated strings.
 struct Failure {
     error: Error,
     id: Option<CString>,
@@ -67,28 +67,28 @@ impl Failure {
     }
 }
 
-/// Nothing that is said has a zero in it; one that had would be said without.
+/// Messages contain no zeros; if one did, its zeros would be dropped.
 fn text(said: &str) -> CString {
     CString::new(said.replace('\0', " ")).unwrap_or_default()
 }
 
 impl AnyDecoder {
-    /// Of frames in their order, as their bytes come.
+    /// A decoder of frames in order, as their bytes arrive.
     pub fn in_order() -> Self {
         Self::of(Way::InOrder(Decoder::new()))
     }
 
-    /// Of frames from one on.
+    /// A decoder of the frames from one on.
     pub fn seek(start: u32) -> Self {
         Self::of(Way::Gathering(Vec::new(), Whole::Seek(start)))
     }
 
-    /// Of what is left of a damaged stream.
+    /// A decoder of the intact frames of a damaged stream.
     pub fn recover() -> Self {
         Self::of(Way::Gathering(Vec::new(), Whole::Recover))
     }
 
-    /// Of frames from one on, of a stream that is read in parts.
+    /// A decoder of the frames from one on that reads byte ranges.
     pub fn in_parts(start: u32) -> Self {
         Self::of(Way::Reading(SharedParts::default(), start, None))
     }
@@ -98,7 +98,7 @@ impl AnyDecoder {
         AnyDecoder { way, is_finished: false, dequantizer, gap: None, preview: None, failure: None }
     }
 
-    /// Take the next bytes; false if it has been said that there are no more.
+    /// Append the next bytes; false if the stream was declared finished.
     pub fn push(&mut self, bytes: &[u8]) -> bool {
         match &mut self.way {
             _ if self.is_finished => return false,
@@ -110,13 +110,13 @@ impl AnyDecoder {
         true
     }
 
-    /// Take bytes at a place of a stream that is read in parts; false of another.
+    /// Store bytes at an offset; false if the decoder does not read byte ranges.
     pub fn put(&mut self, offset: u64, bytes: &[u8]) -> bool {
         let parts = self.way.parts();
         parts.map(|parts| parts.0.borrow_mut().put(offset, bytes)).is_some()
     }
 
-    /// Take it that such a stream has so many bytes; false of another.
+    /// Set the length of the stream; false if the decoder does not read byte ranges.
     pub fn limit(&mut self, size: u64) -> bool {
         let Some(parts) = self.way.parts() else { return false };
         let mut parts = parts.0.borrow_mut();
@@ -124,12 +124,12 @@ impl AnyDecoder {
         true
     }
 
-    /// Where the bytes are that it waits for: from a place on, up to another.
+    /// The range of bytes that the decoder waits for.
     pub fn missing(&self) -> Option<(u64, u64)> {
         self.way.parts()?.0.borrow().missing
     }
 
-    /// Where the next chunk of such a stream begins.
+    /// Offset of the next chunk of such a stream.
     pub fn offset(&self) -> Option<u64> {
         match &self.way {
             Way::Reading(_, _, decoder) => Some(decoder.as_ref()?.offset()),
@@ -137,15 +137,15 @@ impl AnyDecoder {
         }
     }
 
-    /// What TAIL and INDX say of such a stream; an error while bytes are missing for that.
+    /// The contents of TAIL and INDX; an error while their bytes are missing.
     pub fn find_index(&self) -> Result<Option<(Tail, Vec<SeekPoint>)>> {
         let Some(parts) = self.way.parts() else { return Ok(None) };
         parts.0.borrow_mut().missing = None;
         find_index(parts.clone())
     }
 
-    /// What a canonical frame shows while such a stream is waiting for the rest of it, if more of
-    /// it can be shown than by the last call: how many of its sections are known, and the state.
+    /// The preview of a canonical frame whose chunk is incomplete, if it shows more than at
+    /// the last call: the number of decoded sections, and the state.
     pub fn preview(&mut self) -> Option<(usize, &State)> {
         let Way::Reading(parts, _, Some(decoder)) = &mut self.way else { return None };
         let missing = parts.0.borrow().missing;
@@ -155,7 +155,7 @@ impl AnyDecoder {
         Some((sections, self.preview.insert(state)))
     }
 
-    /// Take it that no more bytes will come.
+    /// Declare the end of the stream.
     pub fn finish(&mut self) {
         self.is_finished = true;
         if let Way::InOrder(decoder) = &mut self.way {
@@ -163,7 +163,7 @@ impl AnyDecoder {
         }
     }
 
-    /// Go on to the next frame or gap.
+    /// Decode the next frame or gap.
     pub fn pull(&mut self) -> Result<Pulled> {
         if let Some(failure) = &self.failure {
             return Err(failure.error.clone());
@@ -171,7 +171,7 @@ impl AnyDecoder {
         let pulled = self.try_pull();
         match (&self.way, &pulled) {
             (Way::Reading(..), Err(Error::Source(_))) => {
-                // What may follow TAIL of a stream whose end nobody knows is not waited for.
+                // If the length is unknown, do not wait for bytes after TAIL.
                 let is_over = self.stream().map_or(false, |stream| stream.tail().is_some());
                 return Ok(if is_over { Pulled::End } else { Pulled::More });
             }
@@ -217,7 +217,7 @@ impl AnyDecoder {
         }
     }
 
-    /// Make a decoder of bytes that are all there.
+    /// Open a decoder of a complete stream.
     fn begin(&mut self) -> Result<()> {
         if !matches!(self.way, Way::Gathering(..)) {
             return Ok(());
@@ -232,39 +232,39 @@ impl AnyDecoder {
         Ok(())
     }
 
-    /// What the stream chose for itself; `None` before HEAD.
+    /// The parameters of the stream; `None` before HEAD.
     pub fn header(&self) -> Option<&Header> {
         self.way.states()?.header().map(AsRef::as_ref)
     }
 
-    /// What is known of the stream, once there is a decoder of it.
+    /// What is known of the stream, once a decoder is open.
     pub fn stream(&self) -> Option<&StateDecoder> {
         self.way.states()
     }
 
-    /// The state of the last frame; `None` before the first, and after a fault.
+    /// The state of the last frame; `None` before the first, and after an error.
     pub fn state(&self) -> Option<&State> {
         self.way.states()?.state()
     }
 
-    /// The state of the last frame in floats, which are made of it now.
+    /// The state of the last frame, converted to floats now.
     pub fn dequantize(&mut self) -> Option<(&State, &Splats, Redone)> {
         let state = self.way.states()?.state()?;
         let redone = self.dequantizer.update(state);
         Some((state, self.dequantizer.splats(), redone))
     }
 
-    /// What was pulled last, if that was a gap, and its reject id.
+    /// The last gap and its reject id, if the last pull returned one.
     pub fn gap(&self) -> Option<(&Gap, &CStr)> {
         self.gap.as_ref().map(|(gap, id)| (gap, id.as_c_str()))
     }
 
-    /// What went wrong, for people.
+    /// The error message.
     pub fn message(&self) -> Option<&CStr> {
         self.failure.as_ref().map(|failure| failure.message.as_c_str())
     }
 
-    /// The reject id of what went wrong, if the bytes are at fault.
+    /// The reject id, if the stream was rejected.
     pub fn reject_id(&self) -> Option<&CStr> {
         self.failure.as_ref()?.id.as_deref()
     }

@@ -1,11 +1,11 @@
-//! C interface of the decoder: include/quarc.h is made of this crate.
+//! C interface of the decoder: include/quarc.h is generated from this crate.
 //!
-//! Nothing but what C hands over is trusted in `unsafe`: pointers to be what the comments ask
-//! for, which are those of the header. A panic does not cross: the decoder is broken after it.
+//! `unsafe` code trusts only what the C caller passes: pointers that meet the conditions in the
+//! comments, which are those of the header. A panic does not reach C: it breaks the decoder.
 
 #![deny(unsafe_op_in_unsafe_fn)]
 #![warn(missing_docs)]
-// What is asked of the caller is said in the words of the header, which has no headings.
+// The conditions for the caller are worded for the header, which has no headings.
 #![allow(clippy::missing_safety_doc)]
 
 mod decoder;
@@ -24,54 +24,54 @@ pub use views::{
     QUARC_POSITIONS, QUARC_ROTATIONS,
 };
 
-/// It is done. Of `quarc_pull`: nothing comes before more bytes are pushed.
+/// Success. From `quarc_pull`: more bytes are needed before the next result.
 pub const QUARC_OK: i32 = 0;
-/// Of `quarc_pull`: the state of the next frame is there.
+/// From `quarc_pull`: the state of the next frame is available.
 pub const QUARC_FRAME: i32 = 1;
-/// Of `quarc_pull`, in recovery: a part of the stream is missing here.
+/// From `quarc_pull`, in recovery: a part of the stream is missing here.
 pub const QUARC_GAP: i32 = 2;
-/// Of `quarc_pull`: the stream is over, and all that it says is true.
+/// From `quarc_pull`: the stream has ended, and all its checks passed.
 pub const QUARC_END: i32 = 3;
-/// The bytes are no valid stream: `quarc_reject_id` says which rule is broken.
+/// The bytes are not a valid stream: `quarc_reject_id` says which rule they break.
 pub const QUARC_REJECTED: i32 = -1;
-/// A stream of the unlimited level asks for more than this decoder gives (SPEC 3.2).
+/// A stream of the unlimited level needs more than this decoder supports (SPEC 3.2).
 pub const QUARC_LIMIT: i32 = -2;
-/// A pointer is NULL, or the call has no meaning here, as that of a state before the first.
+/// A pointer is NULL, or the call is invalid now, as for a state before the first frame.
 pub const QUARC_MISUSE: i32 = -3;
-/// A fault of the decoder itself; nothing but `quarc_close` makes sense after it.
+/// An internal error of the decoder; only `quarc_close` may be called after it.
 pub const QUARC_BROKEN: i32 = -4;
 
-/// Characters of a digest, and the zero behind them.
+/// Size of a digest in characters, including the terminating zero.
 pub const QUARC_DIGEST_SIZE: usize = 65;
 
-/// A decoder of one stream. Nobody looks into it.
+/// A decoder of one stream (opaque).
 pub struct DecoderHandle {
     decoder: AnyDecoder,
     is_broken: bool,
 }
 
-/// The version of this library, as "1.1.0". The text lasts for ever.
+/// The version of this library, such as "1.1.0". The string is static.
 #[no_mangle]
 pub extern "C" fn quarc_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// A decoder that gives the frames of a stream as its bytes come. The caller owns it, and hands
-/// it to `quarc_close` when done. Never NULL.
+/// Open a decoder that returns the frames of a stream as its bytes arrive. The caller owns it and
+/// frees it with `quarc_close`. Never NULL.
 #[no_mangle]
 pub extern "C" fn quarc_open() -> *mut DecoderHandle {
     hand_out(AnyDecoder::in_order())
 }
 
-/// The same, of the frames from ordinal `start` on, without decoding what need not be (SPEC 11.2).
-/// It keeps the whole stream, and gives nothing before `quarc_finish`.
+/// Open a decoder of the frames from ordinal `start` on; it skips what it need not decode (SPEC 11.2).
+/// It buffers the whole stream and returns no frame before `quarc_finish`.
 #[no_mangle]
 pub extern "C" fn quarc_open_seek(start: u32) -> *mut DecoderHandle {
     hand_out(AnyDecoder::seek(start))
 }
 
-/// The same, of what is left of a damaged stream, and of the gaps in it (SPEC 11.4). It keeps the
-/// whole stream, and gives nothing before `quarc_finish`.
+/// Open a decoder of the intact frames of a damaged stream, and of its gaps (SPEC 11.4). It buffers
+/// the whole stream and returns no frame before `quarc_finish`.
 #[no_mangle]
 pub extern "C" fn quarc_open_recover() -> *mut DecoderHandle {
     hand_out(AnyDecoder::recover())
@@ -81,13 +81,13 @@ pub(crate) fn hand_out(decoder: AnyDecoder) -> *mut DecoderHandle {
     Box::into_raw(Box::new(DecoderHandle { decoder, is_broken: false }))
 }
 
-/// Free a decoder and all that it has given out, and set the caller's pointer to NULL: a second
+/// Free a decoder and all memory that it returned, and set the caller's pointer to NULL: a second
 /// call does nothing, and so does one with NULL.
 ///
 /// `decoder` is NULL, or points to NULL or to a decoder that was opened and not closed.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_close(decoder: *mut *mut DecoderHandle) {
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     let Some(place) = (unsafe { decoder.as_mut() }) else { return };
     let handle = std::mem::replace(place, ptr::null_mut());
     if !handle.is_null() {
@@ -97,8 +97,8 @@ pub unsafe extern "C" fn quarc_close(decoder: *mut *mut DecoderHandle) {
     }
 }
 
-/// Hand over the next `length` bytes of the stream, in pieces of any size; they are copied.
-/// Nothing is decoded before `quarc_pull`. QUARC_OK, or QUARC_MISUSE after `quarc_finish`.
+/// Pass the next `length` bytes of the stream, in pieces of any size; they are copied.
+/// Decoding happens in `quarc_pull`. Returns QUARC_OK, or QUARC_MISUSE after `quarc_finish`.
 ///
 /// `decoder` is NULL or open; `bytes` points to `length` bytes, or `length` is 0.
 #[no_mangle]
@@ -110,15 +110,15 @@ pub unsafe extern "C" fn quarc_push(
     let bytes = match length {
         0 => &[][..],
         _ if bytes.is_null() || length > isize::MAX as usize => return QUARC_MISUSE,
-        // SAFETY: as the caller says.
+        // SAFETY: guaranteed by the caller.
         _ => unsafe { std::slice::from_raw_parts(bytes, length) },
     };
     let push = |decoder: &mut AnyDecoder| decoder.push(bytes).then_some(QUARC_OK);
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, push) }
 }
 
-/// Say that no more bytes will come; then pull to the end. QUARC_OK.
+/// Declare the end of the stream; then call `quarc_pull` until it ends. Returns QUARC_OK.
 ///
 /// `decoder` is NULL or open.
 #[no_mangle]
@@ -127,14 +127,15 @@ pub unsafe extern "C" fn quarc_finish(decoder: *mut DecoderHandle) -> i32 {
         decoder.finish();
         Some(QUARC_OK)
     };
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, finish) }
 }
 
-/// Go on to the next frame. QUARC_FRAME: `state` has been filled, unless it is NULL; its pointers
-/// last until the next `quarc_pull` or `quarc_close`, and what they point to must not be written
-/// to. QUARC_GAP: `quarc_gap` says what is missing. QUARC_OK: push more bytes. QUARC_END. Or what
-/// is wrong with the stream, again and again; all frames before the fault have been given out.
+/// Decode the next frame. QUARC_FRAME: `state` has been filled, unless it is NULL; its pointers
+/// are valid until the next `quarc_pull` or `quarc_close`, and their memory is read-only.
+/// QUARC_GAP: `quarc_gap` describes what is missing. QUARC_OK: push more bytes. QUARC_END: the stream
+/// has ended.
+/// A negative status is an error, which every later call repeats; all frames before it were returned.
 ///
 /// `decoder` is NULL or open; `state` is NULL or has room.
 #[no_mangle]
@@ -143,7 +144,7 @@ pub unsafe extern "C" fn quarc_pull(decoder: *mut DecoderHandle, state: *mut Sta
         Ok(Pulled::More) => Some(QUARC_OK),
         Ok(Pulled::Frame) => {
             if !state.is_null() {
-                // SAFETY: as the caller says.
+                // SAFETY: guaranteed by the caller.
                 unsafe { state.write(StateView::of(decoder.state()?)) };
             }
             Some(QUARC_FRAME)
@@ -154,22 +155,22 @@ pub unsafe extern "C" fn quarc_pull(decoder: *mut DecoderHandle, state: *mut Sta
         Err(Error::Rejected { .. }) => Some(QUARC_REJECTED),
         Err(Error::Encode(_) | Error::Source(_)) => Some(QUARC_BROKEN),
     };
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, pull) }
 }
 
-/// What the stream chose for itself, once HEAD has been pulled over: before the first frame at the
-/// latest. QUARC_OK, or QUARC_MISUSE before that. Nothing in `head` points anywhere.
+/// Get the parameters of the stream, available once `quarc_pull` has read HEAD: at the latest
+/// before the first frame. Returns QUARC_OK, or QUARC_MISUSE before that. `head` has no pointers.
 ///
 /// `decoder` is NULL or open; `head` is NULL or has room.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_head(decoder: *mut DecoderHandle, head: *mut HeadView) -> i32 {
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, |decoder| write(head, HeadView::of(decoder.header()?))) }
 }
 
-/// The SHA-256 of the state that was pulled last (SPEC 9.1), as 64 hexadecimal digits and a zero in
-/// `digits`, which has room for QUARC_DIGEST_SIZE characters. QUARC_OK, or QUARC_MISUSE where
+/// Get the SHA-256 of the last state (SPEC 9.1), as 64 hexadecimal digits and a zero in
+/// `digits`, which has room for QUARC_DIGEST_SIZE characters. Returns QUARC_OK, or QUARC_MISUSE if
 /// there is no state.
 ///
 /// `decoder` is NULL or open; `digits` is NULL or has room.
@@ -179,15 +180,15 @@ pub unsafe extern "C" fn quarc_digest(decoder: *mut DecoderHandle, digits: *mut 
         let mut text = [0; QUARC_DIGEST_SIZE];
         let digest = decoder.state()?.digest();
         text[..QUARC_DIGEST_SIZE - 1].copy_from_slice(digest.as_bytes());
-        // SAFETY: as the caller says.
+        // SAFETY: guaranteed by the caller.
         unsafe { write(digits.cast(), text) }
     };
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, digest) }
 }
 
-/// The state that was pulled last, in floats. The pointers last until the next `quarc_dequantize`
-/// or `quarc_close`, also while the next frame is pulled. QUARC_OK, or QUARC_MISUSE where there
+/// Convert the last state to floats. The pointers are valid until the next `quarc_dequantize`
+/// or `quarc_close`, even while the next frame is decoded. Returns QUARC_OK, or QUARC_MISUSE if there
 /// is no state.
 ///
 /// `decoder` is NULL or open; `splats` is NULL or has room.
@@ -198,57 +199,57 @@ pub unsafe extern "C" fn quarc_dequantize(
 ) -> i32 {
     let dequantize = |decoder: &mut AnyDecoder| {
         let (state, numbers, redone) = decoder.dequantize()?;
-        // SAFETY: as the caller says.
+        // SAFETY: guaranteed by the caller.
         unsafe { write(splats, SplatsView::of(state, numbers, redone)) }
     };
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, dequantize) }
 }
 
-/// What is missing, after QUARC_GAP. `reject_id` lasts until the next `quarc_pull` or
-/// `quarc_close`. QUARC_OK, or QUARC_MISUSE where the last pull came to no gap.
+/// Describe what is missing, after QUARC_GAP. `reject_id` is valid until the next `quarc_pull` or
+/// `quarc_close`. Returns QUARC_OK, or QUARC_MISUSE if the last `quarc_pull` did not return QUARC_GAP.
 ///
 /// `decoder` is NULL or open; `gap` is NULL or has room.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_gap(decoder: *mut DecoderHandle, gap: *mut GapView) -> i32 {
     let show = |decoder: &mut AnyDecoder| {
         let (found, id) = decoder.gap()?;
-        // SAFETY: as the caller says.
+        // SAFETY: guaranteed by the caller.
         unsafe { write(gap, GapView::of(found, id)) }
     };
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, show) }
 }
 
-/// The reject id of SPEC 3.3 after QUARC_REJECTED, else NULL. It lasts until `quarc_close`.
+/// The reject id of SPEC 3.3 after QUARC_REJECTED, else NULL. It is valid until `quarc_close`.
 ///
 /// `decoder` is NULL or open.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_reject_id(decoder: *const DecoderHandle) -> *const c_char {
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     let handle = unsafe { decoder.as_ref() };
     handle.and_then(|handle| handle.decoder.reject_id()).map_or(ptr::null(), CStr::as_ptr)
 }
 
-/// What is wrong with the stream, for people; NULL where nothing is. It lasts until `quarc_close`.
+/// The error message, or NULL if there is no error. It is valid until `quarc_close`.
 ///
 /// `decoder` is NULL or open.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_message(decoder: *const DecoderHandle) -> *const c_char {
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     let handle = unsafe { decoder.as_ref() };
     handle.and_then(|handle| handle.decoder.message()).map_or(ptr::null(), CStr::as_ptr)
 }
 
-/// Do something with a decoder, to whose end no panic comes; `None` is what has no meaning.
+/// Run a function on a decoder and catch panics; `None` from it means misuse.
 ///
 /// # Safety
-/// `handle` is null, or a decoder that is open and that nobody else uses meanwhile.
+/// `handle` is null, or an open decoder that is not used elsewhere meanwhile.
 pub(crate) unsafe fn call(
     handle: *mut DecoderHandle,
     act: impl FnOnce(&mut AnyDecoder) -> Option<i32>,
 ) -> i32 {
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     let Some(handle) = (unsafe { handle.as_mut() }) else { return QUARC_MISUSE };
     if handle.is_broken {
         return QUARC_BROKEN;
@@ -263,7 +264,7 @@ pub(crate) unsafe fn call(
     }
 }
 
-/// Give a value to the caller, who may not want it.
+/// Store a value for the caller unless the pointer is NULL.
 ///
 /// # Safety
 /// `place` is null or has room.
@@ -271,7 +272,7 @@ pub(crate) unsafe fn write<T>(place: *mut T, value: T) -> Option<i32> {
     if place.is_null() {
         return None;
     }
-    // SAFETY: as the caller says.
+    // SAFETY: guaranteed by the caller.
     unsafe { place.write(value) };
     Some(QUARC_OK)
 }

@@ -1,11 +1,11 @@
-//! A stream of which only parts are at hand: what is missing is told, and handed over.
+//! A partly loaded stream, which reports the byte ranges that it lacks.
 
 use quarc::error::{Error, Result};
 use quarc::source::Source;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Bytes of a stream from a place on.
+/// Bytes of a stream from an offset on.
 #[derive(Debug)]
 struct Part {
     offset: u64,
@@ -17,27 +17,27 @@ impl Part {
         self.offset + self.bytes.len() as u64
     }
 
-    /// What there is of it in a range that begins within it.
+    /// The bytes that it has of a range that begins within it.
     fn slice(&self, place: u64, end: u64) -> &[u8] {
         let from = (place - self.offset) as usize;
         &self.bytes[from..from + (end.min(self.end()) - place) as usize]
     }
 }
 
-/// The parts of a stream that are at hand. What a read lacks, it leaves in `missing`.
+/// The loaded parts of a stream. A read stores the range it lacks in `missing`.
 #[derive(Debug, Default)]
 pub struct Parts {
     parts: Vec<Part>,
-    /// Bytes of the stream, as far as is known.
+    /// Length of the stream in bytes, as far as it is known.
     pub size: u64,
-    /// Whether the stream has no more bytes than these.
+    /// Whether this is the length of the whole stream.
     pub is_whole: bool,
-    /// What the last read lacked: a place, and the end of what was asked for.
+    /// The range that the last read lacked: its first offset and its end.
     pub missing: Option<(u64, u64)>,
 }
 
 impl Parts {
-    /// Take bytes that stand at a place.
+    /// Store bytes at an offset.
     pub fn put(&mut self, offset: u64, bytes: &[u8]) {
         match self.parts.iter_mut().find(|part| part.end() == offset) {
             Some(part) => part.bytes.extend_from_slice(bytes),
@@ -46,7 +46,7 @@ impl Parts {
         self.size = self.size.max(offset + bytes.len() as u64);
     }
 
-    /// Let go of what is before a place, once it is as much as what is left of its part.
+    /// Discard bytes before an offset, once they are at least half of their part.
     pub fn forget_before(&mut self, place: u64) {
         self.parts.retain(|part| part.end() > place);
         for part in &mut self.parts {
@@ -63,12 +63,12 @@ impl Parts {
     }
 }
 
-/// Parts that a decoder reads while others are handed over.
+/// Parts that a decoder reads while others are stored.
 #[derive(Clone, Debug, Default)]
 pub struct SharedParts(pub Rc<RefCell<Parts>>);
 
 impl SharedParts {
-    /// A stream that is all at hand.
+    /// A completely loaded stream.
     pub fn whole(bytes: Vec<u8>) -> Self {
         let size = bytes.len() as u64;
         let parts = vec![Part { offset: 0, bytes }];

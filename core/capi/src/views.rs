@@ -1,4 +1,4 @@
-//! What a decoder shows of itself, laid out as C has it.
+//! The structs of the C interface.
 
 use quarc::floats::{Redone, Splats};
 use quarc::records::Header;
@@ -7,39 +7,39 @@ use quarc::state::State;
 use quarc::wire::Camera;
 use std::ffi::{c_char, CStr};
 
-/// `changed` of `quarc_splats`: the positions are others than before.
+/// Bit of `quarc_splats.changed`: the positions changed.
 pub const QUARC_POSITIONS: u32 = 1;
-/// `changed` of `quarc_splats`: the rotations are others than before.
+/// Bit of `quarc_splats.changed`: the rotations changed.
 pub const QUARC_ROTATIONS: u32 = 2;
-/// `changed` of `quarc_splats`: log-scales, opacities and SH are others than before.
+/// Bit of `quarc_splats.changed`: log-scales, opacities and SH changed.
 pub const QUARC_CODES: u32 = 4;
 
-/// What a stream chose for itself (SPEC 5.3), as far as a player needs it.
+/// Parameters of the stream from its HEAD chunk (SPEC 5.3) that a player needs.
 #[repr(C)]
 pub struct HeadView {
     /// Frames per second are `timescale / frame_ticks`.
     pub timescale: u32,
-    /// Ticks from frame to frame.
+    /// Ticks per frame.
     pub frame_ticks: u32,
     /// The level of the stream: 10, 20, 30, or 31 for none (SPEC 3.2).
     pub level: u32,
-    /// A position of the state is so many times 2^-lattice_exponent world units.
+    /// Positions of the state are in units of 2^-lattice_exponent world units.
     pub lattice_exponent: u32,
-    /// Step of the log-scale codes.
+    /// Quantization step of the log-scale codes.
     pub log_scale_step: f32,
-    /// Step of the opacity codes.
+    /// Quantization step of the opacity codes.
     pub opacity_step: f32,
-    /// Step of the codes of SH degree 0.
+    /// Quantization step of the codes of SH degree 0.
     pub sh_dc_step: f32,
-    /// Step of the codes of SH degree 1.
+    /// Quantization step of the codes of SH degree 1.
     pub sh_rest_step: f32,
-    /// 0 or 1.
+    /// SH degree: 0 or 1.
     pub sh_degree: u32,
     /// 1 if the world is right-handed, else 0.
     pub right_handed: u32,
     /// 0 unknown, else 1 to 6 for +x, -x, +y, -y, +z, -z.
     pub up_axis: u32,
-    /// Size of a world unit; 0 where unknown.
+    /// Size of a world unit in meters; 0 if unknown.
     pub meters_per_unit: f32,
     /// 1 if frames may change the codes of single Gaussians, else 0: then a Gaussian keeps its
     /// codes up to the next canonical frame.
@@ -66,31 +66,31 @@ impl HeadView {
     }
 }
 
-/// The integer state of a frame (SPEC 7.1), as it stands in the decoder.
+/// The integer state of a frame (SPEC 7.1), in the memory of the decoder.
 ///
-/// A plane is `count` numbers in a row; each begins `stride` numbers after the one before it:
+/// A plane is `count` contiguous numbers; planes are `stride` numbers apart:
 /// the y of Gaussian i is `positions[positions_stride + i]`.
 #[repr(C)]
 pub struct StateView {
     /// Ordinal of the frame in the stream.
     pub frame: u32,
-    /// Frames since the canonical one, 0 there.
+    /// Frames since the last canonical frame; 0 for a canonical frame.
     pub phase: u32,
-    /// Gaussians, N.
+    /// Number of Gaussians, N.
     pub count: usize,
     /// N ids, ascending.
     pub ids: *const u32,
     /// 3 planes: xyz, lattice units.
     pub positions: *const i32,
-    /// From a plane of the positions to the next.
+    /// Distance between planes of positions, in numbers.
     pub positions_stride: usize,
     /// 4 planes: wxyz of unit quaternions with 22 fraction bits.
     pub rotations: *const i32,
-    /// From a plane of the rotations to the next.
+    /// Distance between planes of rotations, in numbers.
     pub rotations_stride: usize,
     /// `code_planes` planes: log-scale 3, opacity 1, SH DC 3, SH rest 9 or none.
     pub codes: *const i16,
-    /// From a plane of the codes to the next.
+    /// Distance between planes of codes, in numbers.
     pub codes_stride: usize,
     /// 7 at SH degree 0, 16 at 1.
     pub code_planes: usize,
@@ -115,10 +115,10 @@ impl StateView {
     }
 }
 
-/// A state in floats (SPEC 10.1), a row to a Gaussian as 3DGS stores it: not activated.
+/// A state as floats (SPEC 10.1), one row per Gaussian and without activation, as 3DGS stores them.
 #[repr(C)]
 pub struct SplatsView {
-    /// Gaussians, N.
+    /// Number of Gaussians, N.
     pub count: usize,
     /// N x 3: xyz, world units.
     pub positions: *const f32,
@@ -132,8 +132,8 @@ pub struct SplatsView {
     pub sh: *const f32,
     /// 1 at SH degree 0, 4 at 1.
     pub sh_coefficients: usize,
-    /// Bits QUARC_POSITIONS, QUARC_ROTATIONS, QUARC_CODES: what differs from the state that was
-    /// dequantized last; the other arrays are as they were.
+    /// Bits QUARC_POSITIONS, QUARC_ROTATIONS, QUARC_CODES: the arrays that differ from the state
+    /// dequantized before; the other arrays are unchanged.
     pub changed: u32,
 }
 
@@ -155,16 +155,16 @@ impl SplatsView {
     }
 }
 
-/// A part of a damaged stream that was left out (SPEC 11.4).
+/// A part of a damaged stream that was skipped (SPEC 11.4).
 #[repr(C)]
 pub struct GapView {
-    /// Where it begins, bytes.
+    /// Offset of its first byte.
     pub offset: u64,
-    /// How many bytes it has.
+    /// Its length in bytes.
     pub bytes: u64,
-    /// How many frames are missing for it; -1 where this cannot be told.
+    /// Number of frames lost; -1 if unknown.
     pub frames_lost: i64,
-    /// What was wrong at its beginning, a reject id of SPEC 3.3.
+    /// Reject id of SPEC 3.3: why decoding stopped at its beginning.
     pub reject_id: *const c_char,
 }
 
@@ -180,12 +180,12 @@ impl GapView {
     }
 }
 
-/// A text in UTF-8. No zero ends it, and one may stand in it.
+/// UTF-8 text. It is not zero-terminated and may contain zeros.
 #[repr(C)]
 pub struct TextView {
-    /// Its bytes.
+    /// The bytes of the text.
     pub bytes: *const u8,
-    /// How many.
+    /// Number of bytes.
     pub length: usize,
 }
 
@@ -198,9 +198,9 @@ impl TextView {
 /// A camera of the capture (SPEC 5.6).
 #[repr(C)]
 pub struct CameraView {
-    /// As the capture names it.
+    /// Its name in the capture.
     pub name: TextView,
-    /// 1 if the encoder left it out of training, else 0.
+    /// 1 if the camera was held out of training, else 0.
     pub held_out: u32,
     /// Pixels.
     pub width: u32,
@@ -210,11 +210,11 @@ pub struct CameraView {
     pub focal: [f32; 2],
     /// cx and cy, pixels; the center of the first pixel is (0.5, 0.5).
     pub center: [f32; 2],
-    /// World to camera, row by row.
+    /// Rotation from world to camera, row-major.
     pub rotation: [f32; 9],
-    /// World to camera, world units.
+    /// Translation from world to camera, world units.
     pub translation: [f32; 3],
-    /// Least depth of what the camera sees, world units.
+    /// Near plane: the smallest visible depth, world units.
     pub near: f32,
 }
 
@@ -237,9 +237,9 @@ impl CameraView {
 /// An entry of the metadata (SPEC 5.7).
 #[repr(C)]
 pub struct EntryView {
-    /// Each key stands once.
+    /// The key; unique in the stream.
     pub key: TextView,
-    /// What it says.
+    /// The value.
     pub value: TextView,
 }
 
