@@ -40,7 +40,8 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Errors allowed: coarse allows three times the position error, for fewer bytes.",
+            help="Errors allowed: coarse allows two to three times those of fine, and more where "
+            "they show less, for fewer bytes.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -49,7 +50,8 @@ def import_frames(
             "--bound",
             metavar="NAME=VALUE",
             help="The largest error of an attribute: position (world units), rotation (radians), "
-            "log_scale, opacity (logit), sh_dc, sh_rest.",
+            "log_scale, opacity (logit), sh_dc, sh_rest; most_slack: how many times those of "
+            "position and rotation where they show less.",
         ),
     ] = None,
     fps: Annotated[
@@ -137,7 +139,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
     Raises:
         UsageError: One is malformed, or not a number that a bound takes.
     """
-    names = [field.name for field in fields(bounds)]
+    names = [field.name for field in fields(bounds) if field.name != "size"]
     for change in changes:
         name, _, text = change.partition("=")
         if name not in names:

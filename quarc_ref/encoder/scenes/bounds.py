@@ -21,6 +21,9 @@ class Bounds:
         sh_rest: Error of each coefficient of degree 1.
         position_share: The bound of positions in shares of the median scale of the first
             frame, where `position` is 0.
+        most_slack: By how much the bounds of position and rotation grow, at most, for a
+            Gaussian in which an error shows less (`slack.measure_slack`); 1 for not at all.
+        size: Median scale of the first frame, world units; 0 until it is settled.
     """
 
     position: float = 0.0
@@ -30,13 +33,18 @@ class Bounds:
     sh_dc: float = 1 / 64
     sh_rest: float = 1 / 64
     position_share: float = 0.05
+    most_slack: float = 1.0
+    size: float = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (0 <= value < np.inf and (value or field.name == "position")):
+            if not (0 <= value < np.inf and (value or field.name in ("position", "size"))):
                 message = f"the bound of {field.name} is {value}, not a positive number"
                 raise ValueError(message)
+        if self.most_slack < 1:
+            message = f"most_slack is {self.most_slack}, and bounds never shrink: 1 or more"
+            raise ValueError(message)
 
     def settled(self, splats: Splats) -> "Bounds":
         """Return the bounds with that of positions in world units.
@@ -47,22 +55,30 @@ class Bounds:
         Raises:
             EncodeError: The median scale of the scene is 0 or not finite.
         """
-        if self.position:
+        if self.position and self.most_slack == 1:
             return self
         median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
         if not 0 < median < np.inf:
             message = "the median scale cannot serve as a measure: give a bound of positions"
             raise EncodeError(message)
-        return replace(self, position=self.position_share * median)
+        return replace(self, position=self.position or self.position_share * median, size=median)
 
     def __str__(self) -> str:
         return " ".join(f"{name}={value:.6g}" for name, value in self.listed().items())
 
     def listed(self) -> dict[str, float]:
-        """Return the bounds by name, once they are settled."""
+        """Return the bounds by name, once they are settled, and `most_slack` where there is any."""
         named = asdict(self)
-        del named["position_share"]
+        del named["position_share"], named["size"]
+        if self.most_slack == 1:
+            del named["most_slack"]
         return named
 
 
-PROFILES = {"fine": Bounds(), "coarse": Bounds(rotation=0.04, position_share=0.15)}
+PROFILES = {
+    "fine": Bounds(),
+    "coarse": Bounds(
+        rotation=0.06, log_scale=1 / 16, opacity=1 / 8, sh_dc=1 / 32, position_share=0.125,
+        most_slack=4,
+    ),
+}  # fmt: skip

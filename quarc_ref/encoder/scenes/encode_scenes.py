@@ -163,7 +163,7 @@ class _Encoding:
         """Write a frame."""
         frame, self._count = self._count, self._count + 1
         try:
-            target = make_target(given.splats, self._header)
+            target = make_target(given.splats, self._header, self._bounds)
             self._write(frame, given, target)
         except EncodeError as error:
             message = f"frame {frame}: {error}"

@@ -7,6 +7,7 @@ mean. A second sweep fits each level to what the others have left. An anchor tak
 nothing where all of its Gaussians are close enough without it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.scenes.rotations import Float64, rotations_between
+from quarc_ref.encoder.scenes.slack import Slack
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
@@ -34,9 +36,12 @@ class Tolerances:
     translation: float
     rotation: float
 
-    def groups(self) -> tuple[tuple[slice, float], ...]:
-        """Return the channels of symbols that go together, and their tolerance."""
-        return ((slice(0, 3), self.translation), (slice(3, 6), self.rotation))
+    def groups(self, slack: Slack) -> tuple[tuple[slice, Float64], ...]:
+        """Return the channels of symbols that go together, and the tolerance of each Gaussian."""
+        return (
+            (slice(0, 3), self.translation * slack.position),
+            (slice(3, 6), self.rotation * slack.rotation),
+        )
 
 
 def fit_motion(
@@ -53,7 +58,8 @@ def fit_motion(
     alive = np.flatnonzero(rows >= 0)
     lacking = _measure(start, target, rows, alive)
     symbols = _sweep(start.known_anchors, lacking, alive)
-    return _drop_needless(start.known_anchors, symbols, lacking, alive, tolerances)
+    limits = tolerances.groups(target.slack.rows(rows[alive]))
+    return _drop_needless(start.known_anchors, symbols, lacking, alive, limits)
 
 
 def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
@@ -111,14 +117,14 @@ def _drop_needless(
     symbols: list[Int64],
     lacking: Float64,
     alive: Int64,
-    tolerances: Tolerances,
+    limits: Sequence[tuple[slice, Float64]],
 ) -> list[Int64]:
     """Return the symbols without those that no Gaussian needs, the finest first."""
     bindings = anchors.binding[:, alive]
     left = lacking - sum(level[:, bound] for level, bound in zip(symbols, bindings, strict=True))
     kept = [level.copy() for level in symbols]
     for level, bound in zip(kept, bindings, strict=True):
-        for group, limit in tolerances.groups():
+        for group, limit in limits:
             without = left[group] + level[group][:, bound]
             is_needed = np.zeros(level.shape[1], dtype=np.bool_)
             worse = (np.abs(without).max(axis=0) > limit) & (

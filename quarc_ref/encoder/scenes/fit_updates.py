@@ -82,11 +82,13 @@ def fit_updates(
     wanted = rows[kept]
     residuals = np.zeros((RESIDUAL_ROWS, rows.size), dtype=np.int64)
     apart = target.positions[:, wanted] - scene.positions[:, kept]
-    off = np.abs(apart).max(axis=0) * 2.0**-header.lattice_exponent > bounds.position * _ROUNDING
+    slack = target.slack.rows(wanted)
+    most = bounds.position * slack.position * _ROUNDING
+    off = np.abs(apart).max(axis=0) * 2.0**-header.lattice_exponent > most
     residuals[TRANSLATION, kept] = np.rint(apart / header.translation_step) * off
     turned = scene.rotations[:, kept] / ROTATION_ONE
     residuals[ROTATION, kept], lost = _fit_turns(
-        turned, target.rotations[:, wanted], bounds, header
+        turned, target.rotations[:, wanted], bounds.rotation * slack.rotation, header
     )
     limits = bound_codes(bounds, header)
     for name, planes in _FIELDS.items():
@@ -101,14 +103,14 @@ def fit_updates(
 
 
 def _fit_turns(
-    before: Float64, wanted: Float64, bounds: Bounds, header: StreamHeader
+    before: Float64, wanted: Float64, bounds: Float64, header: StreamHeader
 ) -> tuple[Int64, Bits]:
     """Return `[3, n]` residuals of rotation, and which Gaussians stay too far off all the same."""
-    off = angles_between(before, wanted) > bounds.rotation * _ROUNDING
+    off = angles_between(before, wanted) > bounds * _ROUNDING
     turns = rotations_between(before, wanted)
     residuals = header.rotation_unity * turns[1:] / np.maximum(turns[0], 1e-9)
     residuals = np.rint(np.clip(residuals, -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)) * off
     left = np.concatenate([np.full((1, off.size), float(header.rotation_unity)), residuals])
     left /= np.sqrt((left * left).sum(axis=0))
-    lost = off & (angles_between(left, turns) > bounds.rotation)
+    lost = off & (angles_between(left, turns) > bounds)
     return residuals.astype(np.int64), lost

@@ -6,7 +6,9 @@ import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.requantize import code_rotations
+from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.rotations import Float64, normalize
+from quarc_ref.encoder.scenes.slack import Slack, measure_slack
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, ROTATION_ONE
 from quarc_ref.format.errors import EncodeError
@@ -22,12 +24,14 @@ class Target:
         positions: `[3, N]` lattice units.
         rotations: `[4, N]` unit quaternions wxyz.
         codes: `[code_planes, N]` attributes in their steps, in the order of the state's codes.
+        slack: Factors of the bounds of each Gaussian.
     """
 
     header: StreamHeader
     positions: Float64
     rotations: Float64
     codes: Float64
+    slack: Slack
 
     @property
     def count(self) -> int:
@@ -45,8 +49,13 @@ class Target:
         )
 
 
-def make_target(splats: Splats, header: StreamHeader) -> Target:
+def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
     """Return a frame in the steps of a stream; of its SH, no more than the stream's degree.
+
+    Args:
+        splats: The frame.
+        header: Header of the stream.
+        bounds: Settled.
 
     Raises:
         EncodeError: A number is not finite, or beyond what the format carries.
@@ -70,6 +79,7 @@ def make_target(splats: Splats, header: StreamHeader) -> Target:
         splats.positions.T.astype(np.float64) * 2.0**header.lattice_exponent,
         normalize(splats.rotations.T.astype(np.float64)),
         np.hstack(codes).T,
+        measure_slack(splats, bounds),
     )
     _require(target.positions, POSITION_LIMIT - header.position_step, "a position")
     _require(target.codes, CODE_LIMIT - 1, "an attribute")

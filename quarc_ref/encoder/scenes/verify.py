@@ -18,7 +18,10 @@ _ROUNDING = 1 + 1e-5  # of floats and of Q22
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """The largest errors of a frame, in the units of `Bounds`."""
+    """The largest errors of a frame, in the units of `Bounds`.
+
+    Errors of positions and rotations are divided by the slack of their Gaussians.
+    """
 
     position: float = 0.0
     rotation: float = 0.0
@@ -42,8 +45,10 @@ def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
         rows: `[N]` row of the target of each Gaussian of the scene.
     """
     header = scene.header
-    apart = np.abs(target.positions[:, rows] - scene.positions).max()
-    turned = angles_between(scene.rotations / ROTATION_ONE, target.rotations[:, rows]).max()
+    slack = target.slack.rows(rows)
+    apart = (np.abs(target.positions[:, rows] - scene.positions) / slack.position).max()
+    turned = angles_between(scene.rotations / ROTATION_ONE, target.rotations[:, rows])
+    turned = (turned / slack.rotation).max()
     codes = np.abs(target.codes[:, rows] - scene.codes).max(axis=1)
     return Errors(
         float(apart * 2.0**-header.lattice_exponent),

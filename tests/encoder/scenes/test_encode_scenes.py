@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.encoder import GivenFrame, SceneOptions, encode_scenes
 from quarc_ref.encoder.scenes.bounds import Bounds
+from quarc_ref.encoder.scenes.slack import measure_slack
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams import decode
@@ -147,6 +149,39 @@ def test_the_bounds_are_in_the_metadata_and_the_errors_keep_them():
     assert b"position=0.002 rotation=0.02" in data
     for name, bound in report.bounds.listed().items():
         assert 0 <= getattr(report.errors, name) <= bound * 1.001
+
+
+def test_bounds_grow_where_an_error_shows_less():
+    first = make_splats()
+    second = move(first, (0.006, 0, 0), turn=0.03)
+    strict, _ = encode([first, second])
+    bounds = replace(SceneOptions().bounds, position=0.002, most_slack=4)
+    loose, report = encode([first, second], SceneOptions(bounds=bounds))
+
+    assert len(loose) < len(strict)
+    assert b"most_slack=4" in loose
+    assert b"most_slack" not in strict
+    slack = measure_slack(second, report.bounds)
+    last = dequantize(list(decode(loose))[-1])
+    _, nearest = cKDTree(second.positions).query(last.positions)
+    errors = np.abs(second.positions[nearest] - last.positions).max(axis=1)
+    assert (errors <= 0.002 * slack.position[nearest] * 1.001).all()
+    assert errors.max() > 0.002
+
+
+def test_slack_is_of_what_is_large_round_or_faint():
+    splats = make_splats(5)
+    splats.log_scales[:] = [(0, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0.25), (0, 0, 2)]
+    splats.opacities[:] = (9, 9, 9, 9, 0)
+    slack = measure_slack(splats, Bounds(position=1, most_slack=4, size=1))
+
+    assert slack.position == pytest.approx([1, np.e, 1, 1, 2], rel=1e-3)
+    assert slack.rotation == pytest.approx([4, 4, 1, 4, 1], rel=1e-3)
+
+
+def test_a_slack_below_1_is_rejected():
+    with pytest.raises(ValueError, match=r"most_slack is 0\.5"):
+        Bounds(most_slack=0.5)
 
 
 def test_positions_are_bounded_by_the_scale_of_the_scene_where_nothing_else_is_said():
