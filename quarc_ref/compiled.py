@@ -1,8 +1,8 @@
 """How machine code of the package's kernels is kept on disk.
 
-The renderer and the synthetic scene have kernels; the decoder has none. Only what
-Python calls keeps its machine code, with all that it calls in turn, until any kernel
-of the package is changed.
+The renderer and the synthetic scene have kernels; the decoder has none. The machine code of
+kernels that Python calls is cached, including the kernels they call, until any kernel of the
+package changes.
 """
 
 import hashlib
@@ -41,8 +41,8 @@ def _import_without_blas() -> None:
     """Import what most kernels name, but not all of `scipy.linalg`, which takes as long.
 
     numba imports SciPy's BLAS to see whether there is one, and once more, by its name, when
-    something is compiled that needs it; no kernel here does. So the first time an empty
-    module stands in for it.
+    something is compiled that needs it; no kernel here does. So an empty module takes its place
+    during the first import.
     """
     blas = "scipy.linalg.cython_blas"
     if blas in sys.modules or find_spec("scipy") is None:
@@ -57,10 +57,10 @@ def _import_without_blas() -> None:
 class _KernelCache(FunctionCache):
     """Machine code of a kernel, kept on disk.
 
-    To numba it is good as long as the kernel's own file is what it was; here, as long as
-    those of all kernels are, for it may hold any that it calls. And numba loads all that it
-    compiles with, which takes as long as a fifth of a first frame, before it looks for what was
-    compiled; here that is left to the compiler, which does so anyway.
+    For numba, a cache entry is valid until the kernel's own file changes. Here it is valid until
+    any kernel file changes, because it may contain inlined code of other kernels. And numba loads
+    all that it compiles with, which takes as long as a fifth of a first frame, before it looks for
+    what was compiled; here that is left to the compiler, which does so anyway.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:

@@ -1,8 +1,8 @@
-"""When recordings began, from signals that rise and fall together in all of them.
+"""Start times of recordings, from signals that are correlated between them.
 
 Two signals are compared at every shift by their normalized cross-correlation, which gives a
-curve. The shifts of all cameras are found together, as those at which the curves of all pairs
-sum to most: a pair that agrees by chance at a wrong shift is outvoted by the others.
+curve. The shifts of all cameras are found together, by maximizing the sum of the curves of all
+pairs: a pair that agrees by chance at a wrong shift is outvoted by the others.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,8 +27,8 @@ class Shift:
 
     Attributes:
         samples: Sample `t` of the others is sample `t + samples` of this one.
-        clearness: By how many standard deviations of the correlation at other shifts that at
-            this shift is above the best of the others.
+        clearness: Correlation at this shift minus the best at other shifts, in standard deviations
+            of the latter.
     """
 
     samples: float
@@ -44,7 +44,7 @@ def align(
         count: Number of signals.
         correlate: Returns the curve of two signals, as `correlate_signals` does, all of one
             length; None for two that have nothing in common.
-        peak_width: Samples on either side of a shift that are taken for the same one.
+        peak_width: Number of samples on either side of a shift that count as the same shift.
     """
     curves = _correlate_all(count, correlate)
     shifts = max(
@@ -129,7 +129,7 @@ def _correlate_all(
 def _sum_curves(
     curves: NDArray[np.float32], shifts: NDArray[np.int64], index: int, others: Sequence[int]
 ) -> Numbers:
-    """Return `[shifts]` how well a signal agrees with others shifted by each."""
+    """Return `[shifts]` the agreement of a signal with the others at each shift."""
     width = curves.shape[2]
     total = np.zeros(width)
     for other in others:
@@ -161,7 +161,7 @@ def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _climb(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return shifts of which none can be improved alone."""
+    """Return shifts such that changing a single one does not improve the sum."""
     shifts, most = start.copy(), curves.shape[2] // 2
     for _ in range(_MOST_SWEEPS):
         before = shifts.copy()
@@ -181,7 +181,7 @@ def _sum_pairs(curves: NDArray[np.float32], shifts: NDArray[np.int64]) -> float:
 
 
 def _refine(curve: Numbers, peak: int) -> float:
-    """Return where a parabola through a peak and its neighbors is highest, from the peak on."""
+    """Return the maximum of a parabola through a peak and its neighbors, relative to the peak."""
     if not 0 < peak < len(curve) - 1:
         return 0.0
     before, top, after = curve[peak - 1 : peak + 2]

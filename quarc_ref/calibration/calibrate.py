@@ -1,4 +1,4 @@
-"""Recordings without poses to a calibrated rig: all steps in their order."""
+"""All steps from recordings without poses to a calibrated rig."""
 
 import tempfile
 from collections.abc import Callable, Mapping
@@ -38,10 +38,10 @@ class CalibrateOptions:
 
     Attributes:
         lenses: Assumptions about the lenses.
-        moments: How many moments are searched for features; None for as many as it takes.
+        moments: Number of moments searched for features; None for as many as needed.
         masks: By the names of cameras, `[H, W]`, True where features may be.
         sync: How offsets are found.
-        up: As `world.settle_world` has it.
+        up: As for `world.settle_world`.
         distance: Distance of two cameras, if known.
         report: Called with each stage, its number of finished steps, and their total.
     """
@@ -65,7 +65,7 @@ class Calibration:
         solution: Which cameras joined, and how well.
         world: Those cameras, upright.
         points: Points of the scene at frame 0, in the same world.
-        moments: How many moments were searched for features.
+        moments: Number of moments searched for features.
     """
 
     recordings: Recordings
@@ -114,7 +114,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
 
 
 def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
-    """Return offsets, those of the cameras that joined found again from their poses."""
+    """Return offsets; those of cameras that joined are refined with their poses."""
     found = refine_offsets(solution.cameras, motions)
     return replace(
         found,
@@ -130,7 +130,7 @@ def _compare(first: Offsets, second: Offsets) -> float:
 def _solve(
     recordings: Recordings, offsets: Offsets, options: CalibrateOptions
 ) -> tuple[Solution, int]:
-    """Return poses found from as many moments as it takes, and how many these were."""
+    """Return poses from as many moments as needed, and the number of these."""
     names, pictures = recordings.names, recordings.pictures
     firsts = CaptureNotes(offsets.frames).first_frames(names)
     later = LaterPictures(pictures, [firsts[name] for name in names])
@@ -165,7 +165,7 @@ def _is_enough(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return frames, spread so that the first few of them are as well spread as can be."""
+    """Return frames in an order in which every prefix is spread evenly."""
     if frame_count < 1:
         message = "no frame is left that all cameras have, once they are synchronized: --sync none"
         raise CalibrationError(message)
@@ -174,7 +174,7 @@ def _choose_moments(frame_count: int, count: int | None) -> list[int]:
 
 
 def _find_points(recordings: Recordings, offsets: Offsets, world: World) -> Points:
-    """Return points of frame 0, without a look at the first camera, which encoding holds out."""
+    """Return points of frame 0 without the first camera, which encoding holds out."""
     firsts = CaptureNotes(offsets.frames).first_frames(recordings.names)
     seen = world.cameras[1:] if len(world.cameras) > 3 else world.cameras
     rectifiers = [Rectifier(camera.lens) for camera in seen]

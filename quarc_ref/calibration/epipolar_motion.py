@@ -1,9 +1,9 @@
 """Offsets from where things move, once the cameras have poses.
 
-Two cameras and a point that moves lie in one plane. All such planes turn about the line
-between the two cameras, so that a plane is an angle, and each pixel of either camera belongs
-to one angle. What moves is then seen at the same angles by both cameras at the same time, and
-at others at other times. That tells far more than how much moves in all.
+Two cameras and a point that moves lie in one plane. All such planes contain the line between the
+two cameras, so each is given by an angle about it, and each pixel of either camera belongs to one
+angle. Both cameras see motion at the same angles at the same time. This is far more informative
+than the total amount of motion.
 """
 
 from collections.abc import Sequence
@@ -67,9 +67,9 @@ def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Numbers:
 
 
 def _measure_angles(baseline: Numbers, *rays: Numbers) -> list[NDArray[np.int64]]:
-    """Return `[P]` in which of the angles about a baseline the rays of each camera lie.
+    """Return `[P]` the bins of the angles about a baseline, for the rays of each camera.
 
-    The angles are as many as `_ANGLES`, over those that the first camera sees.
+    There are `_ANGLES` bins, over the angles that the first camera sees.
     """
     axis = baseline / max(float(np.linalg.norm(baseline)), 1e-12)
     toward = rays[0].mean(axis=0)

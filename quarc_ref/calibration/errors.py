@@ -1,10 +1,10 @@
-"""Errors of a calibration; each message says what to do."""
+"""Errors of calibration; each message says what to do."""
 
 from quarc_ref.datasets.errors import CaptureError
 
 
 class CalibrationError(CaptureError):
-    """No poses can be found for the recordings as they are."""
+    """No poses can be found for the recordings."""
 
 
 class UnknownCameraError(CaptureError):

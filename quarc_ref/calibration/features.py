@@ -27,7 +27,7 @@ class Features:
     """The features of a rig's pictures.
 
     Args:
-        folder: An empty one, to work in.
+        folder: An empty folder to work in.
         masks: `[camera]` of `[H, W]`, True where features may be; None for everywhere.
 
     Attributes:

@@ -1,9 +1,9 @@
 """Features of one camera at several moments as features of one picture.
 
 The cameras stand still, so all features of a camera can belong to one picture,
-whenever they were found. A feature of the same place, size and orientation at two
-moments is the same feature seen twice, and counts once: else a wrong match of
-something that stands still would count as often as there are moments.
+whenever they were found. A feature with the same place, size and orientation at two moments is the
+same feature and counts once: otherwise a wrong match of static texture would count once per
+moment.
 """
 
 from collections.abc import Sequence

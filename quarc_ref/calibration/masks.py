@@ -15,8 +15,8 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     """Return the masks in a folder, by the names of cameras.
 
     Args:
-        folder: With a picture per camera, named after it, of the size of its recording:
-            nothing is looked for where it is black. Cameras without one have no mask.
+        folder: Folder with a picture per camera, named after it and of the size of its recording;
+            black pixels are not searched for features. Cameras without one have no mask.
         recordings: Recordings of the cameras.
 
     Raises:

@@ -1,6 +1,6 @@
-"""A COLMAP database of one picture per camera, from features of several moments.
+"""A COLMAP database with one picture per camera, from features of several moments.
 
-Its matches are verified: those that no pose of the two cameras could explain are left out.
+Its matches are verified: those that fit no relative pose of the two cameras are left out.
 """
 
 from collections.abc import Sequence

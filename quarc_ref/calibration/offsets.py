@@ -1,7 +1,7 @@
-"""By how many frames the recordings of a rig are apart: from their sound, else from motion.
+"""Time offsets between the recordings of a rig, from their sound or else from motion.
 
-How much moves tells roughly when recordings began, before anything else is known. Once
-cameras have poses, where it moves tells the rest (`epipolar_motion`).
+The amount of motion gives rough offsets before poses are known. Once cameras have poses, the
+positions of motion refine them (`epipolar_motion`).
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -47,7 +47,7 @@ class Offsets:
     Attributes:
         method: What the offsets were found from; `NONE` if they were not looked for.
         frames: By the names of cameras: frame `t` of the rig is frame `t + offset` of the
-            camera's recording. Those that are not clear are 0, the median of all.
+            camera's recording. Unclear offsets are 0, which is the median.
         clearness: Clearness of each offset, as in `alignment.Shift`; empty without a method.
     """
 
@@ -68,7 +68,7 @@ def find_offsets(
 
     Args:
         recordings: Recordings of one rig, at one frame rate.
-        method: `AUTO` for sound where every recording has it, else motion.
+        method: `AUTO` for sound if all recordings have it, else motion.
         report: Called with the number of recordings read so far, and the total.
 
     Returns:
@@ -76,7 +76,7 @@ def find_offsets(
         were found from that.
 
     Raises:
-        CalibrationError: Sound is asked for, and a recording has none.
+        CalibrationError: Sound is requested, but a recording has none.
         CaptureError: A recording cannot be read.
     """
     if method in (SyncMethod.AUTO, SyncMethod.SOUND):
@@ -104,7 +104,7 @@ def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Mo
 
     Args:
         cameras: Those that joined.
-        motions: What moves in each recording, by the name of the camera.
+        motions: Motion of each recording, by the name of the camera.
     """
     names = [camera.name for camera in cameras]
     watched = [motions[name] for name in names]

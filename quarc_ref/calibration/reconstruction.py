@@ -17,7 +17,7 @@ _AS_GOOD = 1.02  # ratio of errors within which the simpler lens is taken
 
 
 def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reconstruction:
-    """Return a reconstruction whose poses, lenses and points fit best, wrong points left out.
+    """Return a reconstruction with optimized poses, lenses and points, without outliers.
 
     With `auto` lenses are pinholes if these explain the pictures as well: bent pictures must
     be resampled when they are loaded, which costs sharpness.

@@ -53,8 +53,8 @@ class Recordings:
 def find_recordings(folder: Path) -> Recordings:
     """Return the recordings in a folder.
 
-    They are videos, folders of pictures, or pictures of one moment, in any of the
-    arrangements that captures have.
+    They are videos, folders of pictures, or pictures of one moment, in any arrangement of
+    captures.
 
     Args:
         folder: Folder of the recordings; it needs neither poses nor any other file.
@@ -80,7 +80,7 @@ def find_recordings(folder: Path) -> Recordings:
 
 
 def _name_plainly(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that any file system and any description can hold."""
+    """Return names that are valid in any file system and any description."""
     plain = tuple(_PLAIN.sub("_", name).lstrip("-") or "camera" for name in names)
     for index, name in enumerate(plain):
         if name in plain[:index]:

@@ -1,4 +1,4 @@
-"""Signals that recordings of one event share: loudness, and motion."""
+"""Signals that recordings of one event have in common: loudness and motion."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ def watch_motion(source: PictureSource, camera: int, frames: int) -> Motion:
     Args:
         source: Source of the pictures.
         camera: Which of them.
-        frames: How many are read, from the first.
+        frames: Number of frames read, from the first.
 
     Returns:
         `[frames - 1, h, w]` changes of gray, 0 to 255, in pictures that are made small.

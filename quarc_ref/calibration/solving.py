@@ -1,7 +1,7 @@
 """Poses and lenses of cameras from matches, by COLMAP's incremental mapper.
 
 A camera joins if it has a pose that enough points support, each of which two other
-cameras see as well: a pose that only matches with one neighbor hold up may be anything.
+cameras see as well: a pose that is supported only by matches with one neighbor may be arbitrary.
 """
 
 from collections.abc import Sequence
@@ -55,7 +55,7 @@ class Solution:
     """Poses and lenses that were found.
 
     Attributes:
-        cameras: Those that joined, in the order of the recordings, in the solver's world.
+        cameras: Cameras that joined, in the order of the recordings, in the solver's world.
         fits: By the names of these.
         left_out: Why each other camera did not join, by its name.
         points: `[P, 3]` positions of what was matched, at all moments.
@@ -82,7 +82,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
         lenses: Assumptions about the lenses.
 
     Raises:
-        CalibrationError: Not even three cameras join; the message says why not.
+        CalibrationError: Fewer than three cameras join; the message says why.
     """
     best: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
     with quiet():

@@ -1,8 +1,9 @@
 """Which way is up in the world of a rig, where its origin is, and how long a unit.
 
-A solver's world is turned, placed and scaled by chance. Here up becomes -y, as in the frame
-of COLMAP and of most 3DGS files; the first camera looks along +z; the origin is what the
-cameras look at; and a unit is a meter, or the mean distance of the cameras from the origin.
+A solver's world is turned, placed and scaled by chance. The resulting world has up along -y, as in
+the frame of COLMAP and of most 3DGS files; the first camera looks along +z; the origin is the
+point that the cameras look at; and the unit is a meter, or the mean distance of the cameras from
+the origin.
 """
 
 from collections.abc import Sequence
@@ -44,7 +45,7 @@ class World:
     Attributes:
         cameras: As they stand in it.
         up: Where up is in it.
-        up_from: What that was found from, for people.
+        up_from: Human-readable source of the up direction.
         meters_per_unit: None if no distance is known.
     """
 
@@ -65,12 +66,12 @@ def settle_world(
     Args:
         cameras: In the world of the solver.
         points: `[P, 3]` of the scene in the same world.
-        up: `level` if the cameras stand level, `plane` if they stand in one level plane, or
-            the name of a camera that stands level.
+        up: `level` if the cameras are level, `plane` if they are in one level plane, or the name
+            of a level camera.
         distance: Distance of two cameras; None if unknown.
 
     Raises:
-        CalibrationError: The cameras do not stand in a plane, or two are in one place.
+        CalibrationError: The cameras are not in a plane, or two are at the same place.
         UnknownCameraError: A camera that is named has no pose.
     """
     direction, up_from = _find_up(cameras, up)

@@ -6,7 +6,7 @@
             cam00.mp4, ...          the recordings of the cameras that joined
             cam00/000000.png, ...   or these
 
-The recordings are not copied where the disk can have a file under two names.
+Recordings are hard-linked where the disk supports it, else copied.
 """
 
 import json

@@ -13,7 +13,7 @@ _VALIDATOR_PREFIX = "Value error, "  # of pydantic, with which newer releases of
 
 
 class Verb(TyperCommand):
-    """A verb whose usage errors name renamed options, and no library."""
+    """A verb whose usage errors name the new names of renamed options."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts
         self, context: typer.Context, arguments: list[str]

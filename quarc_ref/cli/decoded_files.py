@@ -23,8 +23,8 @@ class Decoding:
 
     Args:
         source: The stream.
-        follow: How long to wait for more; None not to.
-        gaps: Where there is a list, decoding goes on past damage, and what is missing is added.
+        follow: How long to wait for more; None not to wait.
+        gaps: If given, decoding continues past damage, and gaps are appended.
     """
 
     def __init__(self, source: "Source", follow: "Follow | None", gaps: "list[Gap] | None") -> None:

@@ -52,7 +52,7 @@ class EncodeJob:
         """Open the capture; return it and the options.
 
         Raises:
-            UsageError: A camera or frame that was asked for does not exist.
+            UsageError: A requested camera or frame does not exist.
             CaptureError: The capture cannot be read.
         """
         from quarc_ref.datasets.errors import TooFewFramesError
@@ -124,7 +124,7 @@ def encode_to_joined_file(
     Raises:
         UsageError: The file cannot be written in this way, or there are fewer frames than segments.
         UnusableCaptureError: The capture cannot be encoded to anything useful.
-        ResumeError: The file that is there is not the one asked for.
+        ResumeError: The existing file is from a different encode.
         JobsError: Some segments could not be encoded; the others are kept.
     """
     is_there = wanted.resume and target.is_file() and not wanted.force

@@ -24,7 +24,7 @@ class LogsWanted:
     Attributes:
         json: File for lines of JSON; None for none.
         tensorboard: Folder for TensorBoard; None for none.
-        keep: Whether lines that are in the file stay.
+        keep: Whether to keep existing lines of the file.
         force: Whether to replace the file.
     """
 
@@ -39,8 +39,8 @@ def opened_monitors(logs: LogsWanted, progress: TerminalProgress) -> "Iterator[M
     """Open the logs of an encode, and show its status on the terminal.
 
     Raises:
-        UsageError: The file is there, and neither kept nor replaced.
-        ImportError: TensorBoard is wanted and not installed.
+        UsageError: The file exists and is neither kept nor replaced.
+        ImportError: TensorBoard is requested but not installed.
         OSError: A log cannot be written.
     """
     from quarc_ref.encoder.monitoring.json_log import JsonLog

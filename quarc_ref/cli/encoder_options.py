@@ -43,7 +43,7 @@ def require_positive(asked: dict[str, float | None]) -> None:
 
 
 def as_settings(asked: dict[str, float | None]) -> list[str]:
-    """Options that stand for settings, as `KEY=VALUE`."""
+    """Options that set encoder settings, as `KEY=VALUE`."""
     return [f"{key}={value}" for key, value in asked.items() if value is not None]
 
 
@@ -74,11 +74,11 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
     """Open a capture with the options given.
 
     Raises:
-        UsageError: The pictures cannot be made as small, a camera that is to be held
-            out is not there, or no frame is left from the first one that is asked for.
+        UsageError: The pictures cannot be downscaled by the factor, a camera to hold out does not
+            exist, or there is no frame from the requested start on.
         CaptureError: The capture cannot be read.
-        UnicodeEncodeError: A file cannot have the name that the capture gives it, or a stream
-            cannot hold the name of the capture or of a camera.
+        UnicodeEncodeError: The name of a file, or of the capture or a camera in the stream, cannot
+            be encoded.
     """
     from quarc_ref.datasets.calibration import DownscaleError
     from quarc_ref.datasets.errors import HeldOutError, StartError

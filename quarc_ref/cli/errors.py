@@ -1,6 +1,6 @@
 """Turns exceptions into messages and exit codes.
 
-0: success. 1: the stream is invalid. 2: the command line is. 3: anything else failed: an
+0: success. 1: the stream is invalid. 2: the command line is invalid. 3: anything else failed: an
 unreadable capture, a full disk, a bug. After a signal, 128 and its number, as in a shell: 130
 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe has gone (SIGPIPE).
 """
@@ -54,7 +54,7 @@ class Termination(KeyboardInterrupt):
 
 @contextmanager
 def report_errors() -> Iterator[None]:
-    """Turn exceptions of a command into a line on stderr and an exit code."""
+    """Convert exceptions of a command to a line on stderr and an exit code."""
     try:
         yield
         sys.stdout.flush()  # Python itself would find out too late, and leave with 120

@@ -51,7 +51,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
         follow: Whether to wait at all.
 
     Raises:
-        BadParameter: The stream is a path, and no file is there.
+        BadParameter: The stream is a path that does not exist.
     """
     with report_errors():
         if follow and is_file(name):

@@ -163,7 +163,7 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     """First frame of a range, and the one after its last.
 
     Args:
-        text: `A:B`, of which either may be left out, or `A` for that frame alone; None for all.
+        text: `A:B`, where either may be omitted, or `A` for that frame alone; None for all.
 
     Raises:
         UsageError: The text is not such a range.

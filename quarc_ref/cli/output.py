@@ -45,7 +45,7 @@ def print_json(schema: str, values: dict[str, object]) -> None:
     Args:
         schema: What they are, and in which version: `info/2` is what docs/schemas/info.json
             describes.
-        values: With names that the schema knows.
+        values: Values by their names in the schema.
     """
     said = {"schema": f"quarc-ref/{schema}", **values}
     sys.stdout.write(json.dumps(said, indent=2, allow_nan=False) + "\n")
@@ -73,9 +73,9 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
 
     Args:
         title: Above the table.
-        headings: One to a column. One that begins with `<` stands, without it,
-            over a column of text; the others are columns of numbers.
-        rows: The cells, as they are: a stream may name anything.
+        headings: One to a column. A leading `<`, which is not printed, marks a column of text;
+            other columns are numbers.
+        rows: Unescaped cells, because names in a stream can be any text.
     """
     table = Table(title=escape_controls(title), title_justify="left", box=None, pad_edge=False)
     for heading in headings:
@@ -111,8 +111,8 @@ def warn_of_reference_engine() -> bool:
 class TerminalProgress:
     """Shows progress on stderr: bars on a terminal, elsewhere a line now and then.
 
-    Use as a context. Work of a few seconds writes no line at all, and stages
-    that come again in every frame have none: the frames' own tells enough.
+    Use as a context. Stages of a few seconds and stages that repeat in every frame have no line of
+    their own; the line of the frames is sufficient.
 
     Args:
         quiet: Whether to show nothing.
@@ -171,10 +171,10 @@ class TerminalProgress:
             self._warns = not warn_of_reference_engine()
 
     def follow(self, status: "Callable[[], str]") -> None:
-        """Show what a function returns beside the stages that all work goes through.
+        """Show the result of a function beside the common stages.
 
         Args:
-            status: Returns where the work stands, the time left included.
+            status: Returns the progress, including the time left.
         """
         self._status = status
 

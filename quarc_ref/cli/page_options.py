@@ -35,7 +35,7 @@ def name_page(stream: str) -> str:
 
 
 def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) -> "Camera | None":
-    """Return the camera to look through at first; None if the stream has none.
+    """Return the initial camera; None if the stream has none.
 
     Args:
         cameras: Cameras of the stream, from `read_cameras`.

@@ -30,7 +30,7 @@ _OPTIONS = {
 
 
 def choose_camera(outline: "Outline", name: str | None, width: int | None, kind: str) -> "Camera":
-    """Return the camera asked for, its pictures `width` pixels wide.
+    """Return the requested camera, with pictures `width` pixels wide.
 
     Raises:
         UsageError: There is no such camera, or its pictures cannot be made.

@@ -24,10 +24,10 @@ _SCHEMA = "depth/1"
 
 
 def choose_kind(output: Path, *, depth: bool) -> Kind:
-    """Return the kind of output that a name stands for, if --to does not give it.
+    """Return the kind of output that a file name implies, if --to does not give it.
 
     Raises:
-        UsageError: It stands for none.
+        UsageError: The name implies none.
     """
     suffix = output.suffix.lower()
     video = _VIDEO_SUFFIXES.get(suffix)

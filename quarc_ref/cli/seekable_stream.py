@@ -16,7 +16,7 @@ _PIECE_BYTES = 1 << 16
 
 
 class _Sink(Protocol):
-    """Takes bytes as a raw file does: all of them, or so many."""
+    """Accepts bytes like a raw file: all of them, or the number it returns."""
 
     def write(self, piece: bytes, /) -> int:
         """Write bytes, and return how many were written."""
@@ -98,7 +98,7 @@ class _GrowingCopy:
             return written
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end of what has come."""
+        """Return `length` bytes from `offset` on, fewer at the end of the received bytes."""
         with self._lock:
             missing = max(0, min(length, self._size - offset))
             self._file.seek(offset if missing else 0)
@@ -115,7 +115,7 @@ class _GrowingCopy:
 
 
 class _Copying:
-    """Copies a stream up to where it is read.
+    """Copies a stream as far as it is read.
 
     Args:
         source: The stream.
@@ -137,7 +137,7 @@ class _Copying:
         return
 
     def go_to(self, offset: int) -> None:
-        """Copy what comes before an offset."""
+        """Copy the bytes before an offset."""
         while self._copied < offset:
             size = min(_PIECE_BYTES, offset - self._copied)
             piece = self._source.read(self._copied, size)

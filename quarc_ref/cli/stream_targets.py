@@ -20,17 +20,14 @@ def growing_stream(
 ) -> Iterator[tuple[Path, BinaryIO]]:
     """Open the file to write a stream to, exclusively; it may hold a partial stream.
 
-    The file is `<target>.part` and takes the target's place when the stream is
-    whole. If the work is interrupted before, it stays, unless it is empty; so does the
-    training of its frame 0 beside it.
+    The file is `<target>.part` and replaces the target when the stream is complete. If the work is
+    interrupted, it remains unless it is empty, and so does the checkpoint of frame 0 beside it.
 
     Args:
-        target: Where the stream is to be.
+        target: Path of the stream.
         force: Whether to replace a target, or a part that is not resumed.
-        live: Whether to write the target in its own place, so that others can
-            read along.
-        resume: Whether to continue the part, or the target if the stream is
-            there.
+        live: Whether to write the target directly, so that others can follow the stream.
+        resume: Whether to continue the part, or the target if the stream is complete.
 
     Yields:
         Where the file is, and the file, opened to be read and written.
@@ -65,13 +62,13 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
     """Make the folder `<target>.segments`; it is removed on success and kept otherwise.
 
     Args:
-        target: Where the stream of all segments is to be.
+        target: Path of the joined stream.
         force: Whether to replace a target, or segments that are not resumed.
         resume: Whether to continue with existing segments.
 
     Raises:
         UsageError: The target cannot be written, or segments are left of another encode.
-        OutputPathError: The folder holds what was not made there, or is in use.
+        OutputPathError: The folder has files that quarc-ref did not make, or is in use.
     """
     reject_target(target, force=force)
     path = target.with_name(target.name + _SEGMENTS)
@@ -85,7 +82,7 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 @contextmanager
 def _said_to_stay(place: Path) -> Iterator[None]:
-    """Mention in the message of an interruption what has been kept."""
+    """Mention in the message of an interruption which files were kept."""
     try:
         yield
     except KeyboardInterrupt as error:

@@ -71,7 +71,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
 
     Raises:
         UsageError: The target is `-`, or has the name of a file.
-        OutputPathError: It holds something, and is not to be replaced.
+        OutputPathError: The target is not empty and must not be replaced.
     """
     _reject_folder(target)
     with files.written_folder(target, replace=force) as made:
@@ -87,7 +87,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
 
     Args:
         target: Path of the folder.
-        force: Whether to replace what the command has made there before.
+        force: Whether to replace earlier output of the command.
 
     Raises:
         UsageError: As for `written_folder`.

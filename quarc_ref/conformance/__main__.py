@@ -1,8 +1,8 @@
 """The contract of conformance tests: `python -m quarc_ref.conformance < stream`.
 
 Bytes come in on standard input; a JSON line goes out for every frame, as soon
-as it is decoded, with the SHA-256 of its state, and one that names the rejection
-if there is one. conformance/RUNNER.md says the rest.
+as it is decoded, with the SHA-256 of its state, and one for the rejection if there is one.
+conformance/RUNNER.md says the rest.
 """
 
 import argparse

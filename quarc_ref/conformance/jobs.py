@@ -1,7 +1,7 @@
 """Many streams in one process: the jobs of conformance/RUNNER.md.
 
-A job is a line of JSON on standard input, and bytes behind it if it says so;
-its answer is lines of JSON, the last of which says `done`.
+A job is a line of JSON on standard input, followed by bytes if it declares any; the answer is
+lines of JSON, the last of which has `done`.
 """
 
 import hashlib
@@ -69,9 +69,9 @@ def describe_stream(
 
     Args:
         stream: A stream.
-        start: Ordinal of the first frame wanted.
-        more: What else to say: `numbers`, a hash of what the frames dequantize
-            to, and `values`, all of it.
+        start: Ordinal of the first frame.
+        more: Additional output: `numbers`, a hash of the dequantized values, and `values`, all of
+            them.
     """
     scenes = decode(as_source(stream), start)
     yield from _rejecting(_describe(scene, more) for scene in scenes)
@@ -101,7 +101,7 @@ def _describe_recovery(stream: bytes) -> Iterator[Line]:
 
 
 def _serialize_numbers(scene: Scene) -> bytes:
-    """Return the dequantized numbers of a scene, row by row as it is serialized."""
+    """Return the dequantized values of a scene, in the order of its serialization."""
     splats = dequantize(scene)
     rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
     rows.append(splats.sh.reshape(scene.count, -1))

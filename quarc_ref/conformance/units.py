@@ -1,7 +1,7 @@
-"""Building blocks one by one: the functions of conformance/unit.
+"""Runs single building blocks: the functions of conformance/unit.
 
-Each takes the fields of a case's input by name and gives what the code that
-decodes streams makes of them. Integers may come as decimal strings.
+Each takes the input fields of a case by name and returns the result of the code that decodes
+streams. Integers may come as decimal strings.
 """
 
 import zlib

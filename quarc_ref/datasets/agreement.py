@@ -17,7 +17,7 @@ _MOST_NAMED = 5
 
 
 def require_one_rate(videos: Sequence[VideoReader]) -> None:
-    """Check that the n-th frames of all videos are of one moment, if the first ones are.
+    """Check that the n-th frames of all videos show the same moment if the first ones do.
 
     Args:
         videos: At least one.
@@ -42,7 +42,7 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
 
 
 def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | None:
-    """Return which cameras have more or fewer frames than most; None if all have as many.
+    """Return which cameras have more or fewer frames than most; None if all are equal.
 
     Args:
         names: Names of the cameras, at least one.
@@ -61,7 +61,7 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
 
 
 def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding | None:
-    """Return which cameras' videos have another rotation flag than most; None if none has.
+    """Return which cameras' videos have a rotation flag different from most; None if all are equal.
 
     Args:
         names: Names of the cameras, at least one.

@@ -1,7 +1,7 @@
-"""Where the pictures of a capture's cameras lie: the arrangements that people use, in one table.
+"""Common arrangements of the pictures of a capture's cameras, in one table.
 
-A layout knows its cameras by name, from its poses; `find_pictures` looks for their
-videos or picture files in every arrangement and takes the first that has all of them.
+A layout knows its cameras by name, from its poses; `find_pictures` looks for their videos or
+picture files in every arrangement and takes the first one that has all of them.
 """
 
 import re
@@ -21,12 +21,12 @@ Files = Mapping[str, Sequence[Path]]  # of every camera, by its name: one video,
 
 
 def is_video(path: Path) -> bool:
-    """Tell whether the name of a file is that of a video."""
+    """Return whether a file name is that of a video."""
     return path.suffix.lower() in VIDEO_SUFFIXES and not path.name.startswith(".")
 
 
 def is_still(path: Path) -> bool:
-    """Tell whether the name of a file is that of a picture."""
+    """Return whether a file name is that of a picture."""
     return path.suffix.lower() in STILL_SUFFIXES and not path.name.startswith(".")
 
 
@@ -91,7 +91,7 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
 
     Raises:
         MissingFileError: No camera has a picture or a video in any arrangement.
-        MissingCameraError: Some cameras have none, and others have.
+        MissingCameraError: Some cameras have no pictures, and others do.
         CaptureError: A file cannot be read, or they do not fit together.
     """
     best: tuple[str, Files] = ("", {})

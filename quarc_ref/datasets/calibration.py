@@ -1,9 +1,8 @@
 """Pose and lens of a camera, as capture layouts give them.
 
-Loaders make `CalibratedCamera`s of whatever their files hold; `open_capture`
-makes pinholes of them and then `Camera`s. Axes are OpenCV's (x right, y down,
-z forward), and pixel centers are at +0.5, in lenses too: OpenCV itself and
-poses of OpenGL kind are converted where they come in.
+Loaders convert their files to `CalibratedCamera`s; `open_capture` converts these to pinholes and
+then to `Camera`s. Axes are OpenCV's (x right, y down, z forward), and pixel centers are at +0.5,
+in lenses too: calls to OpenCV and poses with OpenGL axes are converted at the boundary.
 """
 
 import math
@@ -26,12 +25,12 @@ _NEAR_QUANTILE = 0.01
 
 
 def require_picture_size(width: int, height: int) -> None:
-    """Raise ValueError, which tells the limits, if pictures are too large to be handled."""
+    """Raise ValueError, which states the limits, if pictures are too large."""
     _require_size(width, height, _MOST_SIDE, "too large")
 
 
 def require_video_size(width: int, height: int) -> None:
-    """Raise ValueError, which tells the limits, if pictures are too large to be made a video."""
+    """Raise ValueError, which states the limits, if pictures are too large for a video."""
     _require_size(width, height, _MOST_VIDEO_SIDE, "too large for H.264")
 
 
@@ -107,9 +106,9 @@ class CalibratedCamera:
     """A camera as a layout describes it.
 
     Attributes:
-        name: As the capture names it.
+        name: Name in the capture.
         lens: Lens of the pictures on disk, or of the pinhole pictures made from them.
-        pose: Where it stands.
+        pose: Pose of the camera.
         near: Least depth of the scene, world units; None to find it from the points.
     """
 
@@ -176,7 +175,7 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 
 
 def choose_near(depths: Numbers) -> float:
-    """Return the near bound of a camera: beneath it lie 1 % of the depths, at least one given."""
+    """Return the near bound of a camera: the first percentile of at least one depth."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
 
@@ -184,7 +183,7 @@ _Pinhole = TypeVar("_Pinhole", Lens, Camera)
 
 
 class DownscaleError(ValueError):
-    """Pictures that cannot be made as small as asked for."""
+    """Pictures cannot be downscaled by the requested factor."""
 
 
 def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:

@@ -1,8 +1,7 @@
 """A capture: calibrated cameras and their pictures, frame by frame.
 
-`open_capture` makes a `Capture` of what a loader in `layouts` reads; encoder and
-evaluation know nothing of where it came from. Pictures are decoded when asked
-for and kept in a cache of bounded size.
+`open_capture` makes a `Capture` of what a loader in `layouts` reads; encoder and evaluation do not
+depend on its layout. Pictures are decoded on demand and kept in a cache of bounded size.
 """
 
 from collections import OrderedDict
@@ -71,7 +70,7 @@ class Capture:
     """Multi-view video of one scene.
 
     Args:
-        name: For reports.
+        name: Name for reports.
         cameras: In the order of their names; undistorted, at the size of `image`.
         frame_count: Frames that every camera has.
         frames_per_second: Frame rate of all cameras.
@@ -79,9 +78,9 @@ class Capture:
         source: Where pictures come from.
         fingerprint: A digest of the files that the capture is made of, hex.
         cache_bytes: Pictures kept, at most.
-        whole: The capture that this is a part of; None if of none.
+        whole: The capture that this is a part of; None if it is not a part.
         findings: What its loader found wrong, or assumed.
-        start: Frame of the footage, once it is lined up, that is frame 0 here.
+        start: Frame of the synchronized footage that is frame 0 here.
         notes: Which way is up, and how long a unit is.
         masks: Where masks come from; None for none.
     """
@@ -128,10 +127,10 @@ class Capture:
         return tuple(i for i, camera in enumerate(self.cameras) if camera.held_out)
 
     def require_frames(self, asked: int | None) -> int:
-        """Return how many frames there are to take, from the first on.
+        """Return the number of frames to use, from the first on.
 
         Args:
-            asked: How many are wanted; None for all.
+            asked: Requested number; None for all.
 
         Raises:
             TooFewFramesError: The capture has fewer frames.

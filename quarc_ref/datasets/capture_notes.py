@@ -1,6 +1,6 @@
 """`quarc-capture.json`: properties of a capture that its layout cannot hold.
 
-The file lies in the folder of a capture, beside the files of any layout:
+The file is in the folder of a capture, beside the files of any layout:
 
     {"offsets": {"cam03": 4, "cam07": 0.5}, "up": [0, -1, 0], "meters_per_unit": 1}
 
@@ -65,7 +65,7 @@ class CaptureNotes:
             cameras: Names of all cameras of the capture, at least one.
 
         Raises:
-            MissingCameraError: An offset is of a camera that is not among them.
+            MissingCameraError: An offset names an unknown camera.
         """
         names = list(cameras)
         unknown = sorted(set(self.offsets) - set(names))
@@ -87,7 +87,7 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
         folder: Folder of the capture.
 
     Raises:
-        MissingFileError: The file is there and cannot be read.
+        MissingFileError: The file exists but cannot be read.
         UnreadableNotesError: The file is malformed.
     """
     path = folder / NOTES_NAME
@@ -106,11 +106,11 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
 
 
 def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
-    """Write notes as a file, which `read_capture_notes` reads; one that is there is replaced.
+    """Write notes to a file for `read_capture_notes`, replacing an existing one.
 
     Args:
         path: Path of the file, named `NOTES_NAME`.
-        notes: What to write; what is unknown is left out.
+        notes: Notes to write; unknown values are left out.
 
     Raises:
         OSError: The file cannot be written.

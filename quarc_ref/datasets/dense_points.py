@@ -1,6 +1,6 @@
 """Dense initial points: depth maps of neighboring cameras, where three cameras agree.
 
-Features are found at corners only, and training that starts from few points stays behind. A
+Features are found at corners only, and training from few initial points gives lower quality. A
 pixel's depth becomes a point if the depth maps of three cameras agree on it, its own among
 them, and fewer cameras see something behind it.
 """
@@ -35,7 +35,7 @@ def densify(
         sparse: Points of the scene; they give the depths between which to search.
 
     Returns:
-        Up to 40 000 dense points, and the sparse ones but for those that cameras see through.
+        Up to 40 000 dense points, and the sparse ones, except those that cameras see through.
     """
     views = [
         make_view(camera, picture, depths)
@@ -63,7 +63,7 @@ class _Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Verdict:
-    """What cameras say of points.
+    """Agreement of the cameras' depth maps at points.
 
     Attributes:
         agreeing: `[P]` number of cameras that see a surface at the point.
@@ -89,7 +89,7 @@ def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
 
 
 def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Verdict:
-    """Return what all cameras say of points, the points' own cameras among them."""
+    """Return the agreement of all cameras at points, including the cameras of the points."""
     agreeing, behind = np.zeros((2, len(positions)), np.int64)
     total = np.zeros(len(positions))
     for surface in surfaces:

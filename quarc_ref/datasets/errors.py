@@ -2,10 +2,10 @@
 
     CaptureError
     ├── UnknownLayoutError      the folder has no capture in a known layout
-    ├── MissingFileError        a file that the layout needs is not there
+    ├── MissingFileError        a file that the layout needs is missing
     ├── OutsideFileError        a description names a file outside of its folder
     ├── MissingCameraError      poses and pictures do not name the same cameras
-    │   └── HeldOutError        cameras asked to be held out are not there, or all
+    │   └── HeldOutError        cameras to hold out are missing, or are all cameras
     ├── CountMismatchError      cameras differ in frames, or poses in cameras
     │   └── FrameRateError      videos differ in frame rate, or one varies in it
     ├── TooFewFramesError       more frames are asked for than every camera has
@@ -17,12 +17,12 @@
     ├── UnsupportedCameraError  a camera model that cannot be made a pinhole
     └── UnreadablePointsError   initial points are malformed, or cannot be found
 
-None of them is a fault of the program: catch `CaptureError` and show its message.
+None of them is an error of the program: catch `CaptureError` and show its message.
 """
 
 
 class CaptureError(Exception):
-    """A capture that cannot be used as it is."""
+    """A capture that cannot be used without changes."""
 
 
 class UnknownLayoutError(CaptureError):
@@ -42,7 +42,7 @@ class MissingCameraError(CaptureError):
 
 
 class HeldOutError(MissingCameraError):
-    """Cameras that are asked to be held out are not there, or are all that are."""
+    """Cameras to hold out do not exist, or no others are left."""
 
 
 class CountMismatchError(CaptureError):

@@ -12,7 +12,7 @@ class Finding:
     """A reason to expect poor quality.
 
     Attributes:
-        kind: Its name, which stays the same from version to version.
+        kind: A name that does not change between versions.
         message: A sentence: what is wrong, and what to do.
         cameras: Names of the cameras that it is about; empty if it is about all of them.
     """

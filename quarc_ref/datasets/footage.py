@@ -1,6 +1,6 @@
-"""Output of a loader: cameras as calibrated, pictures as they are on disk.
+"""Output of a loader: calibrated cameras, and pictures as stored on disk.
 
-`open_capture` makes a `Capture` of it. The fingerprint tells two captures
+`open_capture` converts it to a `Capture`. The fingerprint tells two captures
 apart without reading all of their pictures.
 """
 
@@ -87,7 +87,7 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
         files: As the loader lists them.
 
     Raises:
-        MissingFileError: A file has gone.
+        MissingFileError: A file was removed.
     """
     digest = hashlib.sha256()
     try:

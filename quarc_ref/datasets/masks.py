@@ -1,7 +1,7 @@
 """Masks of a capture: which pixels of its pictures count.
 
 White keeps a pixel and black leaves it out, as in COLMAP and nerfstudio. A camera has one
-mask for all frames, a mask for every frame, or none, which keeps everything.
+mask for all frames, a mask for every frame, or none, which keeps all pixels.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ class FileMasks:
     """Masks as they are on disk.
 
     Args:
-        files: `[camera]` of one file for all frames, the files of all frames, or none.
+        files: Per camera one file for all frames, the files of all frames, or none.
         sizes: `[camera]` width and height of the pictures, pixels.
         lengths: `[camera]` number of frames of the pictures.
 

@@ -56,7 +56,7 @@ def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
     """Return `[m, 2]` and `[m, 2]` the positions of features that are the same, outliers dropped.
 
     A match is one for both of its features, and much better than any other of the
-    first; all of them fit one fundamental matrix. There are none if too few do.
+    first; all of them fit one fundamental matrix. There are no matches if too few features do.
     """
     none = np.empty((0, 2))
     if min(len(first.positions), len(second.positions)) < _LEAST_MATCHES:

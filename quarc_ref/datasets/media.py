@@ -37,7 +37,7 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
         TruncatedVideoError: The file breaks off before its table of frames.
-        UnreadableVideoError: The file is not regular, not such a video, or its
+        UnreadableVideoError: The path is not a regular file, not a supported video, or its
             pictures are too large.
     """
     _require_regular_file(path)
@@ -65,8 +65,8 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        UnreadableVideoError: The file is not regular, not such a picture, of
-            another size, damaged, or to be shown turned.
+        UnreadableVideoError: The path is not a regular file, not a supported picture, of another
+            size, damaged, or has an EXIF orientation.
     """
     data = _read_still(path)
     header = _require_usable(path, data, size)
@@ -89,7 +89,7 @@ def read_still_size(path: Path) -> tuple[int, int]:
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        UnreadableVideoError: The file is not regular, or not such a picture.
+        UnreadableVideoError: The path is not a regular file, or not a supported picture.
     """
     header = _require_usable(path, _read_still(path), None)
     return header.width, header.height
@@ -145,7 +145,7 @@ def _read_still(path: Path) -> bytes:
 
 
 def _require_usable(path: Path, data: bytes, size: tuple[int, int] | None) -> StillHeader:
-    """Return the header of a picture file whose picture may be decoded, and taken as stored."""
+    """Return the header of a picture file that can be decoded and used as stored."""
     try:
         header = read_still_header(data)
         require_picture_size(header.width, header.height)

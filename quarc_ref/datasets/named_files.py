@@ -1,7 +1,7 @@
 """Files that a description of a capture names: they must be in the folder that it is in.
 
-Opening a capture from someone else must read that capture and nothing
-else of the machine: no file above, by `..`, by an absolute path or by a link.
+Opening a capture from someone else must not read other files of the machine through `..`, an
+absolute path or a link.
 """
 
 import os

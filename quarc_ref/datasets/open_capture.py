@@ -1,8 +1,8 @@
 """From a folder to a `Capture`: the way in for encoder and evaluation.
 
-The files in the folder decide on the layout. Its loader gives the footage as
-it is on disk; here pictures become those of pinholes, at the size asked for,
-and what no file tells is found: initial points, and each camera's near bound.
+The files in the folder decide on the layout. Its loader returns the footage as stored on disk.
+Here pictures are converted to pinholes at the requested size, and missing values are computed:
+initial points, and each camera's near bound.
 """
 
 from collections.abc import Sequence
@@ -34,8 +34,8 @@ class CaptureOptions:
     """How to open a capture.
 
     Attributes:
-        downscale: Times that pictures are made smaller.
-        held_out: Names of the cameras to keep for evaluation; none for the first one.
+        downscale: Factor by which pictures are downscaled.
+        held_out: Names of the cameras to keep for evaluation; empty for the first one.
         max_frames: Frames taken at most, from `start` on; None for all.
         start: Frame of the capture, once its offsets are applied, that is frame 0 here.
 
@@ -68,9 +68,9 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         options: How to open it.
 
     Raises:
-        CaptureError: The folder is not a usable capture; the message
-            says which file is wrong, and what to do.
-        DownscaleError: The pictures cannot be made as small as asked for.
+        CaptureError: The folder is not a usable capture; the message names the file and the
+            remedy.
+        DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
     footage = _add_masks(path, choose_layout(path).read(path))
     _require_sizes(footage)
@@ -126,7 +126,7 @@ def _line_up(
 
     Args:
         path: Path of the capture.
-        footage: What it holds.
+        footage: Its contents.
         options: Which frames are wanted.
 
     Returns:
@@ -180,7 +180,7 @@ def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:
 def _find_points(
     cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
 ) -> Points:
-    """Return points triangulated without a look at the held-out cameras."""
+    """Return points triangulated without the held-out cameras."""
     training = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
     pictures = [source.read(index, 0) for index in training]
     return triangulate([cameras[index] for index in training], pictures)

@@ -1,7 +1,7 @@
 """Pictures the right way up, as the display matrix of a video has them shown.
 
 Players, `ffmpeg` and OpenCV turn the frames of a video that was filmed with the
-camera on its side. So poses and intrinsics are of upright pictures.
+camera on its side. So poses and intrinsics refer to upright pictures.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
-"""Where a capture's pictures come from: videos, picture files, and rectified ones.
+"""Sources of the pictures of a capture: videos, picture files, and rectified pictures.
 
-Each is a `PictureSource`; `RectifiedPictures` stands before one of the others.
-Pictures of another size than the calibration says are rejected: files by their
+Each is a `PictureSource`; `RectifiedPictures` wraps one of the others.
+Pictures whose size differs from the calibration are rejected: files by their
 headers, frames of videos once they are decoded.
 """
 
@@ -27,7 +27,7 @@ class Pictures(PictureSource, Protocol):
         paths: `[camera]` of one video, or `[camera][frame]` of picture files.
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
-        rotations: `[camera]` degrees by which a flag of the file had the pictures turned.
+        rotations: `[camera]` degrees by which the rotation flag of the file turns the pictures.
         frames_per_second: Frame rate of all cameras.
     """
 

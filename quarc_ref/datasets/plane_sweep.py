@@ -60,7 +60,7 @@ class View:
 
 
 def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View:
-    """Return what a camera sees, made small.
+    """Return the downscaled picture of a camera.
 
     Args:
         camera: A pinhole.

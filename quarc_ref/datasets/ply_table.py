@@ -1,7 +1,7 @@
 """PLY files as tables: a row per vertex, a column per property.
 
-Reads ascii and little-endian binary files whose first element is the vertex. The size of
-every array is proved against the bytes that are there before it is made.
+Reads ascii and little-endian binary files whose first element is the vertex. The size of every
+array is checked against the available bytes before it is allocated.
 """
 
 import re
@@ -78,7 +78,7 @@ def parse_ply_header(data: bytes) -> PlyHeader:
         data: The whole file, or its beginning.
 
     Raises:
-        ValueError: It is not such a file, or has no vertices.
+        ValueError: The file is malformed, or has no vertices.
     """
     head = _HEADER.match(data[:_HEADER_LIMIT])
     if head is None:

@@ -1,8 +1,8 @@
 """Points with colors in PLY files: `x y z` and `red green blue`.
 
 Reads ascii and little-endian binary files, whatever other properties a point
-has, and writes little-endian binary ones. The size of every array is proved
-against the bytes that are there before it is made.
+has, and writes little-endian binary ones. The size of every array is checked against the available
+bytes before it is allocated.
 """
 
 from pathlib import Path

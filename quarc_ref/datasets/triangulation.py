@@ -79,7 +79,7 @@ def _reconstruct(
 
 
 def _match(model: pycolmap.Reconstruction, database: Path) -> None:
-    """Match features of all pairs of images, and keep what the poses allow."""
+    """Match features of all pairs of images, and keep the matches that fit the poses."""
     matching = pycolmap.FeatureMatchingOptions()
     matching.skip_geometric_verification = True
     # More lenient than usual: most wrong matches lie off their epipolar lines.

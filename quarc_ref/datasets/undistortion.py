@@ -1,8 +1,8 @@
 """Undistorts and downscales pictures.
 
-The pinhole sees the largest upright rectangle that the picture covers whole,
-so that no pixel is invented. OpenCV has pixel centers at whole numbers; half
-a pixel is taken off a principal point on the way in and put back on the way out.
+The pinhole sees the largest upright rectangle that lies inside the picture, so that no pixel is
+made up. OpenCV has pixel centers at whole numbers; half a pixel is taken off a principal point on
+the way in and put back on the way out.
 """
 
 import cv2
@@ -19,7 +19,7 @@ _STRAY_LIMIT = 1.0  # pixels that the inverse of a distortion may be off at the 
 
 
 class Rectifier:
-    """Makes pinhole pictures of one camera's pictures.
+    """Converts the pictures of one camera to pinhole pictures.
 
     The maps are computed for the first picture, and kept.
 
@@ -128,7 +128,7 @@ def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
 
 
 def _require_cover(lens: Lens, pinhole: Lens) -> None:
-    """Prove that the pinhole's border lies in the picture: an inverse can fail to converge."""
+    """Check that the pinhole's border is in the picture: the inverse may not converge."""
     across, down = _map_pixels(lens, pinhole, cv2.CV_32FC1)
     border = np.ones(across.shape, dtype=bool)
     border[1:-1, 1:-1] = False
@@ -144,7 +144,7 @@ def _require_cover(lens: Lens, pinhole: Lens) -> None:
 def _map_pixels(
     lens: Lens, pinhole: Lens, kind: int = cv2.CV_16SC2
 ) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
-    """Return where each pixel of the pinhole lies in the lens's picture, as cv2.remap has it."""
+    """Return the position of each pinhole pixel in the lens's picture, for cv2.remap."""
     build = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
     size = (pinhole.width, pinhole.height)
     return build(_matrix(lens), _coefficients(lens), np.eye(3), _matrix(pinhole), size, kind)

@@ -1,9 +1,9 @@
-"""Pictures out of videos and picture files, which `media` opens.
+"""Decodes pictures of videos and picture files, which `media` opens.
 
 The one documented path to ground truth is `frame.to_ndarray(format="rgb24")`
 of PyAV: chroma is brought up and yuv turned to RGB by FFmpeg's scaler with its
-defaults. Frames are numbered in the order of their time stamps, and counted
-by the packets that are there, since headers lie. A reader serves one thread.
+defaults. Frames are numbered in the order of their time stamps, and counted by their packets,
+since headers can be wrong. A reader serves one thread.
 """
 
 import math
@@ -25,7 +25,7 @@ from quarc_ref.datasets.orientation import rotate_upright
 
 
 class VideoReader:
-    """The frames of one video, decoded when asked for.
+    """The frames of one video, decoded on demand.
 
     Going on from the last frame is cheapest; any other frame is reached from
     the key frame before it.
@@ -39,7 +39,7 @@ class VideoReader:
         height: Pixels, of the pictures the right way up.
         frames_per_second: The average.
         rotation: Degrees counterclockwise by which its pictures were turned upright.
-        frame_count: Frames that are in the file.
+        frame_count: Number of frames in the file.
         frame_times: `[frame_count]` seconds, ascending.
         tick: Seconds that frame times are whole multiples of.
 
@@ -97,12 +97,12 @@ class VideoReader:
             raise UnreadableVideoError(message) from error
 
     def _release_decoder(self) -> None:
-        """Give up what the decoder holds, until the next read: a capture has many videos."""
+        """Release the decoder's memory until the next read, because a capture has many videos."""
         self._container, self._stream = open_video(self.path)
         self._frames, self._next = iter(()), self.frame_count
 
     def _decode(self, frame: int) -> av.VideoFrame | None:
-        """Return the decoded frame, or None if the decoder leaves it out."""
+        """Return the decoded frame, or None if the decoder drops it."""
         wanted = self._times[frame]
         key = self._keys[max(0, bisect_right(self._keys, wanted, key=lambda k: k.time) - 1)]
         if not bisect_left(self._times, key.time) <= self._next <= frame:
@@ -147,7 +147,7 @@ class _Packet(NamedTuple):
 
 
 def _list_packets(container: InputContainer, stream: VideoStream, path: Path) -> list[_Packet]:
-    """Return the packets that are there, in decoding order, proved against the header."""
+    """Return the packets of the file, in decoding order, checked against the header."""
     try:
         packets = [
             _describe(packet, path)
@@ -179,7 +179,7 @@ def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
 
 
 def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
-    """Tell whether the header promises more frames, and more time.
+    """Return whether the header promises more frames and a longer duration.
 
     In a video that was trimmed without recoding it only promises more frames.
     """

@@ -1,7 +1,7 @@
 """Pictures to an H.264 video that decodes to the same colors, and to PNG and JPEG files.
 
-BT.601 at limited range is what FFmpeg's scaler takes a video for that does not
-say; it is written down all the same.
+FFmpeg's scaler assumes BT.601 at limited range for videos without color metadata; it is written
+explicitly anyway.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,8 +1,8 @@
 """The reference decoder's state: what SPEC 6, 7, 9 and 10 make of a stream's chunks.
 
-`StreamDecoder` takes chunks and gives the state of every frame; an engine
-behind it makes the states. `dequantize` turns their integers into floats.
-Bytes, files and URLs are read in `quarc_ref.streams`.
+`StreamDecoder` takes chunks and returns the state of every frame, which an engine computes.
+`dequantize` turns their integers into floats. Bytes, files and URLs are read in
+`quarc_ref.streams`.
 
 Neither this package nor `quarc_ref.format` under it imports torch, OpenCV or
 matplotlib.

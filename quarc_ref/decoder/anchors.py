@@ -25,8 +25,8 @@ class AnchorLevel:
     """The anchors of one level, from one sampling to the next.
 
     Attributes:
-        owners: `[a]` ids of the Gaussians that were chosen, ascending.
-        positions: `[3, a]` where they were when chosen, lattice units.
+        owners: `[a]` ids of the chosen Gaussians, ascending.
+        positions: `[3, a]` their positions when chosen, lattice units.
         parents: `[a]` index of each anchor's parent in the next coarser
             level; zeros at the coarsest.
     """
@@ -106,8 +106,8 @@ def rank(scene: Scene) -> Int64:
 def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
     """Return the Gaussians in Morton order, and when each joins its predecessor.
 
-    In this order the Gaussians of a cell are neighbors at every shift, so that one
-    sorting finds the occupied cells of all of them.
+    In this order the Gaussians of a cell are contiguous at every shift, so a single sort finds the
+    occupied cells for all shifts.
 
     Returns:
         `[N]` indices in Morton order, and `[N]` the least shift at which each

@@ -3,8 +3,7 @@
 The answer is the anchor of least (squared distance, index), however it is
 found. Here it is found through cells of a grid: the own cell bounds the
 distance, and of the 26 cells around it only those within the bound are
-searched. A Gaussian whose bound extends beyond all of them is compared with
-every anchor.
+searched. A Gaussian whose bound extends beyond these cells is compared with every anchor.
 """
 
 from itertools import product
@@ -26,7 +25,7 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
         positions: `[3, N]` Gaussians, lattice units.
         anchors: `[3, A]` anchors, lattice units, A at least 1.
         shift: Cells of side 2^shift in which anchors are expected to be about
-            as dense as one per cell. It changes the time taken and nothing else.
+            as dense as one per cell. It only affects the time taken.
 
     Returns:
         `[N]` anchor indices; of equally near anchors, the least.
@@ -53,10 +52,10 @@ def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
 
 
 def _first_of_each_place(anchors: Int32) -> Int64:
-    """Return the indices, ascending, of the anchors that are the first where they are.
+    """Return the indices, ascending, of the first anchor at each position.
 
-    Of anchors at one place the first wins, and a few bytes of a stream can put
-    all of them there: comparing each with every Gaussian would take minutes.
+    The first of several anchors at the same position is always chosen. A few bytes of a stream can
+    put all anchors at one position, where comparing each with every Gaussian would take minutes.
     """
     order = np.lexsort(anchors)  # stable: those of one place ascend
     apart = np.any(np.diff(anchors[:, order], axis=1), axis=0)

@@ -17,7 +17,7 @@ def begin_canonical(header: StreamHeader, frame: int, gaussians: Gaussians) -> S
     Args:
         header: Header of the stream.
         frame: Ordinal of the frame.
-        gaussians: As they are coded, in the order of their ids.
+        gaussians: Gaussians as coded, ordered by id.
 
     Raises:
         StateError: A position, a code or a rotation is out of range.

@@ -1,7 +1,7 @@
 """From the integer state to the numbers that are drawn: SPEC 10.
 
-The only floats of the decoder, one rounding away from the state; none of them
-feeds the next frame.
+The only floats of the decoder, rounded once from the state; the next frame does not depend on
+them.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Splats:
 
 
 def dequantize(scene: Scene) -> Splats:
-    """Return the numbers that a scene stands for (SPEC 10.1)."""
+    """Return the dequantized values of a scene (SPEC 10.1)."""
     header, codes = scene.header, scene.codes
     base = _scale(codes[SH_DC], header.sh_dc_step)
     sh = np.hstack([base, _scale(codes[SH_REST], header.sh_rest_step)])

@@ -1,9 +1,9 @@
 """The interface of a decoder engine: the steps of a frame, from state to state.
 
-SPEC defines the state, and the reference engine shows it: `frames` and what it
-calls, values in plain NumPy. A fast engine computes the same integers by other
-means. The conformance suite and tests that run both compare it with the
-reference; only speed depends on the choice, which `engines` makes.
+SPEC defines the state, and the reference engine computes it in plain NumPy: `frames` and the
+modules it calls. A fast engine computes the same integers by other means. The conformance suite
+and tests that run both compare it with the reference; only speed depends on the choice, which
+`engines` makes.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class FrameState(Protocol):
 
     @property
     def symbols(self) -> tuple[Int64, ...]:
-        """`[c, a]` of each level's anchors, level 1 first; nothing in a canonical frame."""
+        """`[c, a]` of each level's anchors, level 1 first; empty in a canonical frame."""
         ...
 
     @property
@@ -83,8 +83,8 @@ StateT = TypeVar("StateT", bound=FrameState)
 class Engine(Protocol[StateT]):
     """Decodes sections to states, and codes the choices of an encoder.
 
-    A state belongs to the engine that made it. Every method raises what the
-    function of the same name raises in the reference.
+    A state belongs to the engine that made it. Every method raises the same errors as the function
+    of the same name in the reference.
     """
 
     name: str

@@ -14,7 +14,7 @@ from quarc_ref.format.errors import EnvironmentVariableError
 
 
 def choose_engine(threads: int = 1) -> Engine[Any]:
-    """Return the fast engine where it is installed, else the reference.
+    """Return the fast engine if it is installed, else the reference.
 
     `QUARC_REF_ENGINE` overrides this: `reference` or `fast`.
 
@@ -47,7 +47,7 @@ def use_engine(engine: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return a factory of fast engines, given a number of threads; None if not installed."""
+    """Return a function from a number of threads to a fast engine; None if not installed."""
     try:
         module = import_module("quarc_ref.decoder.fast_engine")
     except ImportError:

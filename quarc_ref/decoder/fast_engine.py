@@ -1,6 +1,6 @@
 """The portable core as an engine: `quarc_core`, an extension written in Rust.
 
-It computes what the reference computes; its arrays are looked at where they are.
+Its results equal those of the reference; its arrays are accessed without copies.
 """
 
 from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ class FastEngine:
     def decode_canonical(
         self, header: StreamHeader, chunk: CanonicalChunk
     ) -> tuple[FastState, Gaussians]:
-        """See `Engine.decode_canonical`; without snapshots the Gaussians are none."""
+        """See `Engine.decode_canonical`; without snapshots the Gaussians are None."""
         with _raising():
             core, coded = quarc_core.State.decode_canonical(
                 self._head(header),
@@ -159,11 +159,11 @@ class FastEngine:
 
 @contextmanager
 def _raising() -> Iterator[None]:
-    """Raise the faults of the core as those of this package.
+    """Convert errors of the core to those of this package.
 
     Raises:
         BitstreamError: The bytes are wrong.
-        LimitError: They ask for more than this decoder gives.
+        LimitError: The stream needs more than this decoder supports.
         EncodeError: A scene cannot be written.
     """
     try:
@@ -178,7 +178,7 @@ def _raising() -> Iterator[None]:
 
 
 def _words(section: Section) -> UInt32:
-    """Return the words as the core takes them: a chunk may hold them at any byte."""
+    """Return the words aligned for the core, since a chunk may hold them at any byte."""
     return np.require(section.words, np.uint32, "A")
 
 

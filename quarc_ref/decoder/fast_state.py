@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class FastState:
-    """A state of the core; see `engine.FrameState`. Its arrays are made when they are asked for.
+    """A state of the core; see `engine.FrameState`. Its arrays are created on first access.
 
     Args:
         header: Header of the stream.
@@ -51,7 +51,7 @@ class FastState:
 
     @property
     def symbols(self) -> tuple[Int64, ...]:
-        """`[c, a]` of each level's anchors, level 1 first; nothing in a canonical frame."""
+        """`[c, a]` of each level's anchors, level 1 first; empty in a canonical frame."""
         return tuple(self.core.symbols())
 
     @property

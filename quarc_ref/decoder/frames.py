@@ -35,10 +35,10 @@ from quarc_ref.format.records import (
 
 
 def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> tuple[State, Gaussians]:
-    """Return the state of a canonical frame, and its Gaussians as they are coded (SPEC 7.2).
+    """Return the state of a canonical frame, and its Gaussians as coded (SPEC 7.2).
 
     Raises:
-        BitstreamError: What is wrong with the chunk.
+        BitstreamError: The chunk is invalid.
     """
     gaussians = read_checked(header, chunk)
     state = begin_canonical(header, chunk.frame, gaussians)
@@ -47,10 +47,10 @@ def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> tuple[State
 
 
 def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
-    """Return the Gaussians of a canonical frame as they are coded; its counts are checked first.
+    """Return the Gaussians of a canonical frame as coded; its counts are checked first.
 
     Raises:
-        BitstreamError: What is wrong with the chunk.
+        BitstreamError: The chunk is invalid.
     """
     if chunk.gaussian_count == 0:  # [7.2-2]
         message = "a canonical frame without Gaussians"
@@ -67,14 +67,13 @@ def decode_snapshot(
     Args:
         header: Header of the stream.
         chunk: Chunk of the frame.
-        canonical: Gaussians of the CANO that it is coded against, as they are coded.
+        canonical: Gaussians, as coded, of the CANO that it is coded against.
 
     Returns:
-        The state, and `[N]` the index in the CANO of each Gaussian that is a survivor; -1 of
-        the others.
+        The state, and `[N]` the index in the CANO of each survivor; -1 for the other Gaussians.
 
     Raises:
-        BitstreamError: What is wrong with the chunk.
+        BitstreamError: The chunk is invalid.
     """
     snapshot = read_checked_snapshot(header, chunk, canonical)
     state = begin_canonical(header, chunk.frame, snapshot.gaussians)  # [7.9-5]
@@ -85,10 +84,10 @@ def decode_snapshot(
 def read_checked_snapshot(
     header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
 ) -> Snapshot:
-    """Return the Gaussians of a snapshot as they are coded; its counts are checked first.
+    """Return the Gaussians of a snapshot as coded; its counts are checked first.
 
     Raises:
-        BitstreamError: What is wrong with the chunk.
+        BitstreamError: The chunk is invalid.
     """
     require_gaussians(header, chunk.newborn_count)
     snapshot = read_snapshot(chunk, canonical)
@@ -107,7 +106,7 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
         chunk: Chunk of the frame.
 
     Raises:
-        BitstreamError: What is wrong with the chunk.
+        BitstreamError: The chunk is invalid.
     """
     if chunk.phase != state.scene.phase + 1:  # [7.4-1]
         message = f"phase {chunk.phase} follows {state.scene.phase}"
@@ -133,7 +132,7 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
         previous: Whether the last frame's motion gives contexts.
 
     Raises:
-        BitstreamError: What is wrong with the section.
+        BitstreamError: The section is invalid.
     """
     contexts = motion_contexts(state, previous=previous)
     symbols, counts = read_motion(section, contexts, state.motion_counts)
@@ -148,7 +147,7 @@ def decode_updates(state: State, section: Section) -> State:
         section: The frame's updates.
 
     Raises:
-        BitstreamError: What is wrong with the section.
+        BitstreamError: The section is invalid.
     """
     updates, counts = read_updates(section, update_context(state), state.update_counts)
     return update(replace(state, update_counts=counts), updates)
@@ -160,10 +159,10 @@ def decode_births(state: State, section: Section, count: int) -> State:
     Args:
         state: After `decode_motion` and, in a stream with updates, `decode_updates`.
         section: The frame's births.
-        count: How many.
+        count: Number of frames.
 
     Raises:
-        BitstreamError: What is wrong with the section.
+        BitstreamError: The section is invalid.
     """
     header = state.scene.header
     require_births(header, count, state.scene.count)

@@ -6,7 +6,7 @@ from quarc_ref.format.errors import CodeRangeError, PositionRangeError
 
 
 def narrow_positions(positions: Int64) -> Int32:
-    """Return coordinates in lattice units as the state holds them.
+    """Return coordinates in lattice units, in the state's type.
 
     Raises:
         PositionRangeError: A magnitude is above POSITION_LIMIT.
@@ -19,7 +19,7 @@ def narrow_positions(positions: Int64) -> Int32:
 
 
 def narrow_codes(codes: Int64) -> Int16:
-    """Return attribute codes as the state holds them.
+    """Return attribute codes, in the state's type.
 
     Raises:
         CodeRangeError: A magnitude is above CODE_LIMIT.

@@ -3,7 +3,7 @@
     deaths ──> begin_frame ──> move ──> update ──> append_births ──> state of the frame
                (SPEC 7.4)      (7.5)    (7.8)      (7.6)
 
-Each step takes a state and returns another; none changes what it is given.
+Each step takes a state and returns a new one, without changing its arguments.
 """
 
 from dataclasses import replace
@@ -27,7 +27,7 @@ def begin_frame(state: State, death_count: int) -> State:
 
     Args:
         state: State of the previous frame.
-        death_count: Gaussians that leave, those of least (opacity code, id).
+        death_count: Number of Gaussians to remove: those with the least (opacity code, id).
 
     Raises:
         CountError: No Gaussian would be left.
@@ -64,7 +64,7 @@ def choose_deaths(scene: Scene, count: int) -> Int64:
 
 
 def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
-    """Return what is known of every level's anchors before their symbols (SPEC 8.7).
+    """Return the contexts of every level's anchors before their symbols (SPEC 8.7).
 
     Args:
         state: After `begin_frame`.
@@ -78,7 +78,7 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
 
 
 def look_up_motion(state: State, owners: Int64) -> Int16:
-    """Return `[c, a]` the last motion of Gaussians of ids `[a]`, 0 of those that have died."""
+    """Return `[c, a]` the last motion of the Gaussians with ids `[a]`; 0 for dead ones."""
     place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
     alive = state.scene.ids[place] == owners
     motion: Int16 = state.motion[:, place] * alive

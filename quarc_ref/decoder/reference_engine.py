@@ -1,4 +1,4 @@
-"""The reference engine: SPEC 6 to 10, word for word, behind the boundary of `engine`."""
+"""The reference engine: SPEC 6 to 10, literally, behind the interface of `engine`."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -19,7 +19,7 @@ from quarc_ref.format.updates import Updates
 
 
 class ReferenceEngine:
-    """SPEC as implemented in `frames` and what it calls; see `engine.Engine`.
+    """The engine that `frames` and the modules it calls implement; see `engine.Engine`.
 
     Attributes:
         largest: Gaussians of the largest canonical frame that was decoded in this process.

@@ -14,7 +14,7 @@ from quarc_ref.format.records import StreamHeader
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One decoded frame. Gaussians stand in the order of their ids.
+    """One decoded frame. Gaussians are ordered by id.
 
     Attributes:
         header: Header of the stream.
@@ -52,7 +52,7 @@ class Scene:
         return int(self.ids.size)
 
     def without(self, gone: Int64) -> "Scene":
-        """Return the scene without the Gaussians of indices `[g]`; the others keep their order."""
+        """Return the scene without the Gaussians at indices `[g]`; the others keep their order."""
         return Scene(
             self.header,
             self.frame,

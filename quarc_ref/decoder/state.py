@@ -19,16 +19,16 @@ class State:
         motion: `[c, N]` of each Gaussian, the sum of its levels' symbols in
             the frame; 0 for the newborn.
         symbols: `[c, a]` of each level's anchors in the frame, level 1 first;
-            nothing in a canonical frame.
+            empty in a canonical frame.
         anchors: From the last sampling, None before the first.
-        births: The newborn of the frame, as coded; none in a canonical frame.
-        next_id: The id that the next newborn gets.
-        motion_counts: What the contexts of motion have seen since the last canonical frame.
-        birth_counts: The same of births.
-        update_counts: The same of updates.
+        births: Births of the frame, as coded; None in a canonical frame.
+        next_id: Id of the next new Gaussian.
+        motion_counts: Counts of the motion contexts since the last canonical frame.
+        birth_counts: Counts of the birth contexts.
+        update_counts: Counts of the update contexts.
         recency: `[N]` frames since each Gaussian was updated or born, at most
             RECENCY_LIMIT; None in a stream without updates.
-        updates: What changed single Gaussians in the frame, as coded; None in a canonical
+        updates: Updates of single Gaussians in the frame, as coded; None in a canonical
             frame and in a stream without updates.
     """
 
@@ -66,7 +66,7 @@ class State:
         """The recency of a state of a stream with updates.
 
         Raises:
-            ValueError: It is of a stream without.
+            ValueError: The stream has no updates.
         """
         if self.recency is None:
             message = "the stream has no updates"
@@ -80,7 +80,7 @@ class Reference:
 
     Attributes:
         frame: Ordinal of a CANO.
-        gaussians: Its Gaussians, as they are coded.
+        gaussians: Its Gaussians, as coded.
     """
 
     frame: int

@@ -28,17 +28,17 @@ class StreamDecoder:
     """Decodes the chunks of a stream one by one, into the state of every frame.
 
     Args:
-        engine: The decoder engine; that of `choose_engine` if None.
+        engine: The decoder engine; None for that of `choose_engine`.
 
     Attributes:
         cameras: From `came`.
         metadata: From `meta`.
         index: From INDX; None before it.
         tail: From TAIL; None before it.
-        reference: The CANO that snapshots are coded against; None before it, and in streams
-            without snapshots.
-        roots: `[N]` of the last canonical frame: index in the CANO of each Gaussian that it
-            has, -1 of the others; nothing in streams without snapshots.
+        reference: The CANO that snapshots are coded against; None before the first one, and in
+            streams without snapshots.
+        roots: `[N]` of the last canonical frame: index in the CANO of each surviving Gaussian, -1
+            for others; empty in streams without snapshots.
     """
 
     def __init__(self, engine: Engine[Any] | None = None) -> None:
@@ -74,11 +74,11 @@ class StreamDecoder:
         """Continue at the last of these seek points: its frame is the next one.
 
         Args:
-            points: All of the stream up to it; none where nothing is skipped.
+            points: All seek points up to it; empty if nothing is skipped.
             canonical: The CANO that the frame is coded against, if it is a snapshot.
 
         Raises:
-            BitstreamError: What is wrong with that CANO.
+            BitstreamError: That CANO is invalid.
         """
         if canonical is not None:
             self._decode_canonical(canonical, points.at(canonical.offset))
@@ -96,14 +96,13 @@ class StreamDecoder:
         """Take the next chunk.
 
         Args:
-            chunk: As a `ChunkReader` gives it: its CRCs hold.
+            chunk: A chunk from a `ChunkReader`, with valid CRCs.
 
         Returns:
             The state of the frame that the chunk holds; None if it holds none.
 
         Raises:
-            BitstreamError: What is wrong with the chunk; the decoder stays as
-                it was.
+            BitstreamError: The chunk is invalid; the decoder is unchanged.
         """
         try:
             return self._push(chunk)

@@ -20,7 +20,7 @@ from quarc_ref.format.updates import CODES, ROTATION, TRANSLATION, Updates
 
 
 def update_context(state: State) -> UpdateContext:
-    """Return what is known of a frame's Gaussians before its updates (SPEC 8.8).
+    """Return the context of a frame's Gaussians before its updates (SPEC 8.8).
 
     Args:
         state: After `move`, of a stream with updates.

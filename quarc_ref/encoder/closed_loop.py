@@ -1,8 +1,8 @@
-"""The closed loop: what is written is decoded, and the decoder's state trains the next frame.
+"""The closed loop: the next frame is trained from the decoded state of the last one.
 
 Encoder and decoder cannot drift apart, because the encoder has no state of its own: each
-chunk goes through a decoder before it is written, and the state that comes out of it is the
-only one that later frames can start from.
+chunk goes through a decoder before it is written, and later frames can only start from the decoded
+state.
 """
 
 from typing import Any, BinaryIO
@@ -44,7 +44,7 @@ class ClosedLoop:
         header: Header of the stream.
         cameras: Content of the `came` chunk.
         metadata: Content of the `meta` chunk.
-        held: Bytes of the stream that the sink has already; `replay` its frames before
+        held: Bytes of the stream that the sink already has; call `replay` with its frames before
             committing others.
 
     Attributes:
@@ -85,7 +85,7 @@ class ClosedLoop:
 
         Raises:
             ResumeError: The decoder rejects the frame.
-            ValueError: The chunk holds no frame.
+            ValueError: The chunk is not a frame.
         """
         try:
             self._write(chunk.kind, chunk.payload)

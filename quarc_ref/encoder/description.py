@@ -14,13 +14,13 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dict[str, str]:
     """The metadata of a stream: capture, settings and software.
 
-    Of the settings it has those that are not as `EncoderConfig` has them: all of
-    them would be more bytes than a frame.
+    It lists only settings that differ from the defaults of `EncoderConfig`: all settings would
+    take more bytes than a frame.
 
     Args:
-        capture: What it is made from.
+        capture: The capture to encode.
         config: All settings.
-        device: As `EncodeOptions` has it.
+        device: As in `EncodeOptions`.
     """
     renderer = choose_rasterizer(choose_device(device)).name
     libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))

@@ -1,8 +1,8 @@
-"""Finds what is wrong with a capture before hours are spent on it.
+"""Finds problems of a capture before hours are spent on encoding it.
 
-`encode` runs the quick part, `checks.capture_checks`. Here all frames are read as
-well, by all cameras: held-out ones can be broken too, and nothing is chosen by them.
-What stops the capture from being opened is a finding like any other.
+`encode` runs the quick part, `checks.capture_checks`. This also reads all frames of all cameras.
+Held-out cameras are included, since they can be broken too and nothing is tuned on them. What
+stops the capture from being opened is a finding like any other.
 """
 
 import re
@@ -34,7 +34,7 @@ class Examination:
         opening: How to open the capture.
         quick: Whether to look at files and frame 0 alone, as `encode` does.
         config: All settings of the encode that is forecast.
-        device: As `EncodeOptions` has it.
+        device: As in `EncodeOptions`.
         progress: Called after every step.
     """
 
@@ -53,7 +53,7 @@ class Diagnosis:
         layout: Name of the layout; None if it is unknown.
         capture: Opened; None if it cannot be.
         forecast: Forecast of an encode; None if none can be made.
-        machine: What is free on this machine.
+        machine: Free resources of this machine.
         findings: All faults; none if the capture is good.
     """
 
@@ -74,7 +74,7 @@ def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
     Raises:
         HeldOutError: A camera to hold out does not exist.
         StartError: No frame is left from the first one that is asked for.
-        DownscaleError: The pictures cannot be made as small as asked for.
+        DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
     asked, machine = examination or Examination(), look_at_machine()
     layout = None

@@ -19,7 +19,7 @@ class EncodeOptions:
     Attributes:
         config: All settings of training and stream.
         frames: Number of frames, from the first; None for all.
-        device: `cpu`, `cuda`, or `auto`: CUDA where there is one and gsplat with it.
+        device: `cpu`, `cuda`, or `auto`: CUDA if a device and gsplat are available.
         progress: Called after every training step.
         checkpoint: File in which the training of frame 0 is saved every minute, and from which
             it is resumed if it belongs to this encode; None for no file.

@@ -61,7 +61,7 @@ def encode(
         capture: Multi-view video; held-out cameras are not read.
         sink: Binary file that the stream is appended to, a whole frame at a time.
         options: Settings.
-        partial_stream: The part of the stream that the sink has already. What follows it in
+        partial_stream: The part of the stream that the sink already has. What follows it in
             the sink is cut off, and the encode resumes as if it had never been interrupted.
             A finished stream is left unchanged.
 
@@ -116,7 +116,7 @@ class _Encoding:
         self._sizes: list[int] = []
 
     def announce(self, byte_count: int = 0) -> None:
-        """Pass the monitor the work ahead, after `byte_count` bytes of the stream."""
+        """Tell the monitor the remaining work, after `byte_count` bytes of the stream."""
         config, capture, context = self._config, self._capture, self._context
         plan = EncodePlan(
             capture.name,
@@ -240,7 +240,7 @@ class _Encoding:
 def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
     """Settings whose quantization steps suit the training views of a capture.
 
-    They depend on the whole capture, so that segments of it can be joined.
+    They depend on the whole capture, so that its segments can be joined.
 
     Raises:
         CaptureError: A picture cannot be read.

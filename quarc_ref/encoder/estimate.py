@@ -36,7 +36,7 @@ def estimate_encode(
     Args:
         context: Views and renderer.
         points: Initial points.
-        plan: The work ahead.
+        plan: The remaining work.
         config: All settings.
     """
     initial, expected = _guess_gaussians(len(points.positions), config.canonical)
@@ -70,7 +70,7 @@ def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) 
 def _guess_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:
     """Return how many Gaussians there are at first, and how many there may be in the end.
 
-    Densification grows them towards `max_gaussians`, and pruning holds them back.
+    Densification increases their number towards `max_gaussians`, and pruning reduces it.
     """
     initial = min(point_count, settings.initial_gaussians, settings.max_gaussians)
     limit = settings.max_gaussians if settings.prune_rd_lambda else _most_grown(initial, settings)
@@ -82,7 +82,7 @@ def _most_grown(initial: int, settings: CanonicalSettings) -> int:
 
 
 def _guess_bytes(gaussians: float, plan: EncodePlan, config: EncoderConfig) -> float:
-    """Return the bytes of a stream of so many Gaussians."""
+    """Return the bytes of a stream with the given number of Gaussians."""
     price = math.pow(config.rd_lambda * quality_factor(config.quality), _BYTES_PER_LAMBDA)
     per_gaussian = _BYTES_OF_MOVED if config.births.rd_lambda else _BYTES_OF_UNPRICED
     per_frame = config.target_kb_per_frame * 1024 or gaussians * per_gaussian * price

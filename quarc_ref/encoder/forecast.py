@@ -1,8 +1,8 @@
 """Forecasts time, memory and size of an encode on this machine before it begins.
 
 Seconds are measured: some steps of the training itself are taken, on the capture's own
-pictures and points. What a scene becomes is not known beforehand, so that bytes are a
-range; docs/experiments/forecast.md compares forecasts with encodes.
+pictures and points. The final scene is not known beforehand, so the size is a range;
+docs/experiments/forecast.md compares forecasts with encodes.
 """
 
 import time
@@ -41,12 +41,12 @@ class Forecast:
     """Time, memory and size of an encode.
 
     Attributes:
-        seconds_of_first: For frame 0, measured here.
-        seconds_per_frame: For every later frame, measured here.
+        seconds_of_first: For frame 0, measured on this machine.
+        seconds_per_frame: For every later frame, measured on this machine.
         seconds: For all frames.
-        memory_bytes: At most, of main memory, and on CUDA of the device's.
-        disk_bytes: While encoding: the stream and what is kept to resume its training.
-        stream_bytes: The least and the most of the stream.
+        memory_bytes: Upper bound of main memory, and on CUDA also of device memory.
+        disk_bytes: While encoding: the stream and its checkpoint.
+        stream_bytes: Lower and upper bound of the size of the stream.
     """
 
     seconds_of_first: float
@@ -66,10 +66,10 @@ def forecast(
         capture: Capture to encode.
         config: All settings.
         frames: How many, from the first; None for all.
-        device: As `EncodeOptions` has it.
+        device: As in `EncodeOptions`.
 
     Raises:
-        CaptureError: A picture cannot be read, or the capture has not as many frames.
+        CaptureError: A picture cannot be read, or the capture has too few frames.
     """
     count = capture.require_frames(frames)
     canonical = config.canonical
@@ -105,7 +105,7 @@ def _count_picture_bytes(capture: Capture) -> int:
 
 
 def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: int) -> float:
-    """Return the seconds of a step of training, the least of some: others may disturb them."""
+    """Return the seconds of a training step, as the minimum of several runs."""
     where = choose_device(device)
     views = TrainingViews(capture, where, downscale)
     context = TrainingContext(

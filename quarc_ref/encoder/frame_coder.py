@@ -2,8 +2,8 @@
 
 FrameState ──start──> FrameStart ──move──> MovedFrame ──with_births──> CodedFrame
 
-Every step codes what the encoder chose and decodes it with the decoder's engine, so the
-states here are the decoder's. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
+Every step encodes the choices of the encoder and decodes them with the decoder's engine, so these
+states are those of the decoder. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
 """
 
 from collections.abc import Callable

@@ -17,23 +17,23 @@ class _Decoded(NamedTuple):
 
 
 class LoopDecoder(StreamDecoder):
-    """A `StreamDecoder` that knows what the commits of a frame have decoded already.
+    """A `StreamDecoder` that reuses what the commits of a frame have already decoded.
 
-    A frame's state depends on the state before it and on the bytes of its chunk, and on
-    nothing else. The commits decode section after section of these very bytes, so the state
-    that they end with is the one that decoding the whole chunk would give. A chunk that
-    differs in a single byte, or follows another state, is decoded from its beginning.
+    A frame's state depends only on the previous state and on the bytes of its chunk. The commits
+    decode the sections of these bytes one by one, so their final state equals that of decoding the
+    whole chunk. A chunk that differs in a single byte, or follows another state, is decoded from
+    its beginning.
     """
 
     _decoded: _Decoded | None = None
 
     def expect(self, before: FrameState, chunk: FrameChunk, after: FrameState) -> None:
-        """Store what the commits have decoded.
+        """Store the result of the commits.
 
         Args:
             before: State of the frame before.
             chunk: Chunk of the frame: its sections as they were decoded, and the CRC of `after`.
-            after: What decoding them one by one has given.
+            after: State from decoding them one by one.
         """
         self._decoded = _Decoded(before, wire.build_frame(chunk), after)
 

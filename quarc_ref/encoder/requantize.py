@@ -19,7 +19,7 @@ def requantize(scene: Scene) -> Gaussians:
     """A scene's Gaussians in the steps of its stream, in scene order.
 
     Raises:
-        EncodeError: The scene is wider than a canonical frame can say (SPEC 5.4).
+        EncodeError: The scene is wider than a canonical frame can represent (SPEC 5.4).
     """
     header = scene.header
     positions = divide_round(scene.positions.astype(np.int64), header.position_step)

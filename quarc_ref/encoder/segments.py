@@ -80,7 +80,7 @@ def encode_segments(
         report: Called with the findings of all segments, once all are done.
 
     Raises:
-        JobsError: Some could not be encoded; all others are.
+        JobsError: Some segments could not be encoded; the others are complete.
     """
     jobs = [
         Job(segment.name, replace(segment, options=_cut_off(segment.options)))
@@ -131,7 +131,7 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:
-    """A capture of some frames of another one; everything else is the same."""
+    """A capture with a range of frames of another one; everything else is the same."""
     return Capture(
         name=capture.name,
         cameras=capture.cameras,

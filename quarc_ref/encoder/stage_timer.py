@@ -26,8 +26,8 @@ class StageTimer:
         seconds: By stage: `canonical`; then of all later frames together `anchors`
             (sampling, binding, warm start), `motion`, `placement` (commit of the
             motion, and where newborn start), `births` and `commit` (of the
-            births, of the frame, and its decoding). The first step of a stage
-            counts to what comes before it.
+            births, of the frame, and its decoding). The first step of a stage is counted in the
+            previous stage.
     """
 
     def __init__(

@@ -1,10 +1,9 @@
 """Chooses lattice and quantization steps from a capture's scale and resolution.
 
-World units say nothing: a capture may be in meters or in whatever a calibration
-left it in. What a step costs in quality shows in pixels, so that steps are asked
-for in pixels, or in how much the pictures change by them, and put on a lattice that
-is a little finer than they are. Sharp pictures show a small motion; blurred ones,
-or ones with more pixels than detail, do not.
+World units have no fixed meaning: a capture may be in meters or in arbitrary units of its
+calibration. The quality cost of a step shows in pixels, so steps are set in pixels, or by how much
+they change the pictures, and rounded to a slightly finer lattice. Sharp pictures show a small
+motion; blurred ones, or ones with more pixels than detail, do not.
 """
 
 import math
@@ -37,12 +36,12 @@ def propose_steps(
 ) -> StreamHeader:
     """A header whose lattice and steps suit a capture.
 
-    The smaller step is 8 to 16 lattice units, so that neither step is farther
-    than a sixteenth from what was asked, unless the lattice must be coarser to
-    reach 4 times as far as the cameras and points do.
+    The smaller step is 8 to 16 lattice units, so that either step is within a sixteenth of the
+    requested value, unless the lattice must be coarser to reach 4 times as far as the cameras and
+    points.
 
     Args:
-        stream: Its world-unit steps stand where the settings are 0.
+        stream: Its steps in world units apply where the settings are 0.
         settings: Steps in pixels and in changes of the pictures.
         cameras: The training views.
         points: Initial points.
@@ -94,12 +93,11 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
 def measure_sharpness(pictures: Iterable[Image]) -> float:
     """Mean change of pictures from a pixel to the next; white is 1.
 
-    It is the mean over pixels, colors and both directions, once every pixel is
-    the mean of the nine about it, so that noise says little. All is counted in
-    whole numbers, so that every machine finds the same.
+    It is the mean over pixels, colors and both directions, after a 3x3 box filter that suppresses
+    noise. All sums are of integers, so that every machine gets the same result.
 
     Args:
-        pictures: `[H, W, 3]`; those of less than 4 pixels a side say nothing.
+        pictures: `[H, W, 3]`; those with a side below 4 pixels are ignored.
     """
     total = count = 0
     for picture in pictures:

@@ -21,8 +21,8 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
     """Encode a capture into a file, resuming a partial stream in it.
 
     After any interruption, another call resumes the file and ends with the same
-    bytes. A file that holds the whole stream is left unchanged. Until
-    frame 0 is written, its training is kept in a file beside (`checkpoint_path`).
+    bytes. A file that holds the whole stream is left unchanged. Until frame 0 is written, its
+    training is saved in a file beside it (`checkpoint_path`).
 
     Args:
         capture: As `encode` takes it.

@@ -14,7 +14,7 @@ _ALONG_AXIS = 0.9998  # cosine of one degree
 
 
 def name_up_axis(notes: CaptureNotes) -> int:
-    """Return `up_axis` of a stream's header: 1 to 6 for +x, -x, +y, -y, +z, -z, else 0."""
+    """Return `up_axis` for the header: 1 to 6 for +x, -x, +y, -y, +z, -z, 0 for others."""
     for axis, along in enumerate(notes.up or ()):
         if abs(along) >= _ALONG_AXIS:
             return 2 * axis + (1 if along > 0 else 2)
@@ -22,7 +22,7 @@ def name_up_axis(notes: CaptureNotes) -> int:
 
 
 def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
-    """Return a header with the up axis and scale of a capture, as far as they are known."""
+    """Return a header with the up axis and scale of a capture, if known."""
     meters = float(np.float32(notes.meters_per_unit or 0.0))  # as the file holds it
     return replace(
         header,

@@ -56,7 +56,7 @@ class CameraGroup:
         return name_variants(self._lpips)
 
     def measure(self, splats: Splats, frame: int) -> list[View]:
-        """Measure a frame on every camera of the group; return what they see.
+        """Measure a frame on every camera of the group; return the rendered views.
 
         Args:
             splats: The frame's scene in floats.

@@ -32,7 +32,7 @@ VARIANTS = {
 
 
 class CameraMeter:
-    """Measures the views of one camera; they are given in the order of time.
+    """Measures the views of one camera in temporal order.
 
     Args:
         background: `[H, W, 3]` of `find_background`; None where there are no regions.
@@ -48,11 +48,10 @@ class CameraMeter:
         """Return the figures of a view.
 
         Returns:
-            `psnr`, `ssim` and `moving_psnr`, `static_psnr` as it is; the same after
-            correction, under the same names after its prefix, such as
-            `moving_cc_psnr`; `flicker` and `truth_flicker`. None stands for a region
-            without a pixel, or where there are no regions, and for the flicker of the
-            first frame.
+            `psnr`, `ssim`, `moving_psnr` and `static_psnr` without correction; the same after
+            correction, under the same names after its prefix, such as `moving_cc_psnr`; `flicker`
+            and `truth_flicker`. None stands for a region without a pixel, or where there are no
+            regions, and for the flicker of the first frame.
         """
         prefix = self._correction.prefix
         corrected = self._correct(view)
@@ -77,7 +76,7 @@ class CameraMeter:
         return corrected
 
     def _find_regions(self, view: View) -> tuple[Mask | None, Mask | None]:
-        """Return `[H, W]` the moving and the static pixels of those that count."""
+        """Return masks `[H, W]` of the moving and of the static pixels, among those that count."""
         if self._background is None:
             return None, None
         moving = find_moving(view.image, self._background, view.mask)
@@ -98,7 +97,7 @@ class CameraMeter:
 
 
 def _measure_within(mask: Mask | None, picture: Picture, truth: Picture) -> float | None:
-    """Return dB over the pixels of a mask `[H, W]`; None of none."""
+    """Return the PSNR in dB over the pixels of a mask `[H, W]`; None if the mask is empty."""
     if mask is None or not mask.any():
         return None
     return measure_psnr(picture[mask], truth[mask])

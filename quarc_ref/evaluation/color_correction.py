@@ -1,8 +1,8 @@
-"""Colors of a rendering brought to those of the camera that took the truth.
+"""Corrects the colors of a rendering to those of the camera that took the ground truth.
 
 No encoder can know the exposure and white balance of a camera that it never
-saw; a figure with them corrected tells what else is wrong. It is reported
-beside the figure without, as nerfstudio, gsplat and Zip-NeRF do (cc_psnr).
+saw; a metric after color correction shows the remaining errors. Both metrics are reported, with
+and without correction, as in nerfstudio, gsplat and Zip-NeRF (cc_psnr).
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Quality of a stream on the held-out cameras, from the decoded file and nothing else."""
+"""Quality of a stream on the held-out cameras, measured only from the decoded file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class EvaluationOptions:
     """Options of an evaluation.
 
     Attributes:
-        span: The first frame, and the one after the last; None for no bound.
+        span: First frame and the one after the last; None for all frames.
         lpips: Measures LPIPS too; None to leave it out.
         other_capture: Whether to measure a stream of another capture of the same cameras and
             sizes as well. A stream that names no capture is measured on any such one.
@@ -41,7 +41,7 @@ class Evaluation:
         quality: Its metrics.
         frames: Ordinals of the frames that were measured.
         shown: Views of the first held-out camera: first, middle and last frame.
-        protocol: Under what conditions.
+        protocol: Conditions of the measurement.
     """
 
     summary: StreamSummary
@@ -66,7 +66,7 @@ def evaluate_stream(
         options: Frames and metrics to measure.
 
     Raises:
-        BitstreamError: What is wrong with the bytes.
+        BitstreamError: The stream is invalid.
         OtherCaptureError: The stream was made from another capture.
         MismatchError: The stream cannot be measured on the capture, or has none of the frames.
         CaptureError: The capture cannot be read.

@@ -1,4 +1,4 @@
-"""LPIPS with weights that the user brings: none are shipped, and none are fetched.
+"""LPIPS with weights that the user provides: none are included or downloaded.
 
     torch.save(lpips.LPIPS(net="vgg").state_dict(), "lpips_vgg.pth")
 
@@ -36,7 +36,7 @@ class Lpips:
         variant: The name that figures are given with.
 
     Raises:
-        WeightsError: The file is not there, or holds something else.
+        WeightsError: The file does not exist, or is not a weights file.
     """
 
     def __init__(self, path: Path) -> None:

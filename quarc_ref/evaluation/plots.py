@@ -59,7 +59,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
 
 
 def plot_kinds(summary: StreamSummary) -> bytes:
-    """Return a PNG of the bytes by kind, beside the zero-order estimate of the same symbols."""
+    """Return a PNG of the bytes by kind, next to the zero-order estimate of the same symbols."""
     figure, (axes,) = _figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kinds = [*KINDS, "overhead"]
@@ -258,7 +258,7 @@ def _figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
 
 
 def _legend_above(axes: Axes) -> None:
-    """Put the legend where no bar can be behind it, as wide as its figure at most.
+    """Place the legend outside of the bars, at most as wide as the figure.
 
     Labels may be paths, which would leave no room for the plot: only their ends are shown.
     """

@@ -1,6 +1,6 @@
 """Conditions of a measurement, without which its figures mean nothing.
 
-Everything is read from the stream and the capture; nothing is typed in by hand.
+All values are read from the stream and the capture.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ class Protocol:
 
     Attributes:
         capture: Name of the capture.
-        fingerprint: Digest of the files that pictures were compared with.
+        fingerprint: Digest of the files of the capture.
         encoded_from: Digest of the files that the stream says it was made from;
             None if it does not say.
         training: Names of the cameras that training could see.
@@ -91,7 +91,7 @@ def describe_protocol(
     """Return the conditions of a measurement.
 
     Args:
-        capture: Whose held-out pictures are the truth.
+        capture: The capture whose held-out pictures are the truth.
         cameras: As the stream has them, at least one of them held out.
         frames: How many are measured.
         seed: Seed of the stream.

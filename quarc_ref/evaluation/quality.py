@@ -92,7 +92,7 @@ class Quality:
 
 
 def average(listed: Iterable[Measures]) -> Measures:
-    """Return the mean of each figure over those that have it; None where none has."""
+    """Return the mean of each figure over the entries that have it; None if none has it."""
     rows = list(listed)
     found = {
         name: [value for row in rows if (value := row[name]) is not None]
@@ -102,7 +102,7 @@ def average(listed: Iterable[Measures]) -> Measures:
 
 
 def finite(figures: Measures) -> Measures:
-    """Return figures with None in the place of what is infinite."""
+    """Return the figures, with None in place of infinite values."""
     return {name: None if value is None else _finite(value) for name, value in figures.items()}
 
 

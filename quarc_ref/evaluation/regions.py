@@ -1,4 +1,4 @@
-"""Where a camera's picture moves: there a mean over the whole picture hides what is wrong.
+"""The moving region of a camera's picture, where a mean over the whole picture hides errors.
 
 The background of a camera is the median of its pictures over time. What differs
 from it at a frame is the moving region, with a margin; the rest is static.
@@ -42,7 +42,7 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
         pictures: `[H, W, 3]` each, those of `choose_frames`.
 
     Returns:
-        None where there are fewer than three: they do not tell what moves.
+        None for fewer than three pictures: these do not show what moves.
     """
     if len(pictures) < _LEAST_FRAMES:
         return None

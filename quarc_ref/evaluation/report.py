@@ -1,7 +1,6 @@
 """One page that shows the quality of a stream: pictures, curves, bytes.
 
-The page carries its pictures within itself; beside it they are also written as
-files of their own.
+The page embeds its pictures; they are also written as separate files beside it.
 """
 
 import html

@@ -1,4 +1,4 @@
-"""Rendered views of a decoded frame beside the pictures of the cameras."""
+"""Rendered views of a decoded frame, with the pictures of the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -49,8 +49,8 @@ def measure_views(
     Args:
         splats: The frame's scene in floats.
         frame: Its ordinal.
-        cameras: To draw with, in the order of the capture: those of a stream
-            are not to the last bit those of its capture.
+        cameras: To draw with, in the order of the capture: the cameras of a stream are rounded and
+            differ slightly from those of its capture.
         capture: Whose pictures are the truth.
         indices: Indices of the cameras to show; None for the held-out ones.
     """

@@ -44,17 +44,17 @@ class Clip:
 
     @property
     def knows_up(self) -> bool:
-        """Whether the stream says which way is up."""
+        """Whether the stream declares its up axis."""
         return self.header.up_axis != 0
 
     @property
     def up(self) -> str:
-        """`+x`, `-x`, `+y`, `-y`, `+z` or `-z`; -y where the stream does not say."""
+        """`+x`, `-x`, `+y`, `-y`, `+z` or `-z`; -y if the stream does not declare it."""
         return AXES[(self.header.up_axis or _ASSUMED_UP) - 1]
 
     @property
     def meters_per_unit(self) -> float:
-        """Size of a world unit; 1 where the stream does not say."""
+        """Size of a world unit in meters; 1 if the stream does not declare it."""
         return self.header.meters_per_unit or 1.0
 
     def seconds(self, frame: int) -> float:

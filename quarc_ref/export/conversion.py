@@ -35,8 +35,7 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
 def convert_apart(data: bytes, source: str, target: str) -> bytes:
     """Like `convert`, for a file of unknown origin, in a process of its own.
 
-    A crash of the library on a damaged file, or what it writes to standard output, does
-    not affect this process.
+    Crashes of the library on damaged files, and its output, do not affect this process.
 
     Raises:
         ExportError: The library rejects the file, or fails.

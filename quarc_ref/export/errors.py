@@ -4,7 +4,7 @@ from quarc_ref.format.errors import QuarcError
 
 
 class ExportError(QuarcError):
-    """A format cannot hold a frame."""
+    """A format cannot represent a frame."""
 
 
 class UnreadableFramesError(QuarcError):

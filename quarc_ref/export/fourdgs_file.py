@@ -23,10 +23,10 @@ _NEVER_FADES = 1e9  # seconds; this temporal model takes no infinity
 
 
 class Sequence:
-    """One file for all frames; its time begins with the first of them.
+    """One file for all frames; time 0 is the first frame.
 
     Args:
-        clip: What holds for all frames.
+        clip: Properties of all frames.
     """
 
     def __init__(self, clip: Clip) -> None:
@@ -93,7 +93,7 @@ class FourdgsFrames:
     """The frames of a `.4dgs` file.
 
     Attributes:
-        count: How many.
+        count: Number of frames.
         frames_per_second: Frame rate.
         read: Yields each, and the ids of its Gaussians `[N]`.
     """
@@ -108,11 +108,11 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
     Args:
         data: The whole file.
-        frames_per_second: Rate at which it is sampled; None for its states, if it has some, and
-            else for 30.
+        frames_per_second: Rate at which it is sampled; None for one frame per state, or for 30 if
+            the file has no states.
 
     Raises:
-        ValueError: It is not such a file, or has more frames than a stream.
+        ValueError: The file is not a .4dgs file, or has more frames than a stream can have.
         ImportError: fourdgs is not installed.
     """
     with _rejecting():
@@ -171,7 +171,7 @@ def _open(data: bytes) -> tuple[float, float, _At]:
 
 
 def _sample(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
-    """Return what a scene of Gaussians that move along lines shows at a time."""
+    """Return the Gaussians of a scene with linear motion at a point in time."""
     gaussians = scene.gaussians
     state = gaussians.state_at(time)
     rows = state["indices"]

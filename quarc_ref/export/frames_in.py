@@ -1,8 +1,8 @@
 """Frames made by other programs, read from a folder of files or from one file.
 
 A folder has a file per frame, PLY or SPZ, in the order of the numbers in their
-names. `sequence.json` beside them, as `decode` writes it, tells rate, axes and
-cameras; what is read of it is checked like anything else.
+names. `sequence.json` beside them, as written by `decode`, holds frame rate, axes and cameras; its
+contents are validated.
 """
 
 import re
@@ -31,11 +31,11 @@ class FramesIn:
     """Frames that can be read, one after the other.
 
     Attributes:
-        count: How many.
+        count: Number of frames.
         read: Yields each with the ids of its Gaussians, `[N]`, or None where it has none.
         frames_per_second: Frame rate; None if it is not given.
         sidecar: Contents of `sequence.json`; defaults if there is none.
-        up_axis: As in a stream's header, where the format fixes it; 0 where it does not.
+        up_axis: As in a stream's header, if the format defines it; else 0.
     """
 
     count: int
@@ -51,7 +51,7 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
     Args:
         path: A `.ply` or `.spz` file, which is one frame, a folder of them, or a
             `.4dgs` file.
-        frames_per_second: At which a `.4dgs` file is sampled; None for its own pace.
+        frames_per_second: Sampling rate of a `.4dgs` file; None for its own frame rate.
 
     Raises:
         UnreadableFramesError: There are no readable frames.
@@ -92,7 +92,7 @@ def _list_frames(folder: Path) -> list[Path]:
     """Return the frames of a folder in the order of their numbers.
 
     Raises:
-        UnreadableFramesError: There are none, or of several kinds.
+        UnreadableFramesError: There are no frames, or frames of several formats.
     """
     paths = [path for path in folder.iterdir() if path.suffix.lower() in _PARSERS]
     kinds = sorted({path.suffix.lower() for path in paths})

@@ -1,8 +1,8 @@
 """A frame as the PLY file of 3DGS, which every splat viewer opens.
 
 Scales are natural logarithms, opacities logits, quaternions wxyz; SH rest is
-stored channel by channel, all of red first. The file says nothing of axes: the
-coordinates are the stream's (SPEC 10, Annex on mappings).
+stored channel by channel, all of red first. The format does not define axes: the coordinates are
+those of the stream (SPEC 10, Annex on mappings).
 """
 
 import numpy as np
@@ -63,7 +63,7 @@ def parse_ply(data: bytes) -> Splats:
         Rotations of unit length; `sh` is `[N, K, 3]`, K being 1, 4, 9 or 16.
 
     Raises:
-        ValueError: It is not such a file, or a number of it is not finite.
+        ValueError: The file is not a valid PLY of Gaussians, or a number is not finite.
     """
     header = parse_ply_header(data)
     rest = sum(name.startswith("f_rest_") for name in header.types)

@@ -1,8 +1,8 @@
 """A frame as binary glTF with KHR_gaussian_splatting: SPEC Annex C.2, by pygltflib.
 
-The extension has no time: a frame is a file. The data are turned +y up, and in
-meters where the stream knows its scale; no node turns them, since readers
-differ in whether they turn harmonics along with a node.
+The extension has no time: a frame is a file. The data are rotated to +y up, and scaled to meters
+if the stream has a scale. They are not rotated by a node, since not all readers rotate harmonics
+with a node.
 """
 
 from typing import Any

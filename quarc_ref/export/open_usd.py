@@ -1,7 +1,7 @@
 """Frames as OpenUSD: a ParticleField3DGaussianSplat with time samples, by usd-core.
 
-The stage is +y up, its unit that of the stream, its time codes are ordinals of
-frames. The cameras of the stream are cameras of the stage.
+The stage is +y up, in the unit of the stream; its time codes are frame ordinals. The cameras of
+the stream are cameras of the stage.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ class Sequence:
     """One stage for all frames.
 
     Args:
-        clip: What holds for all frames.
+        clip: Properties of all frames.
     """
 
     def __init__(self, clip: Clip) -> None:

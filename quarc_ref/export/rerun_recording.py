@@ -1,6 +1,6 @@
 """Frames as a recording of rerun, `.rrd`: splats and cameras on a time line.
 
-Coordinates are those of the stream; the recording says which way is up.
+Coordinates are those of the stream; the recording declares the up axis.
 """
 
 from pathlib import Path
@@ -20,7 +20,7 @@ class Sequence:
     """One recording for all frames.
 
     Args:
-        clip: What holds for all frames.
+        clip: Properties of all frames.
     """
 
     def __init__(self, clip: Clip) -> None:

@@ -1,4 +1,4 @@
-"""`sequence.json` beside exported frames: what their files do not hold."""
+"""`sequence.json` beside exported frames: properties that their files cannot hold."""
 
 import json
 from dataclasses import asdict, dataclass, field, fields
@@ -18,8 +18,8 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
     """Return the bytes of the file: rate, axes, scale, cameras and metadata of a stream.
 
     Args:
-        clip: What holds for all frames.
-        pattern: Names of the frames' files, `{frame}` standing for the ordinal.
+        clip: Properties of all frames.
+        pattern: Names of the frames' files, in which `{frame}` is the ordinal.
         first_frame: Ordinal of the first frame.
     """
     header = clip.header
@@ -66,7 +66,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
     """Return the contents of a `sequence.json`.
 
     Raises:
-        ValueError: It is not such a file.
+        ValueError: The file is malformed.
     """
     if len(data) > _MOST_BYTES:
         message = "it is too long"

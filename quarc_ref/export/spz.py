@@ -1,7 +1,7 @@
 """A frame as SPZ, version 3, by the library gaussforge; versions 1 to 4 are read.
 
-SPZ has its axes fixed: x right, y up, z back. Positions are in steps of 2^-12
-and within 2048 of the origin, all else is 8 bits or fewer.
+SPZ has its axes fixed: x right, y up, z back. Positions are in steps of 2^-12 and within 2048 of
+the origin; other attributes have 8 bits or fewer.
 """
 
 import zlib
@@ -31,7 +31,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
     """Return the bytes of a file.
 
     Raises:
-        ExportError: A Gaussian is farther off the origin than SPZ can say.
+        ExportError: A Gaussian is too far from the origin for SPZ.
     """
     upright = rotate_upright(frame.splats, clip)
     if abs(upright.positions).max() > _FARTHEST:
@@ -45,13 +45,13 @@ def build(frame: Frame, clip: Clip) -> bytes:
 def parse_spz(data: bytes) -> Splats:
     """Return the Gaussians of an SPZ file, in the frame of the file: +y is up.
 
-    Opacities of 0 and 1, of which there are no logits, become nearly that.
+    Opacities of 0 and 1, whose logits are infinite, are moved slightly inwards.
 
     Args:
         data: The whole file.
 
     Raises:
-        ValueError: It is not such a file.
+        ValueError: The file is malformed.
         ImportError: gaussforge is not installed.
     """
     check_header(data)
@@ -69,7 +69,7 @@ def check_header(data: bytes) -> None:
     """Check the number of Gaussians that a file claims against its size.
 
     Raises:
-        ValueError: It is not an SPZ file, or cannot hold so many.
+        ValueError: The file is not SPZ, or is too small for the Gaussians it claims.
     """
     head = data[:_HEADER_BYTES]
     if head[:2] == _GZIP:

@@ -33,9 +33,9 @@ class Export:
 
     Attributes:
         suffix: Suffix of its files, without the dot; also its name.
-        title: What it is, for people.
+        title: Human-readable name.
         module: Name of the module of this package that writes it.
-        is_sequence: Whether one file holds all frames; else there is one file per frame.
+        is_sequence: Whether one file holds all frames, instead of one file per frame.
         package: The library that writes it, as it is imported; None for none.
         extra: Extra of quarc-ref that installs the library; None for none.
     """
@@ -70,7 +70,7 @@ class Export:
         """Begin the one file of a sequence.
 
         Args:
-            clip: What holds for all frames.
+            clip: Properties of all frames.
 
         Raises:
             ImportError: The library is not installed.

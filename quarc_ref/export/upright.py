@@ -1,7 +1,7 @@
 """Frames turned so that +y is up, for formats that fix their axes: SPEC Annex C.2.
 
-The turn takes axes to axes, so that positions and harmonics change places and
-signs, and no number is rounded; rotations are.
+The rotation maps axes to axes, so positions and harmonics are only permuted and negated, without
+rounding; quaternions are rounded.
 """
 
 from dataclasses import replace
@@ -28,7 +28,7 @@ _OPPOSITE = {"+z": "-z", "-z": "+z"}
 def rotate_upright(splats: Splats, clip: Clip) -> Splats:
     """Return splats in a right-handed frame whose +y is up.
 
-    Where the stream does not know its up axis, it is taken to be -y.
+    If the stream does not declare its up axis, -y is assumed.
 
     Args:
         splats: In the frame of the stream.
@@ -47,7 +47,7 @@ def rotate_upright(splats: Splats, clip: Clip) -> Splats:
 
 
 def find_turn(clip: Clip) -> tuple[float, float, float, float]:
-    """Return the quaternion wxyz that turns a stream's frame, made right-handed, +y up."""
+    """Return the quaternion wxyz that rotates a stream's right-handed frame to +y up."""
     up = clip.up if clip.header.right_handed else _OPPOSITE.get(clip.up, clip.up)
     return _TURNS[up]
 
@@ -93,7 +93,7 @@ def _apply(matrix: NDArray[np.float64], vectors: Float32) -> Float32:
 
 
 def _mirror(splats: Splats) -> Splats:
-    """Return splats of a left-handed frame in a right-handed one: z changes its sign."""
+    """Return splats of a left-handed frame in a right-handed one: z is negated."""
     sh = splats.sh.copy()
     sh[:, 2:3] *= -1
     signs = np.array([1, -1, -1, 1], dtype=np.float32)

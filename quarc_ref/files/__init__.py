@@ -5,10 +5,10 @@
     with written_folder(Path("frames")) as made:        # the same, for a folder
         made.write("frame_0000.ply", data)
 
-Everything written here grows beside its target under a hidden random name, is locked
-while its process lives, and is removed if the work fails. What a killed process has
-left is removed by the next one that writes the same target. Every folder lists its
-own files in a marker, and only files listed there are ever deleted.
+All output is written beside its target under a hidden random name, is locked while its process
+lives, and is removed if the work fails. Leftovers of a killed process are removed by the next
+process that writes the same target. Every folder lists its own files in a marker, and only files
+listed there are ever deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file

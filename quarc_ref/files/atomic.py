@@ -1,8 +1,8 @@
-"""Files that are seen only once they are whole.
+"""Files that become visible only when they are complete.
 
-A file is written beside its target under a random name that nothing had before, so
-that no planted link is followed, and renamed when all is written. It has the
-permissions of a new file, not those of the file that it replaces.
+A file is written beside its target under a new random name, so that no planted link is followed,
+and renamed when it is complete. It has the permissions of a new file, not those of the file that
+it replaces.
 """
 
 import os
@@ -20,9 +20,9 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     """Open a file that takes a target's place when the block ends without an error.
 
     Args:
-        target: Path of the file. A file or link that is there is replaced;
-            the link's target is left alone.
-        durable: Whether the file must outlast a power failure once it is there.
+        target: Path of the file. An existing file or link is replaced; the target of the link is
+            unchanged.
+        durable: Whether the file must survive a power failure once it is visible.
 
     Yields:
         The file, to be written.
@@ -54,13 +54,13 @@ def write_file(target: Path, data: bytes, *, durable: bool = False) -> None:
 
 
 def sync_file(file: BinaryIO) -> None:
-    """Let what is written to a file outlast a power failure."""
+    """Flush a file to disk, so that it survives a power failure."""
     file.flush()
     os.fsync(file.fileno())
 
 
 def sync_folder(folder: Path) -> None:
-    """Let the names in a folder outlast a power failure, where the system can do that."""
+    """Flush the names of a folder to disk, where the system supports that."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY)
         try:

@@ -15,11 +15,11 @@ def name_beside(target: Path, purpose: str) -> Path:
 
 
 def name_old(part: Path) -> Path:
-    """Return the name that goes with a part's for what the part is to replace."""
+    """Return the name for the replaced target of a temporary file."""
     return part.with_suffix(f".{OLD}")
 
 
 def is_beside(name: str, target_name: str, purpose: str) -> bool:
-    """Return whether a name is one of those that `name_beside` gives."""
+    """Return whether a name has the form of those of `name_beside`."""
     pattern = rf"\.{re.escape(target_name)}\.[0-9a-f]{{{2 * _RANDOM}}}\.{purpose}"
     return re.fullmatch(pattern, name) is not None

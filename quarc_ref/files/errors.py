@@ -5,7 +5,7 @@ class OutputPathError(FileExistsError):
     """Something at a path must not be replaced, followed or written to.
 
     Attributes:
-        replaceable: Whether it was made here before, and would be replaced if asked for.
+        replaceable: Whether quarc-ref made it, so that it can be replaced on request.
     """
 
     def __init__(self, message: str, *, replaceable: bool = False) -> None:

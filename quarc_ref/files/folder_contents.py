@@ -13,7 +13,7 @@ _DEPTH = 1  # a folder in a folder has none of its own
 
 
 def contains_files(folder: Path) -> bool:
-    """Return whether a folder is there and holds more than a marker."""
+    """Return whether a folder exists and contains more than a marker."""
     return folder.is_dir() and any(path.name != MARKER for path in folder.iterdir())
 
 
@@ -31,7 +31,7 @@ def require_made(folder: Path, depth: int = _DEPTH) -> None:
 
 
 def remove_made(folder: Path, depth: int = _DEPTH) -> None:
-    """Remove a folder with the files that its marker lists; if it holds others, they stay in it.
+    """Remove a folder with the files that its marker lists; it is kept if it has others.
 
     Raises:
         OutputPathError: The marker is damaged.
@@ -84,5 +84,5 @@ def _take_stock(folder: Path, depth: int) -> _Stock:
 
 
 def _is_left_of(name: str, listed: set[str]) -> bool:
-    """Return whether a file is what a killed process has left of one that is listed."""
+    """Return whether a file is a leftover of a killed process that was writing a listed file."""
     return name.startswith(".") and any(is_beside(name, each, PART) for each in listed)

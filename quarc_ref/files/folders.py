@@ -22,7 +22,7 @@ from quarc_ref.files.output_folder import (
 
 @contextmanager
 def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFolder]:
-    """Fill a folder beside a target; it takes the target's place if the block ends without error.
+    """Fill a folder beside a target, which it replaces if the block ends without error.
 
     Args:
         target: Path of the folder; an empty one may be there.
@@ -32,7 +32,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
         The folder to fill.
 
     Raises:
-        OutputPathError: Something else is there, or another process is writing it.
+        OutputPathError: Something else exists at the path, or another process is writing it.
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
@@ -53,9 +53,9 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
 def growing_folder(
     target: Path, *, replace: bool = False, keep: bool = False
 ) -> Iterator[OutputFolder]:
-    """Fill a folder in its place: its files are seen one by one, and stay if the work fails.
+    """Fill a folder in place: its files appear one by one, and remain if the work fails.
 
-    A folder that holds no file at the end is removed.
+    A folder that is empty at the end is removed.
 
     Args:
         target: Path of the folder; an empty one may be there.
@@ -66,7 +66,7 @@ def growing_folder(
         The folder to fill.
 
     Raises:
-        OutputPathError: Something else is there, or another process is writing it.
+        OutputPathError: Something else exists at the path, or another process is writing it.
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
@@ -137,9 +137,9 @@ def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
 
 
 def _swap(made: OutputFolder, target: Path) -> None:
-    """Put a folder in the place of one that was made before, which goes with all that it lists.
+    """Replace a folder made before, which is deleted with all the files that its marker lists.
 
-    At every moment the old folder is whole, in its place or aside. If this process
+    The old folder is complete at every moment, at its path or renamed. If this process
     is killed in between, the next one puts it back (`remove_leftovers`).
     """
     old = name_old(made.path)

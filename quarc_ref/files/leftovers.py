@@ -12,11 +12,10 @@ from quarc_ref.files.marker import MARKER
 
 
 def remove_leftovers(target: Path) -> None:
-    """Remove what processes that were killed have left beside a target.
+    """Remove leftovers of killed processes beside a target.
 
-    What a living process or another user is writing is left alone, and so is
-    everything where files cannot be locked. A folder that was moved aside to be
-    replaced, and was not, is put back.
+    Files of living processes or other users are kept, and all files are kept where locking is not
+    supported. A folder that was moved aside to be replaced, and was not, is put back.
 
     Raises:
         OSError: Something cannot be removed.

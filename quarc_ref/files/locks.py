@@ -1,7 +1,7 @@
 """Opening files without following links, and locking them for as long as they are open.
 
-A lock tells other processes that the one which writes a file is alive: it is gone
-when that process ends, however it ends.
+A lock shows other processes that the writer of a file is alive: it is released when that process
+ends, for whatever reason.
 """
 
 import os
@@ -27,7 +27,7 @@ def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
         flags: As for `os.open`.
 
     Raises:
-        OutputPathError: Something else than a regular file is there.
+        OutputPathError: The path exists and is not a regular file.
         OSError: It cannot be opened.
     """
     if path.is_symlink() and not flags & os.O_EXCL:
@@ -71,8 +71,8 @@ def create_locked(path: Path) -> BinaryIO:
     """Create a file and lock it.
 
     Raises:
-        FileExistsError: Something is there, or another process has just removed the
-            new file as one that nobody held.
+        FileExistsError: The path exists, or another process has just removed the new file as a
+            leftover.
         OSError: It cannot be created.
     """
     file = open_regular(path, os.O_RDWR | os.O_CREAT | os.O_EXCL)

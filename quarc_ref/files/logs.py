@@ -1,4 +1,4 @@
-"""Files that grow line by line while work goes on, to be read meanwhile."""
+"""Log files that are written line by line, and can be read while work continues."""
 
 import io
 import os
@@ -16,7 +16,7 @@ def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
 
     Args:
         path: Path of the file, which is created if missing.
-        keep: Whether what is in it already stays.
+        keep: Whether to keep its existing lines.
 
     Raises:
         OutputPathError: It is a symbolic link, or not a regular file.

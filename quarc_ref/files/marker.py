@@ -1,9 +1,9 @@
-"""The marker of a folder that was made here: `.quarc-ref-made`, which lists what was made in it.
+"""The marker of a folder made by quarc-ref: `.quarc-ref-made`, which lists the files made in it.
 
 It is text: a fixed line, then a name on each line, with a slash after the name of a
 folder, which has a marker of its own. A name is in the marker before its file is made.
-Anyone who may write into a folder can plant a marker there, so only plain names are accepted:
-none of them leads out of its folder.
+Anyone who may write into a folder can plant a marker there, so only plain file names are accepted,
+which cannot lead out of the folder.
 """
 
 import os
@@ -71,9 +71,9 @@ def _write_line(marker: BinaryIO, line: str) -> None:
 
 
 def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
-    """Return the names in a marker, and where the last of them ends.
+    """Return the names in a marker, and the offset at which the last one ends.
 
-    Bytes after that are a line that a killed process has not written whole.
+    Bytes after it are an incomplete line of a killed process.
     """
     data = marker.read(_BYTES_LIMIT)
     end = data.rfind(b"\n") + 1

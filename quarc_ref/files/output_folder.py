@@ -24,8 +24,8 @@ class OutputFolder:
 
     Attributes:
         path: Path of the folder.
-        kept_aside: Where the folder is that this one has replaced, if others have put
-            files in it which are still there.
+        kept_aside: Where the replaced folder is, if it still has files that quarc-ref did not
+            make.
     """
 
     def __init__(self, path: Path, marker: BinaryIO, listed: Iterable[str] = ()) -> None:
@@ -46,7 +46,7 @@ class OutputFolder:
 
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
-        """Open a file of the folder; it is there if the block ends without an error."""
+        """Open a file of the folder, which appears if the block ends without an error."""
         with atomic_file(self.add(name)) as file:
             yield file
 
@@ -110,7 +110,7 @@ class OutputFolder:
 
 
 def mark_folder(path: Path) -> OutputFolder:
-    """Put a marker in a folder that holds nothing.
+    """Write a marker into an empty folder.
 
     Raises:
         FileExistsError: There is a marker, or another process has removed the new one.
@@ -131,7 +131,7 @@ def open_marker(path: Path) -> BinaryIO:
     """Open a folder's marker to be read and written, and lock it.
 
     Raises:
-        OutputPathError: The folder has none, or another process is writing the folder.
+        OutputPathError: The folder has no marker, or another process is writing the folder.
         OSError: It cannot be opened.
     """
     try:

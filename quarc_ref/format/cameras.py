@@ -12,14 +12,14 @@ class Camera:
     with x to the right and y down.
 
     Attributes:
-        name: As the capture names it.
+        name: Name in the capture.
         width: Pixels.
         height: Pixels.
         fx: Focal length, pixels.
         fy: Focal length, pixels.
         cx: Principal point, pixels.
         cy: Principal point, pixels.
-        rotation: World to camera, nine numbers row by row.
+        rotation: World to camera, nine numbers in row-major order.
         translation: World to camera, world units.
         near: Least depth of the scene, world units (SPEC 10.3).
         held_out: Whether the encoder left it out of training.

@@ -1,7 +1,7 @@
 """Constants of the format, the same for all streams: SPEC 3.
 
-Literals only. What a stream chooses for itself is in `records.StreamHeader`;
-what an encoder chooses is in `quarc_ref.encoder.settings.config`.
+Literals only. Parameters of a stream are in `records.StreamHeader`; settings of the encoder are in
+`quarc_ref.encoder.settings.config`.
 """
 
 from typing import Final, NamedTuple

@@ -44,7 +44,7 @@ _ANCILLARY_BIT = 0x20
 
 @dataclass(frozen=True, slots=True)
 class ChunkHeader:
-    """Header of a chunk: what is known before its payload is read.
+    """Header of a chunk, known before its payload is read.
 
     Attributes:
         kind: Its type, four letters.
@@ -65,7 +65,7 @@ class ChunkHeader:
 
     @property
     def end(self) -> int:
-        """Where the next chunk begins."""
+        """Offset of the next chunk."""
         return self.payload_offset + self.length + CHUNK_CRC_BYTES
 
     @property
@@ -76,7 +76,7 @@ class ChunkHeader:
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """A chunk whose CRCs hold.
+    """A chunk with valid CRCs.
 
     Attributes:
         kind: Its type, four letters.
@@ -134,7 +134,7 @@ def parse_header(data: bytes, offset: int) -> ChunkHeader:
 
 
 def header_crc_holds(data: bytes) -> bool:
-    """Tell whether the 20 bytes of a header match their CRC."""
+    """Return whether the 20 bytes of a header match their CRC."""
     stored = int.from_bytes(data[-CHUNK_CRC_BYTES:], "little")
     return zlib.crc32(data[:-CHUNK_CRC_BYTES]) == stored
 
@@ -144,7 +144,7 @@ def verify_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
 
     Raises:
         TruncatedError: The stream ends before these bytes do.
-        PayloadCrcError: They hold another CRC.
+        PayloadCrcError: The CRC does not match.
     """
     if len(stored) < CHUNK_CRC_BYTES:
         message = "the stream ends inside a chunk"
@@ -159,7 +159,7 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
 
     Args:
         header: Header of the chunk.
-        data: What the stream has from the payload on, to the end of the chunk at most.
+        data: The bytes from the payload to the end of the chunk, or fewer if the stream ends.
 
     Raises:
         TruncatedError: The stream ends inside the chunk.
@@ -175,7 +175,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
 
     Args:
         header: Header of the chunk.
-        stream: What HEAD says; None before it.
+        stream: Values of HEAD; None before it.
 
     Raises:
         BadChunkTypeError: The letters match no pattern.
@@ -229,9 +229,9 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
 
 
 def _is_type(kind: bytes) -> bool:
-    """Tell whether the letters keep to the patterns of SPEC 5.2.
+    """Return whether the letters match the patterns of SPEC 5.2.
 
-    All letters have the case of the first (upper: critical), but the second,
-    whose other case marks a private type.
+    All letters have the case of the first (upper case: critical); only the second may differ,
+    which marks a private type.
     """
     return kind.isalpha() and len({letter & _ANCILLARY_BIT for letter in (kind[0], *kind[2:])}) == 1

@@ -110,13 +110,13 @@ class TrailingDataError(ContainerError):
 
 
 class TailMismatchError(ContainerError):
-    """A field of TAIL is not that of the stream."""
+    """A field of TAIL does not match the stream."""
 
     reject_id = "tail-mismatch"
 
 
 class IndexMismatchError(ContainerError):
-    """INDX, or the place of it that TAIL names, is not that of the stream."""
+    """INDX, or its offset in TAIL, does not match the stream."""
 
     reject_id = "index-mismatch"
 
@@ -260,7 +260,7 @@ class ResumeError(QuarcError):
 
 
 class EditError(QuarcError):
-    """Streams cannot be cut or joined as asked."""
+    """Streams cannot be cut or joined as requested."""
 
 
 class ClosedLoopError(QuarcError):

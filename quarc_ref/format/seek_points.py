@@ -16,8 +16,8 @@ ROW = np.dtype([("offset", np.uint64), ("sequence", np.uint32), ("frame", np.uin
 class SeekPoints(Sequence[SeekPoint]):
     """Seek points in the order of the stream.
 
-    They stay rows of an array, and become records one by one where they are
-    looked at: a payload may hold millions.
+    They are stored as rows of an array and converted to records on access, because a payload may
+    have millions.
 
     Args:
         rows: `[n]` offset, sequence number and ordinal, named as in `SeekPoint`.

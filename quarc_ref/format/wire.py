@@ -1,8 +1,7 @@
 """Payloads of chunks as records, and back: SPEC 5, by the layouts of `layouts`.
 
-Each layout serves both ways (`parse_x` beside `build_x`); what construct or a
-record rejects becomes a `FieldError`, bytes after the last field a
-`TrailingDataError`.
+Each layout serves both directions (`parse_x` and `build_x`). Values that construct or a record
+rejects raise `FieldError`; bytes after the last field raise `TrailingDataError`.
 """
 
 import struct
@@ -180,7 +179,7 @@ def build_tail(tail: Tail) -> bytes:
 
 
 def parse_index(payload: bytes) -> SeekPoints:
-    """Parse INDX (SPEC 5.9): its count is proved, and its entries stay as they are stored."""
+    """Parse INDX (SPEC 5.9): its count is checked, and its entries stay in stored form."""
     return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, STORED_POINT))
 
 

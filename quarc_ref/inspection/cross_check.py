@@ -22,7 +22,7 @@ class CrossCheckingDecoder:
 
     Attributes:
         section_count: Sections that were opened.
-        bit_count: Bits that both decoders gave alike.
+        bit_count: Bits on which both decoders agreed.
     """
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class CrossCheckingDecoder:
         self.bit_count = 0
 
     def open(self, words: UInt32) -> BitDecoder:
-        """Return a decoder that asks both.
+        """Return a decoder that compares both.
 
         Raises:
             InvalidWordsError: Both reject the words.

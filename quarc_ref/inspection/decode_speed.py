@@ -1,4 +1,4 @@
-"""How fast a stream plays: frames per second, where the time goes, memory, time to begin."""
+"""How fast a stream plays: frames per second, time by stage, memory, startup time."""
 
 import time
 from collections import Counter
@@ -17,22 +17,22 @@ class Speed:
     """How fast a stream was decoded, each frame returned as soon as it was ready.
 
     Attributes:
-        frames: With the first, which is canonical.
+        frames: Number of frames, including the first, which is canonical.
         gaussians: Number of Gaussians in the last frame.
-        threads: As asked for.
+        threads: Requested number of threads.
         engine: `fast` or `reference`.
         fps: Frames per second, the first frame left out.
         cpu_ms: Milliseconds of the processor per frame after the first, of all
-            threads; beside other work it tells more than `fps`.
+            threads; on a busy machine it is more reliable than `fps`.
         stolen_share: Share of this machine's busy processor time that its host gave to other
             machines meanwhile; None if the system does not report it.
         ms_by_stage: Milliseconds per frame after the first; what threads do
             side by side adds up to more than a frame takes.
-        first_frame_s: From opening the stream to its first frame; where it is the first that
-            the process decodes, with all that must be loaded.
-        warm_first_frame_s: The same of the second time that the stream is opened; None of
-            standard input.
-        peak_rss_mib: Peak of this process by the end; None where the system does not say.
+        first_frame_s: From opening the stream to its first frame; for the first stream of a
+            process this includes loading libraries.
+        warm_first_frame_s: The same when the stream is opened a second time; None for standard
+            input.
+        peak_rss_mib: Peak memory of this process; None if the system does not report it.
     """
 
     frames: int
@@ -63,10 +63,10 @@ def measure_speed(
         on_progress: Called after every frame with stage, done, and 0.
 
     Returns:
-        How it played; None if it has no frame.
+        The measurements; None if the stream has no frames.
 
     Raises:
-        BitstreamError: What is wrong with the stream.
+        BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     started = first = last = time.perf_counter()

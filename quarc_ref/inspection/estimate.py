@@ -1,4 +1,4 @@
-"""The paper's estimate of coded size: a zero-order Shannon estimate, beside real bytes.
+"""The paper's estimate of coded size: a zero-order Shannon estimate, to compare with real bytes.
 
 For each channel of a frame, the sum of -log2 of every symbol's share: the
 cost of an ideal coder that knows the shares for free. No decodable file has that
@@ -23,12 +23,12 @@ def estimate_bits(channels: Int64) -> float:
 
 
 def estimate_motion(symbols: tuple[Int64, ...]) -> float:
-    """Return the price of a frame's motion, bytes: 6 or 7 channels over all anchors."""
+    """Return the estimated size of a frame's motion, bytes: 6 or 7 channels over all anchors."""
     return estimate_bits(np.concatenate(symbols, axis=1)) / 8
 
 
 def estimate_updates(updates: Updates, count: int) -> float:
-    """Return the price of a frame's updates, bytes.
+    """Return the estimated size of a frame's updates, bytes.
 
     Args:
         updates: Updates of the frame.
@@ -49,13 +49,13 @@ def estimate_updates(updates: Updates, count: int) -> float:
 
 
 def estimate_gaussians(gaussians: Gaussians) -> float:
-    """Return the price of a canonical frame, bytes: a channel per number of a Gaussian."""
+    """Return the estimated size of a canonical frame, bytes: a channel per number of a Gaussian."""
     rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
     return estimate_bits(np.concatenate(rows)) / 8
 
 
 def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
-    """Return the price of a snapshot, bytes.
+    """Return the estimated size of a snapshot, bytes.
 
     Args:
         snapshot: The frame.
@@ -73,7 +73,7 @@ def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
 
 
 def estimate_births(births: Births) -> float:
-    """Return the price of a frame's newborn, bytes; their parents are a channel too."""
+    """Return the estimated size of a frame's births, bytes; parents are a channel as well."""
     newborn = births.newborn
     rows = (births.parents[None], newborn.positions, newborn.rotations, newborn.codes)
     return estimate_bits(np.concatenate(rows)) / 8

@@ -1,4 +1,4 @@
-"""The contents of a stream: counts, bytes by kind, and the estimate beside them.
+"""The contents of a stream: counts, bytes by kind, and the estimated bytes.
 
 The whole stream is decoded, so that everything reported has been verified.
 """
@@ -32,8 +32,8 @@ def count_frames(stream: bytes | Source) -> int:
     """Return how many frames there are, undecoded: what TAIL says, else what headers say.
 
     Returns:
-        The count; of a stream without its end, that of the frames before the
-        end or the first damage; 0 where the length is unknown, as of a pipe.
+        The count; for an incomplete stream, the number of frames before its end or the first
+        damage; 0 if the length is unknown, as for a pipe.
     """
     source = as_source(stream)
     size = source.size()
@@ -62,7 +62,7 @@ def inspect_stream(
         on_progress: Called after every frame with stage, done, total (0 where it is not known).
 
     Raises:
-        BitstreamError: What is wrong with the bytes.
+        BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     reader, decoder, total = ChunkReader(as_source(stream)), StreamDecoder(), count_frames(stream)
@@ -96,7 +96,7 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
         updates: Whether its stream has updates.
 
     Raises:
-        BitstreamError: What is wrong with the chunk.
+        BitstreamError: The chunk is invalid.
     """
     coded = dict.fromkeys(KINDS, 0)
     if chunk.kind == container.CANO:

@@ -8,7 +8,7 @@ _MEBIBYTE = 1 << 20
 
 
 def measure_peak_mebibytes() -> float | None:
-    """Return the peak memory of this process so far, MiB; None where the system does not say.
+    """Return the peak memory of this process so far, MiB; None if the system does not report it.
 
     On Linux not by `getrusage`, which counts what the parent had when it began this process.
     """

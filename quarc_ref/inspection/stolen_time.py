@@ -1,6 +1,7 @@
 """Steal time: how long a virtual machine waits while its host runs others on its processors.
 
-A speed measured meanwhile says little about a decoder, and only this figure shows it.
+A speed measured during such waits says little about the decoder, and only this figure reveals
+them.
 """
 
 from dataclasses import dataclass
@@ -16,8 +17,8 @@ class ProcessorTime:
     """Ticks of all processors of this machine since it was started.
 
     Attributes:
-        worked: Ticks in which they ran something.
-        stolen: Ticks in which they had something to run and the host ran others.
+        worked: Ticks in which the processors ran something.
+        stolen: Ticks in which they were ready to run, but the host ran other machines.
     """
 
     worked: int

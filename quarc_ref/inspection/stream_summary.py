@@ -74,7 +74,7 @@ class ChunkSummary:
     Attributes:
         kind: Its type, four letters.
         sequence: Its number.
-        offset: Where it begins, bytes.
+        offset: Its first byte.
         byte_count: Its size, framing included.
     """
 

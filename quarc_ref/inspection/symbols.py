@@ -28,7 +28,7 @@ class Magnitudes:
         )
 
     def as_json(self) -> dict[str, list[int]]:
-        """Return both, with what the figures are as names."""
+        """Return both as a dictionary with the names of the figures."""
         return {"translation": list(self.translation), "rotation": list(self.rotation)}
 
 

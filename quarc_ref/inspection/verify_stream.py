@@ -32,10 +32,10 @@ class Verification:
         bits: Bits in them.
         seek_points: Canonical frames that were decoded without what is before them.
         frames_sought: Frames decoded from these up to the next, to the same digests.
-        level: The stream's, as its header has it.
+        level: Level from the stream header.
         most: Gaussians of a frame, births of a frame and bytes of a payload:
-            the most that there are.
-        allowed: The most that the level allows of each.
+            the maximum in the stream.
+        allowed: The maximum that the level allows of each.
         sha256: Digest of the last state; None without frames.
     """
 
@@ -66,12 +66,12 @@ def verify_stream(
     """Verify a stream.
 
     Args:
-        source: A stream, which is read more than once: a pipe will not do.
+        source: A stream, which is read more than once, so not a pipe.
         on_progress: Called after every frame with stage, done, total.
-        follow: How long to wait for a stream that still grows; None not to.
+        follow: How long to wait for a growing stream; None not to wait.
 
     Raises:
-        BitstreamError: What is wrong with the bytes.
+        BitstreamError: The stream is invalid.
         VerificationError: Two ways to decode the stream disagree.
         SourceError: The file, pipe or server cannot be read.
     """

@@ -2,7 +2,7 @@
 
     run_jobs(encode_segment, [Job("frames 0 to 29", first), ...], Where(workers=2))
 
-Nothing here knows what the jobs are about.
+This package does not depend on what the jobs do.
 """
 
 from quarc_ref.jobs.job import Job, JobsError, WorkerPool

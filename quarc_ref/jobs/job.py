@@ -94,7 +94,7 @@ class JobsError(RuntimeError):
 
 
 def pack_call(function: Callable[[Any], Any], argument: object) -> bytes:
-    """Return a call as bytes, so that its libraries load where it runs, and not before."""
+    """Return a call as bytes, so that its libraries are imported only where it runs."""
     return pickle.dumps((function, argument))
 
 

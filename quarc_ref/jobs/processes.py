@@ -1,7 +1,6 @@
 """Jobs in processes of this machine, a new one for each.
 
-A process that is killed takes only its own job with it, and none outlives the
-one that has started it, however that ends.
+If a process is killed, only its own job is lost. No process outlives the one that started it.
 """
 
 import multiprocessing

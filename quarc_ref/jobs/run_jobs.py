@@ -17,15 +17,12 @@ def run_jobs(
     """Call a function once for every job, each in a process of its own.
 
     A job that fails does not stop the others. If the caller is interrupted or
-    killed, the jobs end with it: one that may come again should keep what it
-    has done in files.
+    killed, the jobs end with it: a job that may be rerun should save its progress in files.
 
     Args:
-        function: Can be imported by its name where the jobs run, and its
-            result can be pickled.
-        jobs: In the order in which they are started.
-        pool: In processes of this machine, or on a Ray cluster. Files that
-            jobs name must be there too.
+        function: Must be importable by name where the jobs run, and return a picklable result.
+        jobs: Jobs, in the order in which they are started.
+        pool: Processes of this machine, or a Ray cluster. Files that jobs name must exist there.
         on_done: Called after each job with its name, how many are over, and
             how many there are.
 

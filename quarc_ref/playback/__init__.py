@@ -1,4 +1,4 @@
-"""Playback: frames decoded ahead, from any frame on."""
+"""Playback: frames are decoded ahead, from any start frame."""
 
 from quarc_ref.playback.frame_pipeline import Frame
 from quarc_ref.playback.player import Player

@@ -1,8 +1,8 @@
 """How frames are decoded ahead, for the `Player`.
 
 The symbols of a frame are coded in contexts that come from the state before it,
-so frames are decoded one after the other, in one thread. A second thread makes
-the floats meanwhile. Faults come out where the frame would have.
+so frames are decoded one after the other, in one thread. A second thread converts the states to
+floats. Errors are raised in place of the frame.
 """
 
 import time
@@ -33,11 +33,11 @@ class Frame:
     """A frame that is ready to be drawn.
 
     Attributes:
-        state: All that is known of it.
-        splats: Its floats, which are not to be written to.
+        state: Decoded state.
+        splats: Its floats, read-only.
         chunk_bytes: Size of the chunk's payload.
-        nanoseconds: How long it took to decode: the times that its chunk and
-            its floats took, which for frames after one another may overlap.
+        nanoseconds: Decoding time: the sum for its chunk and its floats, which may overlap with
+            those of neighboring frames.
     """
 
     state: FrameState
@@ -47,7 +47,7 @@ class Frame:
 
     @property
     def scene(self) -> Scene:
-        """Its integers, which stay as they are."""
+        """Its integers, which do not change."""
         return self.state.scene
 
 
@@ -66,7 +66,7 @@ class _Decoded:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePipeline:
-    """Makes the frames of a stream; the threads at it hold this, and no player.
+    """Decodes the frames of a stream; its threads have no reference to the player.
 
     Attributes:
         source: The stream.
@@ -99,7 +99,7 @@ class FramePipeline:
     def _decode(
         self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
     ) -> Generator[_Decoded]:
-        """Decode frames, the first of them before `start` maybe."""
+        """Decode frames; the first ones may be before `start`."""
         decoder = _TimedDecoder(engine)
         for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
             self.times["decode"] += decoder.nanoseconds
@@ -112,7 +112,7 @@ class FramePipeline:
         stop: int | None,
         dequantize: Callable[[FrameState], Splats],
     ) -> Generator[Frame]:
-        """Make floats of the frames that are wanted."""
+        """Convert the requested frames to floats."""
         with closing(decoded):
             for each in decoded:
                 frame = each.state.frame

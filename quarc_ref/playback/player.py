@@ -19,12 +19,12 @@ class Player:
     """Plays the frames of a stream. One run at a time: a new one ends the one before.
 
     Args:
-        stream: A stream; it is the caller's to close, after the player.
-        threads: 1 to decode a frame when it is asked for and no sooner; 2 or
-            more to decode ahead, by an engine that may take so many.
-        prefetch: How many frames may wait to be taken, at least 1. Memory is
-            bounded by it: a frame that waits takes about 200 bytes a Gaussian.
-        follow: How long to wait for a stream that still grows; None not to.
+        stream: A stream, which the caller closes after the player.
+        threads: 1 to decode frames on demand; 2 or more to decode ahead, with an engine that may
+            use that many threads.
+        prefetch: Number of frames that may be buffered, at least 1. It bounds memory: a buffered
+            frame takes about 200 bytes per Gaussian.
+        follow: How long to wait for a growing stream; None not to wait.
 
     Attributes:
         times: Nanoseconds by stage, of all frames so far.
@@ -77,15 +77,14 @@ class Player:
         """Play from a frame on, found through the stream's seek points.
 
         Args:
-            start: Ordinal of the first frame wanted.
+            start: Ordinal of the first frame.
             stop: Ordinal after the last one; None for all.
 
         Yields:
             The frames in order.
 
         Raises:
-            BitstreamError: What is wrong with the bytes; every frame before
-                the fault has been given out.
+            BitstreamError: The stream is invalid; all frames before the error have been yielded.
             SourceError: The file, pipe or server cannot be read.
         """
         self.close()
@@ -93,7 +92,7 @@ class Player:
         return run
 
     def frame(self, ordinal: int) -> Frame:
-        """Return one frame. The frames that follow it are decoded ahead.
+        """Return one frame. The following frames are decoded ahead.
 
         Raises:
             LookupError: The stream has no such frame.
@@ -126,7 +125,7 @@ class Player:
             show(frame)
 
     def _go_to(self, ordinal: int) -> Frame | None:
-        """Return a frame of the run, at or after the next one; None past its end."""
+        """Return a frame of the current run, not before the next one; None past its end."""
         for frame in self._run or ():
             self._due = frame.state.frame + 1
             if frame.state.frame >= ordinal:

@@ -13,16 +13,16 @@ _LOOK_AGAIN = 0.1
 
 
 class Prefetcher(Generic[_Item]):
-    """Yields what an iterator yields, and raises what it raises, after all before it.
+    """Yields the items of an iterator, and raises its exceptions in order.
 
-    The thread begins with the first item that is asked for, in a copy of the
-    maker's context, and ends once this is closed or let go of.
+    The thread starts when the first item is requested, in a copy of the caller's context, and ends
+    when the prefetcher is closed or garbage-collected.
 
     Args:
         make: Makes the iterator, in the thread; it is closed there, too.
-        most: How many items may wait to be taken.
-        closed: Is set once this is closed or let go of, which ends what the iterator waits
-            for; None where it does not wait.
+        most: Number of items that may be buffered.
+        closed: Event that is set on closing, to end waits of the iterator; None if it does not
+            wait.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class _Work(Generic[_Item]):
             self.queue.put_nowait((None, None))
 
     def drain(self) -> None:
-        """Let go of the items that nobody has taken."""
+        """Drop the buffered items."""
         with suppress(Empty):
             while True:
                 self.queue.get_nowait()
@@ -103,7 +103,7 @@ class _Work(Generic[_Item]):
                     return
 
     def _hand_over(self, item: _Item | None, error: BaseException | None) -> bool:
-        """Wait for room; return whether anybody still wants it."""
+        """Wait for room; return whether the consumer still exists."""
         while not self.closed.is_set():
             try:
                 self.queue.put((item, error), timeout=_LOOK_AGAIN)

@@ -10,7 +10,7 @@ from quarc_ref.rendering.rasterizer import Rasterizer
 
 
 def choose_device(name: str) -> torch.device:
-    """Return a device by its name; `auto` is CUDA where there is one and gsplat with it."""
+    """Return a device by its name; `auto` is CUDA if a device and gsplat are available."""
     if name == "auto":
         drawn = torch.cuda.is_available() and find_spec("gsplat") is not None
         name = "cuda" if drawn else "cpu"

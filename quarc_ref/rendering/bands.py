@@ -2,9 +2,9 @@
 
 A band is some rows of tiles. A slice is some Gaussians, in the order of their
 depths, with as many pairs of Gaussian and tile as its lists have room for: pairs
-are counted before the lists are allocated. Slices are drawn behind one another
-until no pixel of the band goes on. The pixels are, bit for bit, those of a
-picture drawn at once: each meets the same Gaussians in the same order.
+are counted before the lists are allocated. Slices are drawn front to back until all pixels of the
+band are opaque. The pixels are, bit for bit, those of a picture drawn at once: each meets the same
+Gaussians in the same order.
 """
 
 from collections.abc import Iterator

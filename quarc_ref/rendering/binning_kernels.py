@@ -66,9 +66,9 @@ def _outline(i, means2d, conics, reaches):
 
 @plain
 def _interval(b, inverse, most, det, half, other, turn, low, high):
-    """Return how far an ellipse goes along one axis where the other is from low to high.
+    """Return the extent of an ellipse along one axis where the other axis is between low and high.
 
-    The first number is larger than the second where it does not go at all.
+    The first number exceeds the second if the ellipse does not reach that range.
 
     Args:
         b: Coefficient b of the conic.

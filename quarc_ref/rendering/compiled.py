@@ -1,7 +1,7 @@
 """How the kernels of the renderer are compiled.
 
-Only what Python calls keeps its machine code on disk, with all that it calls in
-turn: a cached kernel that calls another cached one would not inline it.
+Only kernels that Python calls are cached on disk, including the kernels they call: a cached kernel
+that calls another cached one would not inline it.
 """
 
 from quarc_ref.compiled import keep, numba

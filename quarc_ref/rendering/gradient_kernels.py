@@ -1,8 +1,8 @@
 """The gradients of compositing, tile by tile.
 
-The backward pass goes front to back as the forward pass does and takes its
-decisions again; of a pixel it carries one number, what is still to come. Each pair
-of a tile and a Gaussian has its own row of gradients, summed afterwards in a fixed
+The backward pass goes front to back like the forward pass and repeats its decisions; per pixel it
+carries one number, the color still to come. Each pair of a tile and a Gaussian has its own row of
+gradients, summed afterwards in a fixed
 order: the result does not depend on the number of threads.
 """
 
@@ -45,7 +45,7 @@ def _go_past(rows, first, last, dx, dy, conic, opacity, color):
 
 @fused
 def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
-    """Take rows of a tile past a Gaussian, and add what it changes to its lanes.
+    """Process a Gaussian for rows of a tile, and add its gradients to the lanes.
 
     Args:
         rows: As `_composite_backward` has them; changed.
@@ -111,8 +111,8 @@ def _sum_slopes(lanes, dx, conic, opacity, pair):
 def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opacities, rows, pairs):
     """Fill the pairs' rows of gradients, except those of the first, fixed Gaussians.
 
-    The rows of a tile are gone through in functions of their own: as part of a
-    longer one the compiler would not always make vectors of them.
+    The rows of a tile are processed in separate functions: inside a longer one the compiler would
+    not always vectorize them.
 
     Args:
         met: `[n, 2]` the rows that each Gaussian of the list meets.

@@ -1,7 +1,7 @@
 """Spherical harmonics of degree 2 and 3, for other methods; streams have at most degree 1.
 
-The kernels shade degree 1. What has more is shaded here for one camera, and handed to
-them as base colors. Basis and signs are those of 3DGS: the real harmonics with the
+The kernels shade degree 1. Higher degrees are evaluated here for one camera and passed to the
+kernels as base colors. Basis and signs are those of 3DGS: the real harmonics with the
 Condon-Shortley phase, in the order m = -l .. l.
 """
 

@@ -1,7 +1,7 @@
 """A picture to which Gaussians are added: only the tiles that they meet are redrawn.
 
-The pictures are those of all Gaussians drawn together, bit for bit: a tile's
-list is the same, and a tile that no added Gaussian meets is as it was.
+The pictures are those of all Gaussians drawn together, bit for bit: the lists of the tiles are the
+same, and tiles without added Gaussians are unchanged.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from quarc_ref.rendering.pipeline_data import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Gaussians that do not change, and the picture of them alone.
+    """Fixed Gaussians and the picture of them alone.
 
     Attributes:
         projection: Projection of the Gaussians.
@@ -56,7 +56,7 @@ def join_layer(layer: Layer, added: Projection, tiles: Tiles) -> tuple[Projectio
     Args:
         layer: Its Gaussians come first.
         added: `[n]` Gaussians.
-        tiles: Theirs alone; `starts` and `places` of the result are theirs, too.
+        tiles: Tiles of the added Gaussians only, as are `starts` and `places` of the result.
     """
     under = layer.projection
     projection = Projection(

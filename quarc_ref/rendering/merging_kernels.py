@@ -1,4 +1,4 @@
-"""The lists of tiles when Gaussians come before and between others that stay as they are."""
+"""Merges the tile lists of added Gaussians into those of fixed ones."""
 
 import numpy as np
 
@@ -10,11 +10,11 @@ def merge_tiles(fixed_borders, fixed_lists, fixed_rows, fixed_depths, borders, l
     """Merge added Gaussians into the lists of tiles; at equal depths they come last.
 
     Args:
-        fixed_borders: `[T + 1]` as in `Tiles`, of the Gaussians that are there.
+        fixed_borders: `[T + 1]` as in `Tiles`, of the fixed Gaussians.
         fixed_lists: Likewise.
         fixed_rows: Likewise.
         fixed_depths: `[N]`.
-        borders: `[T + 1]` as in `Tiles`, of the Gaussians that come.
+        borders: `[T + 1]` as in `Tiles`, of the added Gaussians.
         lists: Likewise.
         rows: Likewise.
         depths: `[n]`.

@@ -133,7 +133,7 @@ def composite(
         tiles: Which of them each tile composites.
         background: `[3]` color behind everything.
         picture: The picture to draw into.
-        goes_on: Whether to draw behind what has been drawn there, on black.
+        goes_on: Whether to draw behind what is already there, on black.
     """
     with KERNEL_LOCK:
         raster_kernels.raster_forward(

@@ -13,7 +13,7 @@ Int64 = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """Gaussians as they are drawn, a row to each.
+    """Gaussians to render, one row per Gaussian.
 
     Attributes:
         means: `[N, 3]` world units.

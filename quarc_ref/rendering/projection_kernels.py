@@ -1,10 +1,9 @@
 """Gaussians onto the picture plane, forward and backward (EWA, SH degree 1).
 
 A Gaussian is taken by one thread and shares nothing, so that the number of
-threads does not reach the result. The backward pass computes what it needs of
-the forward pass again. The conventions are SPEC 10.3's: pixel centers at +0.5,
-0.3 added to the covariance's diagonal, and x/z and y/z held within the picture
-and a margin in the Jacobian alone.
+threads does not reach the result. The backward pass recomputes the values of the forward pass that
+it needs. The conventions are SPEC 10.3's: pixel centers at +0.5, 0.3 added to the covariance's
+diagonal, and x/z and y/z held within the picture and a margin in the Jacobian alone.
 
 A camera is a flat array: rotation 9, translation 3, fx, fy, cx, cy, width,
 height, nearest depth, and its center 3.

@@ -1,8 +1,8 @@
 """Front-to-back compositing of a picture, tile by tile.
 
-For each Gaussian of a tile's list the rows that its ellipse meets are gone
-through with no branch inside a row, so that a row is a few vector operations.
-A negative transmittance marks a pixel that has stopped.
+For each Gaussian of a tile's list the rows that its ellipse meets are processed without branches
+inside a row, so that each row takes a few vector operations. A negative transmittance marks a
+pixel that has stopped.
 """
 
 import math
@@ -57,7 +57,7 @@ def weigh(s, opacity, t):
 
 @plain
 def all_stopped(rows):
-    """Return whether no pixel of a tile goes on."""
+    """Return whether all pixels of a tile are opaque."""
     for y in range(TILE):
         for x in range(TILE):
             if rows[y, x] > _0:
@@ -108,7 +108,7 @@ def scattering_step(count):
 
 @plain
 def _take_up(rows, image, transmittance, row, column):
-    """Fill the rows of a tile with what has been drawn of it."""
+    """Fill the rows of a tile with the state of its earlier slices."""
     height, width = transmittance.shape
     rows[:, :TILE] = -_1  # beside the picture nothing goes on
     for y in range(min(TILE, height - row)):
@@ -126,7 +126,7 @@ def raster_forward(
     """Fill tiles of image [H,W,3] and transmittance [H,W], negative where a pixel stopped.
 
     Their first row is the row `top` of the picture by whose rows tiles are counted.
-    To go on is to draw behind what has been drawn there, on black.
+    Continuing means drawing behind what is already there, on black.
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)

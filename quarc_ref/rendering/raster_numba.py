@@ -1,7 +1,6 @@
 """The CPU backend: numba kernels as two differentiable steps, project and composite.
 
-Between the two stands `means2d`, a tensor of the graph like any other, so that
-its gradient is there for the asking.
+Between them is `means2d`, an ordinary tensor of the graph, so that its gradient can be read.
 """
 
 from typing import Any

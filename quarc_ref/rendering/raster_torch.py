@@ -1,7 +1,7 @@
 """The reference backend: plain torch, in any float type, differentiated by torch itself.
 
-Slow and short; the other backends are tested against it in float64. A tile's
-pixels see all Gaussians whose boxes reach it, as one matrix.
+Slow and short; the other backends are tested against it in float64. All pixels of a tile and all
+Gaussians whose boxes reach it form one matrix.
 """
 
 import torch

@@ -1,8 +1,8 @@
 """The interface of a rasterizer, and its data.
 
-Activations live here, above every backend, so that no backend's own clamp is
-ever reached: alpha is held at 0.99 by the opacity. Backends are `numba` (CPU),
-`gsplat` (CUDA) and `torch` (the float64 reference); `backends` chooses.
+Activations are applied here, before every backend, so that the clamps of the backends have no
+effect: alpha is held at 0.99 by the opacity. Backends are `numba` (CPU), `gsplat` (CUDA) and
+`torch` (the float64 reference); `backends` chooses.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from quarc_ref.rendering.pictures import OPACITY_MOST
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gaussians:
-    """Gaussians as they are drawn, a row to each.
+    """Gaussians to render, one row per Gaussian.
 
     Attributes:
         means: `[N, 3]` world units.
@@ -98,7 +98,7 @@ class Rasterizer(Protocol):
 
 
 class JoinedBackdrop:
-    """A backdrop for a backend that has none of its own: everything is redrawn.
+    """A backdrop for backends without their own: everything is redrawn.
 
     Args:
         rasterizer: The rasterizer that draws.

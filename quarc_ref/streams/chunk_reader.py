@@ -27,7 +27,7 @@ _PIECE_BYTES = 1 << 16
 class ChunkReader:
     """Reads a stream chunk by chunk.
 
-    A failed read leaves the reader where it was. In a growing stream a `TruncatedError` means
+    A failed read does not move the reader. In a growing stream a `TruncatedError` means
     that the chunk can be read again later.
 
     Args:
@@ -35,8 +35,8 @@ class ChunkReader:
 
     Attributes:
         source: The stream.
-        offset: Where the next chunk begins.
-        sequence: The number that is due there.
+        offset: Offset of the next chunk.
+        sequence: Expected sequence number of that chunk.
         current: Header of the last chunk whose header was accepted; None if
             that of the current chunk was not.
     """
@@ -61,7 +61,7 @@ class ChunkReader:
             The header; None after TAIL.
 
         Raises:
-            ContainerError: What is wrong with the bytes.
+            ContainerError: The chunk is invalid.
         """
         self.current = None
         if self.is_past_tail:
@@ -83,11 +83,10 @@ class ChunkReader:
     def headers(self) -> Iterator[ChunkHeader]:
         """Walk the chunk headers from here to TAIL, reading no payload that is not taken.
 
-        A chunk that has been neither taken nor skipped when the next header is asked for is
-        skipped.
+        A chunk that was not taken is skipped when the next header is read.
 
         Raises:
-            ContainerError: What is wrong with a header.
+            ContainerError: A chunk header is invalid.
         """
         while (header := self.read_header()) is not None:
             yield header
@@ -103,7 +102,7 @@ class ChunkReader:
             The chunk; None after TAIL.
 
         Raises:
-            ContainerError: What is wrong with the bytes.
+            ContainerError: The chunk is invalid.
         """
         for header in self.headers():
             if header.kind in container.KNOWN:
@@ -115,7 +114,7 @@ class ChunkReader:
         """Read the chunk of a header that `read_header` returned, and move past it.
 
         Raises:
-            ContainerError: What is wrong with the bytes.
+            ContainerError: The chunk is invalid.
         """
         data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
         chunk = container.take_payload(header, data)

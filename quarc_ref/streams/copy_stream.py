@@ -11,14 +11,14 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
     """Copy a whole stream; each chunk is written once its CRCs have been checked.
 
     Args:
-        source: A stream; one that comes only once will do.
+        source: A stream, which may be a pipe.
         sink: Binary file that the copy is written to.
 
     Returns:
         How many frames it has.
 
     Raises:
-        BitstreamError: What is wrong with the bytes; those before it have been copied.
+        BitstreamError: The stream is invalid; everything before the error has been copied.
         SourceError: The file, pipe or server cannot be read.
     """
     reader, copied, frames = ChunkReader(source), 0, 0

@@ -29,15 +29,15 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     Args:
         source: A stream.
         start: Ordinal of the first frame wanted; None for the stream's first.
-        stop: Ordinal after the last frame wanted; None for all.
-        sink: Binary file that is appended to, once `start` has been found.
+        stop: Ordinal after the last frame; None for all.
+        sink: Binary file that is appended to, after `start` has been found.
 
     Returns:
-        How many frames there are in what was written.
+        Number of frames written.
 
     Raises:
         EditError: Frame `start` is not there, or not canonical, or not before `stop`.
-        BitstreamError: What is wrong with the stream.
+        BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     walk, passed = FrameWalk(source), _Passed()
@@ -90,7 +90,7 @@ class _Passed:
 
 
 def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Passed) -> Step:
-    """The walk's step of the first frame wanted; `passed` records what comes before it."""
+    """The first requested frame of the walk; `passed` collects the chunks before it."""
     for step in steps:
         if step.is_frame and (start is None or (step.frame or 0) >= start):
             if start is None or (step.is_canonical and step.frame == start):

@@ -27,22 +27,20 @@ def decode(
     """Decode the frames of a stream.
 
     Args:
-        stream: A stream; one that is cut gives the frames that are whole first.
-        start: Ordinal of the first frame wanted; no more is read to come there
-            than must be (SPEC 11.2).
-        stop: Ordinal after the last frame wanted; None for all.
-        follow: How long to wait for a stream that still grows; None not to.
-        decoder: A fresh decoder, from which a caller learns what the
-            stream says besides its frames. None for one of its own.
+        stream: A stream; a truncated one yields its complete frames first.
+        start: Ordinal of the first frame wanted; only the bytes needed to reach it are read (SPEC
+            11.2).
+        stop: Ordinal after the last frame; None for all.
+        follow: How long to wait for a growing stream; None not to wait.
+        decoder: A new decoder, from which the caller can read cameras and metadata. None for one
+            of its own.
 
     Yields:
-        The scene of every frame wanted, in order.
+        The scene of every requested frame, in order.
 
     Raises:
-        BitstreamError: What is wrong with the bytes; every frame before the
-            fault has been given out.
-        LimitError: A stream of the unlimited level asks for more than this
-            decoder gives.
+        BitstreamError: The stream is invalid; all frames before the error have been yielded.
+        LimitError: A stream of the unlimited level needs more than this decoder supports.
         SourceError: The file, pipe or server cannot be read.
     """
     for state in decode_states(stream, start, stop, follow, decoder):
@@ -70,7 +68,7 @@ def walk_frames(
     stop: int | None = None,
     follow: Follow | None = None,
 ) -> Iterator[tuple[Chunk, FrameState]]:
-    """Like `decode`, but also yield the frames between the seek point and the first one wanted.
+    """Like `decode`, but also yield the frames between the seek point and the first requested one.
 
     Args:
         stream: As for `decode`.

@@ -15,7 +15,7 @@ class Change(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:
-    """What a server's headers say about a file; None where they say nothing.
+    """Properties of a file from a server's headers; None for missing headers.
 
     Attributes:
         size: How many bytes the file has.
@@ -51,7 +51,7 @@ class FileVersion:
         return Change.GROWN if has_other_mark else Change.NONE
 
     def updated(self, later: "FileVersion") -> "FileVersion":
-        """This version with everything that a later response says."""
+        """This version, completed with the headers of a later response."""
         return FileVersion(
             self.size if later.size is None else later.size,
             later.tag or self.tag,

@@ -30,8 +30,8 @@ def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
     """Retry a read until a growing stream has enough bytes for it.
 
     Args:
-        action: Leaves everything as it was where the stream ends too early.
-        follow: How long to wait; None not to wait at all.
+        action: Must have no effect if the stream ends too early.
+        follow: How long to wait; None not to wait.
 
     Returns:
         What the action returns.

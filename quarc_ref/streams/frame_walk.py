@@ -1,7 +1,7 @@
 """Walks a stream by its chunk headers and counts frames.
 
-Payloads are read and checked only on request: what an edit leaves out costs no more than its
-header, but must exist.
+Payloads are read and checked only on request: for skipped chunks only the header is read, but the
+payload must exist.
 """
 
 from collections.abc import Iterator
@@ -24,8 +24,7 @@ class Step:
 
     Attributes:
         header: Header of the chunk.
-        frame: Ordinal of the frame that it holds or comes after; None before
-            the first frame.
+        frame: Ordinal of its frame, or of the frame before it; None before the first frame.
     """
 
     header: ChunkHeader
@@ -33,12 +32,12 @@ class Step:
 
     @property
     def is_canonical(self) -> bool:
-        """Whether the chunk holds a canonical frame."""
+        """Whether the chunk is a canonical frame."""
         return self.header.kind in container.CANONICAL
 
     @property
     def is_frame(self) -> bool:
-        """Whether the chunk holds a frame."""
+        """Whether the chunk is a frame."""
         return self.header.kind in container.FRAMES
 
 
@@ -53,7 +52,7 @@ class FrameWalk:
         header: What it says.
 
     Raises:
-        BitstreamError: What is wrong with HEAD.
+        BitstreamError: HEAD is invalid.
     """
 
     def __init__(self, source: Source) -> None:
@@ -68,7 +67,7 @@ class FrameWalk:
         """Yield every chunk after HEAD, except INDX and TAIL.
 
         Raises:
-            BitstreamError: What is wrong with what was read.
+            BitstreamError: The bytes read are invalid.
         """
         frame: int | None = None
         for header in self._reader.headers():

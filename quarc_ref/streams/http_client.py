@@ -21,7 +21,7 @@ _MOST_REDIRECTS = 5
 
 
 class RedirectError(Exception):
-    """A redirect that is not followed; the message says why."""
+    """A rejected redirect; the message says why."""
 
 
 class HttpClient:
@@ -46,8 +46,8 @@ class HttpClient:
 
         Raises:
             OSError: The server cannot be reached; a TimeoutError if it does not answer in time.
-            HTTPException: It answers something else than HTTP.
-            RedirectError: It redirects to where it is not followed.
+            HTTPException: The response is not HTTP.
+            RedirectError: It redirects to a rejected target.
             ValueError: The URL is not an http or https URL.
         """
         deadline, asked = Deadline(timeout), [_check_url(url)]
@@ -75,7 +75,7 @@ def follow_redirect(url: str, location: str | None) -> str:
         location: What the answer says; may be relative to the URL.
 
     Raises:
-        RedirectError: It leads nowhere, or to something other than a server, or out of TLS.
+        RedirectError: The target is missing, not HTTP, or downgrades from HTTPS.
     """
     if not location:
         message = "redirects without saying where to"

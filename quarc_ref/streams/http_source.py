@@ -21,10 +21,9 @@ class HttpSource:
     """A stream at an HTTP URL, of which only requested ranges are read.
 
     The file on the server may grow while it is read, and must not change
-    otherwise. Its size, ETag and time are compared with each answer; where they
-    leave it open whether a longer file is the same one, some bytes that have
-    been read are read again. There is no `If-Range` or `If-Match`: both would
-    reject a file that has only grown.
+    otherwise. Size, ETag and modification time are compared with each response; if they do not
+    show whether a file that has grown is still the same, some bytes are read again and compared.
+    There is no `If-Range` or `If-Match`: both would reject a file that has only grown.
 
     Args:
         url: URL of the stream, `http` or `https`.
@@ -43,13 +42,13 @@ class HttpSource:
         """Return `length` bytes from `offset` on, fewer at the end of the stream.
 
         Raises:
-            SourceError: The server does not answer, or answers something else;
-                or the file has changed.
+            SourceError: The server does not respond, its response is invalid, or the file has
+                changed.
         """
         return self._fetch(offset, length)[0] if length else b""
 
     def size(self) -> int | None:
-        """Current size on the server, bytes; None if it does not say.
+        """Current size on the server, bytes; None if unknown.
 
         Raises:
             SourceError: As for `read`.
@@ -57,7 +56,7 @@ class HttpSource:
         return self._fetch(0, 1)[1]
 
     def _fetch(self, offset: int, length: int) -> tuple[bytes, int | None]:
-        """Fetch a range, and check that it is of the same file as before."""
+        """Fetch a range, and check that the file has not changed."""
         body, version = self._ask(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):

@@ -27,10 +27,10 @@ _FRAME_BYTES = 4
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     """Write the frames of several streams as one stream.
 
-    The ordinals of the first stay, those of the others follow. HEAD is that of
-    the first, with the greatest level of all; cameras are those of all, and
-    metadata what all say alike. Ancillary chunks of unknown types are taken
-    over where they stand, those that begin several streams alike once.
+    The first stream keeps its ordinals, and those of the others follow. HEAD is that of the first
+    stream, with the highest level of all; cameras are those of all streams, and metadata the
+    entries on which all agree. Ancillary chunks of unknown types are copied in place; identical
+    ones at the start of several streams are copied once.
 
     Args:
         sources: Streams, read twice each: pipes will not do.
@@ -38,11 +38,11 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
             looked through.
 
     Returns:
-        How many frames there are in what was written.
+        Number of frames written.
 
     Raises:
         EditError: The streams do not fit together.
-        BitstreamError: What is wrong with one of them, and which it is.
+        BitstreamError: A stream is invalid; the message names it.
         SourceError: A file or server cannot be read.
     """
     parts = []
@@ -67,8 +67,8 @@ class _Part:
 
     Attributes:
         head: Payload of HEAD.
-        cameras: From the last `came`; None without any.
-        metadata: From the last `meta`; None without any.
+        cameras: From the last `came`; None if there is none.
+        metadata: From the last `meta`; None if there is none.
     """
 
     head: bytes
@@ -125,7 +125,7 @@ class _Joining:
 
     Args:
         sink: Binary file that the stream is appended to.
-        parts: What is known of all the streams.
+        parts: Properties of all streams.
     """
 
     def __init__(self, sink: BinaryIO, parts: Sequence[_Part]) -> None:

@@ -1,4 +1,4 @@
-"""Reads what comes before the first frame, for readers that start in the middle."""
+"""Reads the chunks before the first frame, for readers that start in the middle."""
 
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
@@ -10,10 +10,10 @@ def read_prologue(source: Source) -> tuple[tuple[Camera, ...], dict[str, str]]:
     """Read the cameras and the metadata before the first frame of a stream.
 
     Args:
-        source: A stream; no more of it is read than comes before its first frame.
+        source: A stream, which is read only up to its first frame.
 
     Raises:
-        BitstreamError: What is wrong with what was read.
+        BitstreamError: The bytes read are invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)

@@ -1,4 +1,4 @@
-"""Recodes snapshots whose CANO is cut away: against another one, or as a CANO.
+"""Recodes snapshots whose CANO was cut away, against another CANO or as a CANO.
 
 States stay bit-identical (SPEC 7.9): a snapshot has its Gaussians in the order of a CANO, so it
 can become one.
@@ -25,7 +25,7 @@ class Rebase:
         canonical: The CANO.
 
     Raises:
-        BitstreamError: What is wrong with the CANO.
+        BitstreamError: The CANO is invalid.
     """
 
     def __init__(self, header: StreamHeader, canonical: Chunk) -> None:
@@ -38,10 +38,10 @@ class Rebase:
         """The chunk to write in place of a snapshot.
 
         Returns:
-            A CANO for the first one, and where nothing else gives the same order; else a SNAP.
+            A CANO for the first snapshot, and where a SNAP would change the order; else a SNAP.
 
         Raises:
-            BitstreamError: What is wrong with the snapshot.
+            BitstreamError: The snapshot is invalid.
         """
         parsed = wire.parse_snapshot(chunk.payload)
         snapshot = read_checked_snapshot(self._header, parsed, self._before)

@@ -28,13 +28,11 @@ class Gap:
     """A part of a stream that could not be decoded.
 
     Attributes:
-        offset: Where it begins, bytes.
-        byte_count: How long it is; None where the stream has not been read to
-            its end.
+        offset: Its first byte.
+        byte_count: Its length; None if the stream has not been read to its end.
         reject_id: What was wrong at its beginning (SPEC 3.3).
         message: The same as a sentence.
-        frames_lost: How many frames are missing for it; None if that
-            is unknown.
+        frames_lost: Number of frames lost; None if unknown.
     """
 
     offset: int
@@ -49,24 +47,22 @@ def recover(
 ) -> Iterator[Scene | Gap]:
     """Decode the frames of a stream that may be damaged.
 
-    After damage decoding goes on at the next CANO chunk whose CRCs hold, or at a
-    snapshot that is coded against a CANO which has been decoded; an
-    ancillary chunk that is damaged is left out alone. A stream that is cut
-    ends in a gap whose reject id is `truncated`.
+    After damage, decoding continues at the next CANO chunk with valid CRCs, or at a snapshot that
+    is coded against a decoded CANO. A damaged ancillary chunk is skipped without losing frames. A
+    truncated stream ends in a gap with the reject id `truncated`.
 
     Args:
         stream: A stream.
-        follow: How long to wait for a stream that still grows; None not to.
+        follow: How long to wait for a growing stream; None not to wait.
         decoder: As for `decode`.
 
     Yields:
-        The scene of every frame that is whole, and what is missing between.
+        The scene of every intact frame, and the gaps between them.
 
     Raises:
         BitstreamError: Nothing of the stream can be decoded: its HEAD is
             damaged, or it has a critical chunk of an unknown type.
-        LimitError: A stream of the unlimited level asks for more than this
-            decoder gives.
+        LimitError: A stream of the unlimited level needs more than this decoder supports.
         SourceError: The file, pipe or server cannot be read.
     """
     recovery = _Recovery(as_source(stream), follow, decoder or StreamDecoder())
@@ -162,7 +158,7 @@ class _Recovery:
         return self._due - before
 
     def _find_due(self, found: ChunkHeader) -> int | None:
-        """Return the ordinal due at a CANO or TAIL; None at a TAIL if the first frame was lost."""
+        """Return the expected ordinal at a CANO or TAIL; None at a TAIL without a first frame."""
         payload = self._source.read(found.payload_offset, TAIL_BYTES)
         if found.kind in container.CANONICAL:
             return canonical_frame(payload)

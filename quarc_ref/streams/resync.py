@@ -27,7 +27,7 @@ class SearchBudget:
     """Limit on payload bytes that recovery checks in vain (SPEC 11.4, 13-2).
 
     Args:
-        limit: Most bytes of a payload, by the stream's level.
+        limit: Largest payload that the stream's level allows, bytes.
     """
 
     def __init__(self, limit: int) -> None:
@@ -49,9 +49,9 @@ class Search:
 
     Attributes:
         offset: First byte to look at.
-        sequence: Least number of a chunk that is still to come.
-        frame: Least ordinal of a frame that is still to come.
-        limit: Most bytes of a payload, by the stream's level.
+        sequence: Least sequence number of a later chunk.
+        frame: Least ordinal of a later frame.
+        limit: Largest payload that the stream's level allows, bytes.
         effort: Search budget of the whole recovery.
         canonical: Ordinal of the CANO that a snapshot may be coded against; None if there is
             none.
@@ -96,10 +96,10 @@ def find_resumption(source: Source, search: Search) -> ChunkHeader:
 
     Args:
         source: The stream.
-        search: Which chunks may come.
+        search: Constraints on the chunk to find.
 
     Raises:
-        TruncatedError: The stream has none; the offset is where it ends.
+        TruncatedError: There is no such chunk; the offset is the end of the stream.
     """
     start, size = search.offset, _FIRST_WINDOW_BYTES
     while True:

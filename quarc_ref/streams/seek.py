@@ -1,4 +1,4 @@
-"""Seeks to a frame without decoding what lies before it: SPEC 11.2.
+"""Seeks to a frame without decoding the frames before it: SPEC 11.2.
 
 Uses INDX if the stream has one, else walks the chunk headers. Neither is trusted: the decoder
 checks that the chunk found is the one promised. A snapshot also needs the CANO that it is coded
@@ -27,12 +27,12 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
         frame: Ordinal of the frame that is wanted.
 
     Returns:
-        All seek points up to the one that the reader is at; none where the
-        reader stays: the source goes forward only, or has no such frame yet.
-        If the frame there is a snapshot, the CANO that it is coded against.
+        All seek points up to the one that the reader has moved to; empty if it has not moved,
+        because the source is forward-only or does not have the frame yet. If the frame there is a
+        snapshot, the CANO that it is coded against.
 
     Raises:
-        BitstreamError: What is wrong with the bytes that were read.
+        BitstreamError: The bytes read are invalid.
     """
     size, here = reader.source.size(), (reader.offset, reader.sequence)
     if size is None:
@@ -63,7 +63,7 @@ def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints
 
 
 def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
-    """Read INDX; None if the stream has none, or is not finished."""
+    """Read INDX; None if the stream has no INDX or is not finished."""
     tail_offset = size - TAIL_CHUNK_BYTES
     chunk = read_tail_chunk(reader.source, size)
     if chunk is None:

@@ -60,7 +60,7 @@ class PipeSource:
         """Read `length` bytes at `offset`, fewer at the end of the pipe.
 
         Raises:
-            SourceError: The bytes have come and gone.
+            SourceError: The bytes were already read and are not kept.
         """
         if offset < self._start:
             message = f"a pipe cannot seek back to byte {offset}: save the stream to a file"
@@ -95,7 +95,7 @@ def open_source(name: str) -> Iterator[Source]:
 
     Raises:
         OSError: The file cannot be opened.
-        SourceError: The server cannot be asked.
+        SourceError: The server cannot be reached.
     """
     if name == "-":
         yield PipeSource(sys.stdin.buffer)

@@ -18,17 +18,17 @@ class StreamWriter:
     """Appends whole chunks to a sink.
 
     Args:
-        sink: Is written to by appending, and flushed after every chunk: who
-            reads along finds it there.
+        sink: Binary file that is appended to, and flushed after every chunk, so that others can
+            follow the stream.
         head: Payload of HEAD, which is written at once.
         check: Called with every chunk before it is written; if it raises, nothing is written.
-        held: Bytes of the stream that the sink has already: the chunks that end
-            there are counted and not written.
+        held: Bytes of the stream that the sink already has: chunks that end there are counted but
+            not written.
 
     Attributes:
-        offset: Where the next chunk will begin.
-        sequence: The number that it will have.
-        frame_count: Chunks of frames that have been written.
+        offset: Offset of the next chunk.
+        sequence: Sequence number of the next chunk.
+        frame_count: Number of frames written.
     """
 
     def __init__(
@@ -52,8 +52,8 @@ class StreamWriter:
         """Append a chunk.
 
         Args:
-            kind: Its type, of any but HEAD, INDX and TAIL.
-            payload: What it holds, as long as the stream's level allows.
+            kind: Its type: any except HEAD, INDX and TAIL.
+            payload: Its payload, within the limit of the stream's level.
         """
         self._append(kind, payload)
 

@@ -1,7 +1,7 @@
 """HTTP connections with one deadline for the whole exchange.
 
-In the standard library every single read has the whole timeout, so a server that sends a byte
-now and then is waited for forever. Here name lookup, connecting, tunnel, handshake and all reads
+In the standard library the timeout applies to each read, so a server that sends a byte now and
+then can delay an exchange forever. Here name lookup, connecting, tunnel, handshake and all reads
 share it.
 """
 

@@ -1,7 +1,7 @@
 """The room and its furniture, all static except a door and a screen.
 
-The door slides aside once a period and shows what nothing has shown before; the
-screen wipes one picture out by another at about the same time.
+The door slides aside once per period and reveals content that was never visible before; the screen
+replaces one picture by another at about the same time.
 """
 
 import math

@@ -1,7 +1,7 @@
 """An empty hall in the size of the playroom, lit by a lamp above its middle.
 
-Bright or black, the light on the subject is the same to the bit: light
-comes from lamps and surroundings alone, and no surface gives any to another.
+The light on the subject is identical in the bright and the black hall: it comes only from lamps
+and surroundings, without interreflection.
 """
 
 import math

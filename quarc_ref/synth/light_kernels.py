@@ -1,10 +1,9 @@
-"""The light that comes back from a spot of the stage.
+"""Light reflected from a spot of the stage.
 
-Every ray of a pixel asks one point of each lamp and one direction of the
-half-sphere above the surface; together they cover lamps and half-sphere evenly.
-The points are the same for all pixels, cameras and frames: the scene is lit by
-nine small lamps to each large one, so that shadows are soft, have no noise
-and look the same from everywhere.
+Every ray of a pixel samples one point of each lamp and one direction of the hemisphere above the
+surface; together they cover lamps and hemisphere evenly. The points are the same for all pixels,
+cameras and frames: the scene is lit by nine small lamps to each large one, so that shadows are
+soft, have no noise and look the same from everywhere.
 """
 
 # mypy: allow-untyped-defs
@@ -34,7 +33,7 @@ def _spread() -> NDArray[np.float64]:
 
 
 def _spread_above() -> NDArray[np.float64]:
-    """Return `[9, 3]` directions above the xy plane, dense where they are steep."""
+    """Return `[9, 3]` directions above the xy plane, denser near the normal."""
     r, angle = np.sqrt(POINTS[:, 0]), 2 * np.pi * POINTS[:, 1]
     return np.stack((r * np.cos(angle), r * np.sin(angle), np.sqrt(1 - r * r)), axis=1)
 
@@ -68,7 +67,7 @@ def list_around(stage, lists, counts, center, radius):
 
 @inlined
 def light_from(stage, lists, counts, ray, t, found, s):
-    """Return the light that comes back along a ray, linear RGB.
+    """Return the light that returns along a ray, linear RGB.
 
     Args:
         stage: As `pack_stage` makes it.
@@ -77,7 +76,7 @@ def light_from(stage, lists, counts, ray, t, found, s):
         ray: Origin and direction of length 1, six numbers.
         t: Distance to what the ray meets.
         found: Its row in `Stage.paints`.
-        s: Which of the pixel's rays it is.
+        s: Index of the ray within its pixel.
     """
     paints, lights = stage.paints, stage.lights
     x, y, z = ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5]

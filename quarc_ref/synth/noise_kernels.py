@@ -1,4 +1,4 @@
-"""Smooth noise and soft edges, of which the patterns are made.
+"""Smooth noise and soft edges, the elements of the patterns.
 
 Noise has one number per cell of a grid, from a hash of its integers, and goes
 smoothly from one to the next: it has no detail finer than a cell.

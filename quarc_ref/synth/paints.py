@@ -41,10 +41,10 @@ class Paint:
         first: Linear RGB, 0 to 1.
         second: Linear RGB.
         third: Linear RGB.
-        scale: Meters of a period of the pattern, where it has one.
-        phase: Moves the pattern, or what the pattern takes it for.
+        scale: Period of the pattern in meters, if it has one.
+        phase: Offset of the pattern, or its parameter.
         gloss: Strength of the highlight.
-        glow: Share of its color that it gives off without any light.
+        glow: Share of its color that it emits without light.
     """
 
     pattern: int

@@ -54,7 +54,7 @@ def measure(stage, camera, points, depths):
 
 @plain
 def _expose(light):
-    """Return what a film shows of a light, below 1 however strong."""
+    """Return the recorded value of a light, always below 1."""
     light *= _EXPOSURE
     return 1 - 1 / (1 + light + 0.5 * light * light)
 
@@ -88,7 +88,7 @@ def _find_nearest(stage, listed, count, ray):
 
 @plain
 def _cast_pixel(stage, camera, column, row, listed, hits, found):
-    """Fill the distances and indices of what a pixel's rays meet; return the range of depths."""
+    """Fill distances and indices of what a pixel's rays hit; return the depth range."""
     axis, _ = _ray_through(camera, column + 0.5, row + 0.5)
     width = _FAR * math.sqrt(0.5) / camera[12]
     count = list_between(stage, listed, _ahead(axis, 0.0), 0.0, _ahead(axis, _FAR), width)

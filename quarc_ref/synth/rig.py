@@ -1,8 +1,7 @@
 """The cameras of a synthetic capture, and how `poses_bounds.npy` has them.
 
-Cameras stand on an arc around the stage, by turns lower and higher, and look at
-its middle. The held-out one comes first and stands within the arc, halfway
-between two neighbors.
+Cameras are on an arc around the stage, alternately lower and higher, and look at its middle. The
+held-out camera comes first and is on the arc, halfway between two neighbors.
 """
 
 import math
@@ -35,7 +34,7 @@ class RigCamera:
         focal: Pixels.
         width: Pixels.
         height: Pixels.
-        film: `[3, 3]` from the linear RGB that falls in to what the camera records.
+        film: `[3, 3]` from incoming linear RGB to recorded RGB.
     """
 
     center: Float64

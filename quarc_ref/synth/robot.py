@@ -36,7 +36,7 @@ class _Paints(NamedTuple):
 
 
 def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
-    """Return the robot's legs, and the rest of it, at a time in seconds."""
+    """Return the solids of the robot, legs first, at a time in seconds."""
     paints = _choose_paints(time, phase, palette)
     march = wave(time, _STEP_SECONDS, phase)
     root = at(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(0.6 * wave(time, 2.4, phase))
@@ -80,7 +80,7 @@ def _leg(root: Matrix, hips: Matrix, side: int, march: float, paints: _Paints) -
 
 
 def _bend_knee(root: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
-    """Return where the knee is: a thigh's length from hip and ankle, in front of both."""
+    """Return the position of the knee: a thigh's length from hip and ankle, in front of both."""
     way = ankle[:3, 3] - hip[:3, 3]
     out = math.sqrt(max(_THIGH**2 - float(way @ way) / 4, 0.0))
     front = root[:3, 2] - way * float(root[:3, 2] @ way) / float(way @ way)

@@ -2,9 +2,8 @@
 
 A ball bounces in front of a robot that dances and waves, between a crate on a
 turning table and a blob on a stool; a train goes around them all, below a
-mobile. Behind them the door of a cabinet slides open and a screen changes: the
-only things that appear, and do not merely move. In the hall of the stage
-variants the robot is alone.
+mobile. Behind them the door of a cabinet slides open and a screen changes: only these reveal new
+content, while everything else just moves. In the hall of the stage variants the robot is alone.
 """
 
 from dataclasses import dataclass

@@ -1,10 +1,9 @@
 """Where a ray enters a solid, and which way the surface faces there.
 
 Every solid is one of five shapes of about unit size, mapped to the world by an
-affine matrix; the caller maps the ray back, so that a squashed ball and a tall
-box cost no more than a sphere and a cube. Directions are not normalized, hence
-a distance along the mapped ray is one along the ray itself. A ray that starts
-inside a solid does not see it, except in the blob.
+affine matrix; the caller maps the ray back, so a squashed ball and a tall box take no more time
+than a sphere and a cube. Directions are not normalized, so distances along the mapped ray equal
+those along the ray itself. A ray that starts inside a solid does not see it, except in the blob.
 """
 
 # mypy: allow-untyped-defs
@@ -79,7 +78,7 @@ def _enter_ball(ox, oy, oz, dx, dy, dz):
 
 @inlined
 def _slab(o, d):
-    """Return where a ray is between -1 and 1 along one axis."""
+    """Return the interval of a ray in which one coordinate is between -1 and 1."""
     if abs(d) < _FLAT:
         d = _FLAT
     first, last = (-1 - o) / d, (1 - o) / d

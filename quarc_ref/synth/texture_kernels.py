@@ -1,6 +1,6 @@
 """Patterns of surfaces: the color of a spot, in linear RGB.
 
-A spot is where the surface was hit: three coordinates in meters and three in
+A spot is the point where a surface was hit: three coordinates in meters and three in
 units of the shape, both in the shape's own space, then the direction out of
 it. A paint is `Paint.row`. Patterns have no detail finer than about 2 cm, the
 size of a pixel at 160x120; edges are softened by as much.
@@ -42,7 +42,7 @@ def color_of(paints, i, spot):
 
     Args:
         paints: `[P, 14]` as `Paint.row` has them.
-        i: Which of them it is.
+        i: Index of the paint.
         spot: Nine numbers: meters, units, direction out.
     """
     pattern = int(paints[i, 13])

@@ -1,4 +1,4 @@
-"""What a ray meets first, and whether anything stands between two points.
+"""The first surface that a ray hits, and whether two points see each other.
 
 The rays of a pixel go the same way, and so do those to a lamp. Solids that
 a bundle of rays can meet are listed once, by the spheres around groups and
@@ -23,9 +23,9 @@ def list_between(stage, listed, start, start_radius, end, end_radius):
     Args:
         stage: As `pack_stage` makes it.
         listed: `[S]` to be filled with indices of solids.
-        start: Center of the ball where it sets out, three numbers.
+        start: Center of the ball that the rays start in, three numbers.
         start_radius: Radius of that ball.
-        end: Center of the ball where it ends; it may be the same point.
+        end: Center of the ball that they end in; it may be the same point.
         end_radius: Radius of that ball, not less than the other.
 
     Returns:
@@ -45,7 +45,7 @@ def list_between(stage, listed, start, start_radius, end, end_radius):
 
 @inlined
 def find_before(solids, listed, count, ray, best, found):
-    """Return the distance to the nearest solid and its index, or what is given if nearer.
+    """Return the distance to the nearest solid and its index, or the given ones if nearer.
 
     Args:
         solids: Solids of the stage.
@@ -66,7 +66,7 @@ def find_before(solids, listed, count, ray, best, found):
 
 @inlined
 def is_hidden(solids, listed, count, ray, limit):
-    """Tell whether some listed solid is in the way of a ray before a limit."""
+    """Return whether a listed solid blocks a ray before a limit."""
     for j in range(count):
         i = listed[j]
         if _meets(solids, i, ray, limit) and _enter(solids, i, ray) < limit:
@@ -105,7 +105,7 @@ def _leave_axis(room, first, o, d):
 
 @inlined
 def _reaches_into(spheres, i, cone):
-    """Tell whether a sphere does; rows begin with center and radius."""
+    """Return whether a sphere blocks it; rows begin with center and radius."""
     x, y, z = spheres[i, 0] - cone[0], spheres[i, 1] - cone[1], spheres[i, 2] - cone[2]
     ax, ay, az = cone[4] - cone[0], cone[5] - cone[1], cone[6] - cone[2]
     length2 = ax * ax + ay * ay + az * az + _FLAT
@@ -119,7 +119,7 @@ def _reaches_into(spheres, i, cone):
 
 @inlined
 def _meets(spheres, i, ray, limit):
-    """Tell whether a ray meets a sphere before a limit."""
+    """Return whether a ray hits a sphere before a limit."""
     x, y, z = spheres[i, 0] - ray[0], spheres[i, 1] - ray[1], spheres[i, 2] - ray[2]
     along = x * ray[3] + y * ray[4] + z * ray[5]
     gap = x * x + y * y + z * z - spheres[i, 3] * spheres[i, 3]

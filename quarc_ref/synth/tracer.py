@@ -62,7 +62,7 @@ def trace_points(
 
 
 def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Return light after a lens: without one, edges would be sharper than any camera's."""
+    """Return light after lens blur: without it, edges would be sharper than in any camera."""
     before, at, after = _LENS_BLUR
     padding = [(int(each == axis), int(each == axis)) for each in range(light.ndim)]
     wide = np.pad(light, padding, mode="edge")

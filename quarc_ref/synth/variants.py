@@ -9,9 +9,10 @@ class Variant:
 
     Attributes:
         summary: What is hard about it, for `--help` and for tables.
-        is_stage: Whether the robot is alone in an empty hall, on a few percent of the pixels.
+        is_stage: Whether the scene is only the robot in an empty hall, on a few percent of the
+            pixels.
         is_dark: Whether walls, floor and ceiling of the hall are black.
-        tempo: How many times as fast everything moves.
+        tempo: Factor of the speed of all motion.
         has_visitor: Whether a balloon comes in from the left and leaves on the right.
         camera_spread: Standard deviation of the logarithms of the cameras' gains in linear
             light; a tenth of it is that of the colors that a camera mixes.

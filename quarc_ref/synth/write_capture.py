@@ -1,6 +1,6 @@
 """A synthetic capture on disk: videos, `poses_bounds.npy` and `points3D_init.ply`.
 
-A capture is there as a whole or not at all. The same options give the same bytes
+A capture is written completely or not at all. The same options give the same bytes
 on the same machine.
 """
 
@@ -28,7 +28,7 @@ _POINTS = 8000
 def write_synthetic_capture(
     folder: Path, options: SynthOptions, progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """Trace a scene and write it as N3DV has its captures; `cam00` is to be held out.
+    """Trace a scene and write it in the layout of N3DV; `cam00` is for evaluation.
 
     Args:
         folder: Folder that is created; it may exist if it is empty.
@@ -36,7 +36,7 @@ def write_synthetic_capture(
         progress: Called with the number of pictures done, and of all.
 
     Raises:
-        OutputPathError: The folder is there and not empty.
+        OutputPathError: The folder exists and is not empty.
         OSError: The folder cannot be written.
     """
     folder.absolute().parent.mkdir(parents=True, exist_ok=True)
@@ -75,7 +75,7 @@ def fill_synthetic_capture(
 def _find_points(
     stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
 ) -> Points:
-    """Return points that the cameras see, as many from each of them."""
+    """Return points that the cameras see, the same number for each camera."""
     generator = make_generator(seed, "points")
     share = -(-_POINTS // len(cameras))
     return join_points(

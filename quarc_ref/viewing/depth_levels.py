@@ -17,7 +17,7 @@ def quantize_depth(
         opacity: `[H, W]` 0 to 1.
 
     Returns:
-        `[H, W]` levels, 0 for what is not opaque enough to have a depth. The scale is the
+        `[H, W]` levels, 0 for pixels that are not opaque enough to have a depth. The scale is the
         least power of two at which the deepest pixel fits.
     """
     shown = np.where((opacity >= _OPAQUE) & np.isfinite(depth), depth.astype(np.float64), 0)

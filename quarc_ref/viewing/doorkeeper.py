@@ -1,10 +1,9 @@
-"""Which requests a local server answers: those of the page that the user opened.
+"""Restricts a local server to requests of the page that the user opened.
 
 Any website can make a browser send a request to this machine. Such a request
-names the host that it was meant for (Host), which is a foreign name where DNS
-has been made to lead here (DNS rebinding), and most name the page that sent it
-(Origin). Others on the machine or in the network lack the token, which is new
-every time and part of the address of the page.
+names the host that it was meant for (Host), which is a foreign name in a DNS rebinding attack, and
+most name the page that sent it (Origin). Other users and machines lack the token, which is random
+for each run and part of the page's URL.
 """
 
 import hmac
@@ -21,8 +20,8 @@ class Doorkeeper:
     """Decides which requests are answered.
 
     Args:
-        host: Name or address that the server listens at.
-        others: More names that browsers may know the server by.
+        host: Name or address that the server listens on.
+        others: Additional names of the server.
 
     Attributes:
         token: First part of the path of everything that is served.
@@ -36,7 +35,7 @@ class Doorkeeper:
     def find_fault(
         self, path: str, hosts: Sequence[str], origins: Sequence[str], address: str
     ) -> str | None:
-        """Return why a request is rejected; None if it is not.
+        """Return why a request is rejected; None if it is accepted.
 
         Args:
             path: Path of the request, with its query.
@@ -68,6 +67,6 @@ def is_host_name(text: str) -> bool:
 
 
 def _find_name(authority: str) -> str | None:
-    """Return the host of `host:port`; None if that is not what it is."""
+    """Return the host of `host:port`; None if it is malformed."""
     match = _AUTHORITY.fullmatch(authority.lower())
     return match and (match["ipv6"] or match["name"])

@@ -27,14 +27,14 @@ def draw_frames(
     Args:
         source: A stream.
         camera: Camera that sees them.
-        start: Ordinal of the first frame wanted.
-        stop: Ordinal after the last frame wanted; None for all.
+        start: Ordinal of the first frame.
+        stop: Ordinal after the last frame; None for all.
 
     Yields:
         The ordinal of a frame, and its picture `[H, W, 3]` sRGB.
 
     Raises:
-        BitstreamError: What is wrong with the bytes.
+        BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     for scene in decode(source, start, stop):
@@ -47,20 +47,20 @@ def draw_shots(
     draw: Callable[[Splats, Camera], Drawn],
     stop: int | None = None,
 ) -> Iterator[Drawn]:
-    """Draw shots, whose frames must not go backwards.
+    """Draw shots in playback order.
 
     Args:
         source: A stream that has their frames.
         shots: At least one.
-        draw: Returns what a camera sees of a frame.
-        stop: Ordinal after the last frame wanted; None for all. Damage before it is found,
+        draw: Function that renders a frame for a camera.
+        stop: Ordinal after the last frame; None for all. Damage before it is found,
             even after the last shot.
 
     Yields:
-        What is drawn of each shot.
+        The picture of each shot.
 
     Raises:
-        BitstreamError: What is wrong with the bytes.
+        BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     scenes = decode(source, shots[0].frame, stop)
@@ -73,7 +73,7 @@ def draw_shots(
 
 
 def draw_picture(splats: Splats, camera: Camera) -> Image:
-    """Return a picture `[H, W, 3]`; only a band of it is ever there in floats."""
+    """Return a picture `[H, W, 3]`; only one band of it at a time is held in floats."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top, rows in render_bands(splats, camera):
         np.clip(rows, 0, 1, out=rows)

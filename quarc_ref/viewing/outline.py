@@ -23,7 +23,7 @@ class CameraChoiceError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A stream, as far as its chunk headers tell.
+    """The structure of a stream, from its chunk headers.
 
     Attributes:
         header: From HEAD.
@@ -52,7 +52,7 @@ def outline_stream(source: Source) -> Outline:
     """Return the outline of a stream.
 
     Raises:
-        BitstreamError: What is wrong with HEAD.
+        BitstreamError: HEAD is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)
@@ -70,12 +70,12 @@ def outline_stream(source: Source) -> Outline:
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:
-    """Return the cameras that a stream names before its first frame; None if it has no frame.
+    """Return the cameras stored before a stream's first frame; None if it has no frame.
 
-    No more is read than what comes before that frame.
+    Only the bytes before that frame are read.
 
     Raises:
-        BitstreamError: What is wrong with the beginning of the stream.
+        BitstreamError: The beginning of the stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
     walk = FrameWalk(source)
@@ -94,7 +94,7 @@ def _is_whole(header: ChunkHeader, source: Source) -> bool:
 
 
 def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
-    """Return a camera by its name; the first one by None.
+    """Return a camera by its name; None selects the first one.
 
     Raises:
         CameraChoiceError: The stream has no such camera; the message names those it has.
@@ -114,8 +114,8 @@ def fit_height(camera: Camera, width: int) -> int:
     """Return the height of a camera's pictures when scaled to `width` pixels.
 
     Args:
-        camera: Whose pictures.
-        width: Pixels; however many, so that the size can be judged before it is taken.
+        camera: The camera.
+        width: Pixels; of any size, so that the caller can check it first.
     """
     return max(1, round(Fraction(camera.height * width, camera.width)))
 

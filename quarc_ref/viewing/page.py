@@ -18,14 +18,14 @@ POSTER = "poster.jpg"
 
 @dataclass(frozen=True, slots=True)
 class PageOptions:
-    """Options of a page; attributes of `<quarc-player>` where they are called so.
+    """Options of a page; some are attributes of `<quarc-player>` with the same names.
 
     Attributes:
         title: Title of the page.
-        camera: Name of the camera to look through at first; None for the first one.
+        camera: Name of the initial camera; None for the first one.
         up: The axis that points up, such as `-y`; None for that of the stream.
         autoplay: Whether to play at once.
-        loop: Whether to play again and again.
+        loop: Whether to repeat.
         live: Whether the stream is still being written.
     """
 
@@ -38,10 +38,10 @@ class PageOptions:
 
 
 def build_page(options: PageOptions, *, has_poster: bool = False, url: str | None = None) -> bytes:
-    """Return the HTML of a page that has the stream, the player and the poster beside it.
+    """Return the HTML of a page; the stream, the player and the poster are in the same folder.
 
     Args:
-        options: What it does.
+        options: Options of the page.
         has_poster: Whether there is a poster.
         url: URL of the page, if known.
     """
@@ -97,7 +97,7 @@ def _build_meta(name: str, value: str) -> str:
 
 
 def _build_attributes(values: Mapping[str, str | bool | None]) -> str:
-    """Return attributes of an element: True has no value, False and None are left out."""
+    """Return the text of attributes: True has no value; False and None are omitted."""
     return " ".join(
         name if value is True else f'{name}="{html.escape(str(value))}"'
         for name, value in values.items()

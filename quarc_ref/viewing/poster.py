@@ -17,10 +17,10 @@ def draw_poster(source: Source, camera: Camera) -> bytes | None:
         camera: Camera of the stream.
 
     Returns:
-        The file; None if the camera's pictures are a line, which no size makes a poster of.
+        The file; None if the camera's pictures are too narrow for a poster.
 
     Raises:
-        BitstreamError: What is wrong with the stream up to its first frame.
+        BitstreamError: The stream is invalid before or at its first frame.
     """
     width = min(camera.width, _SIDE, max(1, camera.width * _SIDE // camera.height))
     if fit_height(camera, width) > _SIDE:

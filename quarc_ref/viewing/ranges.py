@@ -6,16 +6,16 @@ _ONE_RANGE = re.compile(r"\s*bytes\s*=\s*(?P<first>\d{0,20})\s*-\s*(?P<last>\d{0
 
 
 def find_range(header: str | None, size: int) -> range | None:
-    """Return which bytes of a file a request asks for.
+    """Return the bytes of a file that a request asks for.
 
     Args:
         header: Value of the Range header; None without one.
         size: Bytes of the file.
 
     Returns:
-        The bytes, within the file; none of them where the range lies beyond its
-        end. None means the whole file: without the header, and where it is
-        malformed or asks for several ranges, which a server may ignore.
+        The range of bytes, within the file; empty if it lies beyond its end. None means the whole
+        file: if there is no header, or if it is malformed or has several ranges, which a server
+        may ignore.
     """
     match = _ONE_RANGE.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):

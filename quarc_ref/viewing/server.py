@@ -1,4 +1,4 @@
-"""A local web server for a page and what it loads, ranges included."""
+"""A local web server for a page and its files, with range requests."""
 
 import errno
 import os
@@ -55,7 +55,7 @@ class Server(ThreadingHTTPServer):
         report: Called with a message when a resource cannot be read.
 
     Raises:
-        OSError: The host is not this machine, or none of the ports is free.
+        OSError: The host is not this machine, or no port is free.
     """
 
     allow_reuse_address = os.name == "posix"  # elsewhere it would share a port that is in use
@@ -201,7 +201,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _await_range(source: GrowingSource, wanted: str | None) -> None:
-    """Wait for the first byte that a request asks for, where the stream may still get it."""
+    """Wait for the first requested byte, if the stream is still growing."""
     size = source.size() or 0
     part = find_range(wanted, size)
     if part is not None and not part:

@@ -31,7 +31,7 @@ class SharedSource:
 
 
 class GrowingSource(SharedSource):
-    """A stream that is still being written, whose size is waited for.
+    """A growing stream, whose reads wait for new bytes.
 
     Args:
         source: The stream.
@@ -43,7 +43,7 @@ class GrowingSource(SharedSource):
         self._patience = patience
 
     def await_more(self, offset: int) -> None:
-        """Return as soon as there is a byte at an offset, or nothing has come for too long."""
+        """Return as soon as there is a byte at an offset, or after a timeout without new data."""
         give_up = time.monotonic() + self._patience
         while (self.size() or 0) <= offset and time.monotonic() < give_up:
             time.sleep(_POLL_SECONDS)

@@ -39,13 +39,13 @@ def write_site(
 
     Args:
         folder: Folder that is filled.
-        source: The stream; one that comes only once will do.
+        source: The stream, which may be a pipe.
         options: Options of the page.
-        draw_poster: Returns a JPEG file of a stream, or None for no poster.
+        draw_poster: Function that returns a JPEG file for a stream, or None for no poster.
         url: URL at which the folder will be served, if known.
 
     Raises:
-        BitstreamError: What is wrong with the stream, of which every chunk is checked.
+        BitstreamError: The stream is invalid; every chunk is checked.
         SourceError: The file, pipe or server cannot be read.
     """
     with folder.open(STREAM) as sink:

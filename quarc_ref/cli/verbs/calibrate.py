@@ -115,7 +115,7 @@ def calibrate(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find poses, lenses and offsets of cameras from what they recorded: videos to a capture."""
+    """Turn recordings into a capture: find poses, lenses and time offsets of the cameras."""
     with report_errors():
         from quarc_ref.calibration.calibrate import CalibrateOptions
         from quarc_ref.calibration.calibrate import calibrate as find

@@ -64,9 +64,9 @@ def decode_frames(
 ) -> None:
     """Decode frames into files that other programs read: PATH/frame_0000.ply and so on.
 
-    PATH/sequence.json holds frame rate, axes and cameras. Formats that hold all frames in one
-    file make PATH/frames.usdc or the like. With --follow each file appears as soon as its
-    frame is decoded, else all appear at the end.
+    PATH/sequence.json holds frame rate, axes and cameras. Formats with all frames in one file
+    write PATH/frames.usdc or similar. With --follow each file appears as soon as its frame is
+    decoded; otherwise all appear at the end.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
@@ -115,10 +115,10 @@ def _offer_recovery(written: "Written", frames: str | None) -> Iterator[None]:
 
 
 def _names_a_file(output: Path, to: str | None) -> bool:
-    """Return whether a name is that of one file, and not of a folder.
+    """Return whether a name is that of a file, not of a folder.
 
     Raises:
-        UsageError: It is the name of another format than `--to` asks for.
+        UsageError: The name implies a format other than that of `--to`.
     """
     kind = output.suffix.lower().removeprefix(".")
     if kind in EXPORTS and to not in (kind, None):

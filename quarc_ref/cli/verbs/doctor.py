@@ -1,4 +1,4 @@
-"""The verb `doctor`: what is wrong with a capture, before hours are spent on it."""
+"""The verb `doctor`: finds problems of a capture before hours are spent on encoding it."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -57,7 +57,7 @@ def doctor(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find what is wrong with a capture, and forecast what encoding it takes."""
+    """Find problems of a capture, and forecast the resources that encoding it takes."""
     with report_errors():
         from quarc_ref.datasets.open_capture import CaptureOptions
         from quarc_ref.encoder.doctor import Examination

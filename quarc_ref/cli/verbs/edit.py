@@ -43,7 +43,7 @@ def cut(
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Cut frames out of a stream without re-encoding; frame numbers stay."""
+    """Cut frames out of a stream without re-encoding; frame numbers do not change."""
     with report_errors():
         from quarc_ref.streams import open_source
         from quarc_ref.streams.cut import cut as cut_stream
@@ -70,7 +70,7 @@ def join(
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Join streams of one kind without re-encoding; states stay."""
+    """Join streams with the same header without re-encoding; states do not change."""
     with report_errors(), ExitStack() as stack:
         from quarc_ref.streams import open_source
         from quarc_ref.streams.join import join as join_streams

@@ -68,8 +68,8 @@ def edit(
 ) -> None:
     """Crop, erase, rotate or recolor a stream, the same way in all frames, without pictures.
 
-    Colors alone are changed exactly, in integers. All else changes which Gaussians are anchors:
-    frames are fitted again, as by `import`, within bounds that are verified.
+    Colors alone are changed exactly, in integers. Other edits change which Gaussians are anchors:
+    frames are fitted again, as by `import`, within verified bounds.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
@@ -86,7 +86,7 @@ def edit(
 def _write(
     source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
 ) -> "tuple[int, SceneReport | None]":
-    """Write the stream; return its frames, and what became of them if they were fitted again."""
+    """Write the stream; return its number of frames, and a report if they were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
@@ -102,10 +102,10 @@ def _write(
 def _parse_edit(
     crop: list[str], drop: list[str], transform: str | None, recolor: list[str]
 ) -> "Edit":
-    """Return the edit that the options ask for.
+    """Return the edit that the options describe.
 
     Raises:
-        UsageError: One is malformed, or there is none.
+        UsageError: An option is malformed, or there is none.
     """
     import numpy as np
 
@@ -160,7 +160,7 @@ def _parse_colors(changes: list[str]) -> "Recoloring":
 
 
 def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
-    """Print what was written and how, unless that is where it went."""
+    """Print a summary, unless the stream goes to standard output."""
     if str(output) == STANDARD_STREAM:
         return
     size, method = output.stat().st_size, "fitted" if report else "exact"

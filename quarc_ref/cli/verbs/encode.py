@@ -266,7 +266,7 @@ def _encode_whole(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
 def _change_settings(
     preset: str, settings: list[str] | None, asked: dict[str, float | None], seed: int, version: str
 ) -> "EncoderConfig":
-    """A preset with `--set` and the options that stand for settings applied.
+    """A preset, with `--set` and the options for settings applied.
 
     Raises:
         UsageError: No such setting or value, or format 1.0 does not have it.

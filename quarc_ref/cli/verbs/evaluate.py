@@ -109,7 +109,7 @@ def show_evaluation(
     Args:
         schema: As for `print_json`.
         file: The stream.
-        evaluation: What was measured of it.
+        evaluation: Its measurements.
         page: Page of the report; None if none was written.
         as_json: Whether to print JSON.
     """

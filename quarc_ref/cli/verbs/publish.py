@@ -80,7 +80,7 @@ def _require_url(url: str) -> str:
 
 
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
-    """Return a JPEG file; None, with a message, if there is no camera or no renderer."""
+    """Return a JPEG file; None, with a message, if there is no camera or renderer."""
     if camera is None:
         print_message("the page has no poster: the stream has no cameras")
         return None

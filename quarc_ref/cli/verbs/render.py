@@ -1,4 +1,4 @@
-"""The verb `render`: what a camera of a stream sees, as a video or as pictures."""
+"""The verb `render`: renders a camera of a stream as a video or as pictures."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -109,7 +109,7 @@ def render(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Draw what a camera of a stream sees, as `eval` does: a video, or a folder of PNG files.
+    """Render the view of a camera of a stream, as `eval` does: a video, or a folder of PNG files.
 
     Pictures are rounded to 8 bits and otherwise exact; a video is H.264 at CRF 6, or VP9. With
     --path the camera moves while the stream plays.

@@ -154,7 +154,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
 
 
 def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
-    """Print what was written, unless that is where it went."""
+    """Print a summary, unless the stream goes to standard output."""
     from dataclasses import asdict
 
     if str(output) == STANDARD_STREAM:

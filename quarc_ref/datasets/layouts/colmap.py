@@ -3,8 +3,8 @@
 The model (colmap.github.io/format.html) is in `sparse/0`, in `sparse`, or in the folder
 itself, binary or text, and holds one image per camera: cameras stand still. Pictures are
 found by `arrangements`: `images/cam00.png` as COLMAP has them, `images/cam00/0000.png`,
-`frames/0000/cam00.png`, or videos beside the model. A lens may be bent; its pictures are
-straightened as they are read. Pictures of cameras that the model does not know are left alone.
+`frames/0000/cam00.png`, or videos beside the model. Pictures of lenses with distortion are
+undistorted as they are read. Pictures of cameras that the model does not know are left alone.
 """
 
 from collections.abc import Sequence
@@ -62,7 +62,7 @@ _Cameras = tuple[CalibratedCamera, ...]
 
 
 def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pictures]:
-    """Return the cameras under the first names by which there are pictures, and these."""
+    """Return the cameras, under the first kind of names that has pictures, and the pictures."""
     first, *others = namings
     try:
         return first, find_pictures(folder, [camera.name for camera in first])

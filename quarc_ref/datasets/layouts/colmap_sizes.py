@@ -1,8 +1,8 @@
-"""Whether the binary files of a COLMAP model are all there.
+"""Checks that the binary files of a COLMAP model are complete.
 
-pycolmap takes a file at its word: of one that breaks off, it can read numbers
-that are not there, allocate by them, and count up to them for minutes. So the
-records whose lengths vary are walked through before it opens the files.
+pycolmap does not check file sizes: in a truncated file it can read garbage counts, allocate memory
+for them, and loop for minutes. So records of variable length are checked before it opens the
+files.
 """
 
 import struct
@@ -49,20 +49,20 @@ def _ends_with_records(data: bytes, skip: Callable[[bytes, int], int]) -> bool:
 
 
 def _skip_image(data: bytes, position: int) -> int:
-    """Return where the record after an image's begins."""
+    """Return the offset after an image record."""
     name_end = data.index(b"\0", position + _POSE_BYTES)
     (count,) = _COUNT.unpack_from(data, name_end + 1)
     return name_end + 1 + _COUNT.size + _OBSERVATION_BYTES * int(count)
 
 
 def _skip_point(data: bytes, position: int) -> int:
-    """Return where the record after a point's begins."""
+    """Return the offset after a point record."""
     (count,) = _COUNT.unpack_from(data, position + _POINT_BYTES)
     return position + _POINT_BYTES + _COUNT.size + _TRACK_BYTES * int(count)
 
 
 def _skip_rig(data: bytes, position: int) -> int:
-    """Return where the record after a rig's begins: its id, and its sensors, all but one posed."""
+    """Return the offset after a rig record: its id and its sensors, all but one with a pose."""
     (count,) = _SHORT_COUNT.unpack_from(data, position + 4)
     position += 4 + _SHORT_COUNT.size + _SENSOR_BYTES * min(int(count), 1)
     for _ in range(int(count) - 1):
@@ -72,7 +72,7 @@ def _skip_rig(data: bytes, position: int) -> int:
 
 
 def _skip_frame(data: bytes, position: int) -> int:
-    """Return where the record after a frame's begins: its id and rig's, its pose, its images."""
+    """Return the offset after a frame record: its id, its rig's id, its pose, its images."""
     position += 4 + 4 + _RIGID_BYTES
     (count,) = _SHORT_COUNT.unpack_from(data, position)
     return position + _SHORT_COUNT.size + _DATA_BYTES * int(count)

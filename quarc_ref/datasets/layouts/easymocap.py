@@ -1,11 +1,11 @@
 """Captures as EasyMocap calibrates them: `intri.yml`, `extri.yml` and pictures or videos.
 
 The layout is published in EasyMocap's documentation ("Camera calibration" and "Data
-preparation", github.com/zju3dv/EasyMocap), and is that of ENeRF-Outdoor and other
-captures of ZJU: `images/00/000000.jpg` or `videos/00.mp4`. The files are OpenCV's
-FileStorage in YAML: `names`, and for a camera NAME `K_NAME` (3x3), `dist_NAME` (k1, k2,
-p1, p2, k3), `Rot_NAME` (3x3, world to camera) or `R_NAME` (its rotation vector), and
-`T_NAME` (3). Pixel centers are at whole numbers, as OpenCV has them.
+preparation", github.com/zju3dv/EasyMocap), and is also used by ENeRF-Outdoor and other captures of
+ZJU: `images/00/000000.jpg` or `videos/00.mp4`. The files are OpenCV's FileStorage in YAML:
+`names`, and for a camera NAME `K_NAME` (3x3), `dist_NAME` (k1, k2, p1, p2, k3), `Rot_NAME` (3x3,
+world to camera) or `R_NAME` (its rotation vector), and `T_NAME` (3). Pixel centers are at whole
+numbers, as OpenCV has them.
 """
 
 from collections.abc import Mapping

@@ -1,11 +1,11 @@
-"""Captures as Neural 3D Video lays them out: `poses_bounds.npy` beside videos or pictures.
+"""Captures in the layout of Neural 3D Video: `poses_bounds.npy` beside videos or pictures.
 
 Published with N3DV (DyNeRF; github.com/facebookresearch/Neural_3D_Video): `cam00.mp4`, ...
 and poses as LLFF writes them. MeetRoom's `cam_0.mp4` and pictures in folders of cameras
 (`cam00/0000.png`, `cam00/images/0000.png`) are read as well. Row i of the poses belongs
 to the i-th camera in the natural order of the names, in which numbers may have gaps. A row
 is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far; R maps camera to world, and
-its columns point down, right and backwards. `points3D*.ply`, if it is there, holds points.
+its columns point down, right and backwards. `points3D*.ply` holds initial points and is optional.
 """
 
 from collections.abc import Sequence
@@ -78,7 +78,7 @@ def _find_files(folder: Path, count: int) -> Files:
 
 
 def _prefer_usual(files: Files) -> Files:
-    """Return the files of cameras whose names begin as usual, if there are any, else of all."""
+    """Return the files of cameras with the usual name prefix, if there are any, else all files."""
     usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
     return usual or files
 

@@ -5,7 +5,7 @@ panoptic-toolbox): `hdVideos/hd_00_00.mp4`, or `hdImgs/00_00/00_00_00000000.jpg`
 script extracts them; VGA cameras likewise (`vgaVideos/vga_01_01.mp4`, `vgaImgs/01_01/...`).
 Each camera in the file has `K`, `distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to
 camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as OpenCV has them.
-Only cameras whose pictures are there are taken, HD ones before VGA ones.
+Only cameras with pictures are used, HD cameras before VGA cameras.
 """
 
 import json

@@ -23,8 +23,8 @@ class Layout:
 
     Attributes:
         name: What people call it.
-        needs: Files that a capture of this layout has. Each is named for people, and
-            followed by patterns of `Path.glob`, one of which must match.
+        needs: Files that a capture of this layout has. Each has a readable name and patterns of
+            `Path.glob`, one of which must match.
         read: The loader.
     """
 
@@ -33,7 +33,7 @@ class Layout:
     read: Callable[[Path], Footage]
 
     def find_missing(self, folder: Path) -> list[str]:
-        """Return the names of what the layout needs and a folder lacks."""
+        """Return the names of the files that the layout needs and a folder lacks."""
         return [
             name
             for name, *patterns in self.needs
@@ -68,8 +68,8 @@ def choose_layout(folder: Path) -> Layout:
     """Return the first layout of the table whose files a folder has.
 
     Raises:
-        UnknownLayoutError: It has those of no layout; the message lists all layouts, what is
-            missing for each, and what may be done.
+        UnknownLayoutError: No layout matches; the message lists all layouts, what each is missing,
+            and what to do.
     """
     for layout in LAYOUTS:
         if not layout.find_missing(folder):

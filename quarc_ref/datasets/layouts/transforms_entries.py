@@ -62,7 +62,7 @@ class Transforms:
     """A whole file.
 
     Attributes:
-        entries: As they come, at least one.
+        entries: Entries in file order, at least one.
         frames_per_second: Frame rate, if the file gives it.
         points: Name of the points' file, if there is one.
     """

@@ -121,7 +121,7 @@ def _require_equal_times(rig: _Rig) -> None:
 
 
 def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return entries whose times are their places among those of the same pose and lens."""
+    """Return the entries, each with its index among those of the same pose and lens as its time."""
     counts: dict[object, int] = {}
     numbered = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):

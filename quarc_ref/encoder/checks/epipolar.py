@@ -1,9 +1,9 @@
-"""Whether matches between pictures lie where the poses have them: on their epipolar lines.
+"""Checks whether matches between pictures lie on the epipolar lines of the poses.
 
-Matches are found without the poses, so that they say how far a pose is off, in pixels,
-even by less than what colors show. Repeated patterns can mislead single pairs of
-cameras that look from directions far apart; so neighbors are compared, and a camera is
-named if most of its pairs are against it. The worst is set aside before the next is named.
+Matches are found without the poses, so they give the error of a pose in pixels, even errors too
+small to show in the colors. Repeated patterns can mislead single pairs of cameras that look from
+directions far apart; so neighbors are compared, and a camera is named if most of its pairs are
+against it. The worst is set aside before the next is named.
 """
 
 from collections.abc import Iterator, Sequence
@@ -67,8 +67,8 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
 def _judge(pairs: Sequence[_Pair], count: int) -> Numbers:
     """Return `[camera]` the lower median of the errors of its pairs, pixels; 0 without any.
 
-    Pairs that look from directions far apart count only where there are no others, and
-    then for the camera: the least of their errors is taken.
+    Pairs with very different viewing directions are used only if a camera has no others; then the
+    least of their errors is taken.
     """
     errors = np.zeros(count)
     for camera in range(count):

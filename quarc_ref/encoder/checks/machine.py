@@ -34,9 +34,9 @@ def find_shortages(machine: Machine, memory_bytes: int, disk_bytes: int) -> Iter
     """Yield a finding for each resource that is too small.
 
     Args:
-        machine: What is free.
-        memory_bytes: What is needed of memory.
-        disk_bytes: What is needed of the disk.
+        machine: Free resources.
+        memory_bytes: Memory needed.
+        disk_bytes: Disk space needed.
     """
     if machine.memory_bytes is not None and machine.memory_bytes < memory_bytes:
         message = (

@@ -115,7 +115,7 @@ def measure_shifts(
     Args:
         cameras: At least three, most of them in step.
         changes: `[T - 1, rows, columns]` of each camera, as of `Recording`.
-        sides: Pixels that are one in `changes`, of each camera.
+        sides: Width of the blocks in `changes` in pixels, of each camera.
     """
     motion = [_keep_motion(each) for each in changes]
     rays = [
@@ -228,7 +228,7 @@ def _correlate_planes(ours: Numbers, theirs: Numbers) -> float:
 
 
 def _choose_shift(curves: Sequence[Numbers], most: int) -> int:
-    """Return the shift at which a camera agrees clearly best with its neighbors, else 0."""
+    """Return the shift at which a camera clearly agrees best with its neighbors, else 0."""
     if not curves:
         return 0
     mean = np.median(np.stack(curves), axis=0)

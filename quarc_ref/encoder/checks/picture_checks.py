@@ -82,8 +82,8 @@ def _look(camera: Camera, projection: PointProjection, picture: Image) -> _Looks
 def _compare_light(light: Numbers) -> Numbers:
     """Return `[camera, 4]` by how many stops a camera differs from most: exposure, then tints.
 
-    Of the points, three quarters differ by as much or more: what one camera sees and another
-    does not, behind an edge that no point marks, is not a difference of cameras.
+    It is the lower quartile over the points: an occlusion that no point marks is not a difference
+    between cameras.
 
     Args:
         light: `[camera, P, 3]` as of `_Looks`.
@@ -158,8 +158,8 @@ def _find_twins(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[F
 def _measure_blur(gray: NDArray[np.float32]) -> float:
     """Return how little a picture loses when it is blurred, from 0 to 1.
 
-    The measure is that of Crete et al., "The Blur Effect" (2007): the share of the
-    differences of neighbors that is still there after a blur, the larger of both axes.
+    The measure is that of Crete et al., "The Blur Effect" (2007): the share of the differences
+    between neighbors that remains after a blur, the larger of the two axes.
     """
     size = 2 * max(2, gray.shape[1] // 100) + 1
     top, left = (max(0, (side - _MOST_SHARP) // 2) for side in gray.shape)

@@ -47,7 +47,7 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
     """Return the recordings of all cameras; every frame is read.
 
     Args:
-        capture: Its held-out cameras are read as well.
+        capture: Its held-out cameras are included.
         advance: Called with the number of pictures read so far, and the total.
     """
     total = len(capture.cameras) * capture.frame_count
@@ -72,7 +72,7 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
 
 
 def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[Finding]:
-    """Yield a finding for each camera of which some frames cannot be read."""
+    """Yield a finding for each camera with unreadable frames."""
     for name, recording in zip(names, recordings, strict=True):
         if recording.faults:
             first = min(recording.faults)

@@ -1,8 +1,8 @@
-"""Rate-distortion selection of births: what they take off the loss, against their bytes.
+"""Rate-distortion selection of births: the loss reduction compared with their bytes.
 
 A new Gaussian stays if it lowers the loss of the training views by more than its share of the
-section costs. The births of a frame stay if together they lower it by more than the whole
-section costs.
+section costs. The births of a frame are kept if together they lower the loss by more than the cost
+of the whole section.
 """
 
 from collections.abc import Callable
@@ -77,7 +77,7 @@ class BirthObjective:
 def select_births(
     objective: BirthObjective, births: Attributes, parents: Tensor, cost: ByteCost
 ) -> Births | None:
-    """The new Gaussians whose gain exceeds their cost, quantized; None if there are none.
+    """The quantized new Gaussians whose gain exceeds their cost; None if there are none.
 
     Args:
         objective: Loss of the frame.

@@ -1,6 +1,6 @@
 """Stage 2 of a frame: new Gaussians where the scene changes (paper section 5).
 
-Only the new Gaussians are trained. The scene behind them, after its motion, is the decoder's
+Only the new Gaussians are trained. The scene behind them is the decoded scene after its motion,
 and stays fixed.
 """
 

@@ -1,8 +1,7 @@
 """The change gate: where the scene changed between frames (paper section 5).
 
-Of two pictures a frame apart, the one rendered scene is compared with both; the
-difference of the two losses moves a Gaussian in the picture only where the
-pictures differ (Eq. 4).
+One rendered scene is compared with two pictures a frame apart; the difference of the two losses
+has a screen-space gradient only where the pictures differ (Eq. 4).
 """
 
 import torch
@@ -25,7 +24,7 @@ def measure_change(
         attributes: Attributes of the scene after its motion.
         frame: Compared with the frame before it.
         view_count: Training views taken, evenly spread over all, the same in
-            every frame; of none the gate is open for all.
+            every frame; 0 opens the gate for all.
 
     The median is taken over the Gaussians that some view sees: were those
     unseen counted, a median of 0 would open the gate for all.

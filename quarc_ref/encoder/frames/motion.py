@@ -170,7 +170,7 @@ class _Residuals:
 
     Args:
         symbols: `[A, c]` where they start, in steps; levels one after the other.
-        borders: Where each level begins and ends.
+        borders: Index of the first anchor of each level, and the end.
         header: The steps.
     """
 

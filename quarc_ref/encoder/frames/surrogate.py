@@ -1,6 +1,6 @@
 """The decoder's motion in floats, for gradients only: SPEC 7.5 and 7.8, paper Eq. 2.
 
-It never becomes state: the decoder decides what a residual does. The two differ only by rounding
+Its results never become state: only the decoder applies residuals. The two differ only by rounding
 on the lattice and in Q22.
 """
 

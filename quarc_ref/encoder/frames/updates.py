@@ -1,8 +1,8 @@
 """Updates of single Gaussians, trained together with the motion (SPEC 7.8).
 
-At first every Gaussian may change on its own. Partway, the updates that lower the loss enough
-are selected and trained to the end; the others are reset to zero. A Gaussian that an update
-has faded out is deleted.
+At first every Gaussian may change on its own. Partway through training, the updates that lower the
+loss enough are selected and trained to the end; the others are reset to zero. A Gaussian that an
+update has faded out is deleted.
 """
 
 from collections.abc import Callable
@@ -90,8 +90,8 @@ class TrainedUpdates:
     ) -> None:
         """Keep the updates that gain enough and reset the others for good.
 
-        The gain of an update is estimated from the gradient at zero residuals: half of what
-        it predicts linearly, because the gradient falls to about 0 at the trained residuals.
+        The gain of an update is estimated from the gradient at zero residuals: half of its linear
+        prediction, because the gradient falls to about 0 at the trained residuals.
 
         Args:
             moved: Attributes after the motion.

@@ -1,7 +1,7 @@
 """Initial motion residuals of a frame, from the decoded motion of the previous one.
 
-They depend on the decoder's state alone, so that a resumed encode continues exactly. Where
-there was no motion, residuals start at the identity.
+They depend on the decoder's state alone, so that a resumed encode continues exactly. Gaussians
+without previous motion start at the identity.
 """
 
 import numpy as np

@@ -28,8 +28,8 @@ class Forecast:
     """Follows an encode.
 
     Args:
-        plan: The work ahead.
-        clock: Returns seconds since any moment.
+        plan: The remaining work.
+        clock: Returns seconds since an arbitrary moment.
     """
 
     def __init__(self, plan: EncodePlan, clock: Callable[[], float] = time.monotonic) -> None:
@@ -55,7 +55,7 @@ class Forecast:
         self._steps_left = 0
 
     def seconds_left(self) -> float | None:
-        """Return how long the whole encode still takes; None before anything is measured."""
+        """Return the remaining time of the whole encode; None before anything is measured."""
         frames = self._plan.frames - max(1, self._next_frame)
         if self._frames:
             passed = self._clock() - self._frame_begun

@@ -18,7 +18,7 @@ class JsonLog:
 
     Args:
         sink: Text file that lines are appended to; existing lines stay.
-        clock: Returns seconds since any moment.
+        clock: Returns seconds since an arbitrary moment.
     """
 
     def __init__(self, sink: TextIO, clock: Callable[[], float] = time.monotonic) -> None:

@@ -57,8 +57,8 @@ class TrainingStep:
         stage: `canonical`, `motion` or `births`.
         frame: Ordinal of the frame.
         step: Number of the iteration in its stage, from 1.
-        steps: How many the stage has.
-        gaussians: How many were drawn.
+        steps: Number of iterations of the stage.
+        gaussians: Number of Gaussians drawn.
         loss_tensor: The loss, a scalar in the graph.
         image: `[H, W, 3]` as drawn.
         truth: Returns the picture that the view is compared with, `[H, W, 3]`.
@@ -118,7 +118,7 @@ class Monitor(Protocol):
         """Receive the plan, before the work begins.
 
         Args:
-            plan: The work ahead.
+            plan: The remaining work.
             estimate: Measures how long it will take; this takes a second or two.
         """
         ...
@@ -132,7 +132,7 @@ class Monitor(Protocol):
         ...
 
     def end(self) -> None:
-        """Note that the stream is whole."""
+        """Report that the stream is complete."""
         ...
 
 

@@ -18,7 +18,7 @@ class EncodeStatus:
 
     Args:
         announce: Called with the estimate before training begins; None to make none.
-        clock: Returns seconds since any moment.
+        clock: Returns seconds since an arbitrary moment.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class EncodeStatus:
 
 
 def format_duration(seconds: float) -> str:
-    """Return a time as people say it: `45 s`, `3 min 20 s`, `2 h 5 min`."""
+    """Return a duration in readable form: `45 s`, `3 min 20 s`, `2 h 5 min`."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

@@ -56,5 +56,5 @@ class TensorBoardLog:
         self.close()
 
     def close(self) -> None:
-        """Write what is left, and close the files."""
+        """Flush and close the files."""
         self._writer.close()

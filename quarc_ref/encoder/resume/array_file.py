@@ -1,4 +1,4 @@
-"""Named arrays in a file, which is read only if all of it is as expected.
+"""Named arrays in a file, which is rejected unless all of it is as expected.
 
 A line of JSON gives a key, the type and shape of every array, and a CRC; the bytes of
 the arrays follow in that order, uncompressed. Types and shapes are compared with a
@@ -23,7 +23,7 @@ _HEADER_LIMIT = 1 << 16
 
 
 class ArrayFileError(Exception):
-    """A file does not hold the arrays that are expected."""
+    """A file does not hold the expected arrays."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ class Checkpoint:
 
     Args:
         path: Path of the file.
-        said: Identifies this training, in types of JSON.
+        said: Identifies this training, as JSON values.
     """
 
     def __init__(self, path: Path, said: object) -> None:
@@ -49,7 +49,7 @@ class Checkpoint:
         self._saved = time.monotonic()
 
     def load(self, layout: Layout) -> Arrays | None:
-        """Load the arrays; None if the file is missing, damaged or of another training.
+        """Load the arrays; None if the file is missing, damaged or from another training.
 
         Args:
             layout: What the arrays of this training can be.

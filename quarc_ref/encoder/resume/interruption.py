@@ -12,8 +12,8 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 def signals_deferred() -> Iterator[None]:
     """Deliver signals that arrive within this context when it ends.
 
-    Signals that no Python function handles are left alone, and so are all of them outside
-    the main thread, where none arrives.
+    Signals without a Python handler are left unchanged, and so are all signals outside the main
+    thread, where none arrive.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

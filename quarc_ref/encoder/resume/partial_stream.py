@@ -33,7 +33,7 @@ class PartialStream:
         metadata: From `meta`.
         frames: Chunks of the frames, the first canonical.
         end: Where the chunk after the last of them begins, bytes.
-        is_finished: Whether TAIL follows.
+        is_finished: Whether the stream ends with TAIL.
     """
 
     header: StreamHeader

@@ -1,6 +1,6 @@
 """Validates checkpoints of the canonical frame before they are used.
 
-Its file lies where others may be able to write. Kernels do not check what they are
+Other users may be able to write its file. Kernels do not check what they are
 given, so types, shapes and values are checked here.
 """
 
@@ -34,7 +34,7 @@ class Bounds:
         """Types and shapes of the training's arrays at any step.
 
         Args:
-            fresh: Those of its beginning.
+            fresh: State at the beginning of the training.
             of_gaussians: Names of those with a row per Gaussian, or with no rows.
         """
         kinds: dict[str, Kind] = {}

@@ -1,4 +1,4 @@
-"""How far a stream may be from the Gaussians that it is made of, attribute by attribute."""
+"""Error bounds of a stream relative to its input Gaussians, per attribute."""
 
 from dataclasses import asdict, dataclass, fields, replace
 
@@ -14,15 +14,15 @@ class Bounds:
 
     Attributes:
         position: On each axis, world units; 0 for `position_share`.
-        rotation: Angle of the turn between the two, radians.
+        rotation: Angle between the two rotations, radians.
         log_scale: Error of the natural logarithm of each standard deviation.
         opacity: Error of the opacity logit.
         sh_dc: Error of each coefficient of degree 0.
         sh_rest: Error of each coefficient of degree 1.
-        position_share: The bound of positions in shares of the median scale of the first
-            frame, where `position` is 0.
-        most_slack: By how much the bounds of position and rotation grow, at most, for a
-            Gaussian in which an error shows less (`slack.measure_slack`); 1 for not at all.
+        position_share: Bound of positions relative to the median scale of the first frame; used if
+            `position` is 0.
+        most_slack: Largest factor by which the bounds of position and rotation grow for a
+            Gaussian in which an error shows less (`slack.measure_slack`); 1 for none.
         size: Median scale of the first frame, world units; 0 until it is settled.
     """
 
@@ -47,7 +47,7 @@ class Bounds:
             raise ValueError(message)
 
     def settled(self, splats: Splats) -> "Bounds":
-        """Return the bounds with that of positions in world units.
+        """Return the bounds, with the bound of positions in world units.
 
         Args:
             splats: The first frame.

@@ -1,7 +1,7 @@
 """Edits of decoded frames, the same in all of them: crop, erase, transform, recolor.
 
-Which Gaussians there are decides which of them are anchors, and so does where they
-are: what is left of a stream after such an edit is fitted again, with its identities.
+The set of Gaussians and their positions determine the anchors: after an edit that changes either,
+the stream is fitted again, with the same identities.
 """
 
 from collections.abc import Iterable, Iterator
@@ -25,7 +25,7 @@ _NOT_RIGID = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Similarity:
-    """A turn, a uniform scaling and a shift: p becomes scale x rotation p + shift.
+    """A turn, a uniform scaling and a shift: p becomes scale * rotation * p + shift.
 
     Attributes:
         rotation: Nine numbers, row by row, of a rotation.
@@ -42,7 +42,7 @@ class Similarity:
         """Return the similarity of a matrix `[3, 4]` or `[4, 4]`.
 
         Raises:
-            ValueError: It does something else, such as mirroring or shearing.
+            ValueError: The matrix is not a similarity: it mirrors or shears.
         """
         linear = matrix[:3, :3]
         determinant = float(np.linalg.det(linear)) if np.isfinite(matrix).all() else 0.0
@@ -73,7 +73,7 @@ class Similarity:
         )
 
     def apply_to_camera(self, camera: Camera) -> Camera:
-        """Return the camera that sees of the new scene what it saw of the old."""
+        """Return the camera that sees the edited scene as the given one sees the original."""
         rotation = np.array(camera.rotation).reshape(3, 3) @ self.matrix.T
         translation = self.scale * np.array(camera.translation) - rotation @ self.shift
         return replace(
@@ -84,7 +84,7 @@ class Similarity:
         )
 
     def apply_to_header(self, header: StreamHeader) -> StreamHeader:
-        """Return a header that knows the new axes, where they are axes, and the new scale."""
+        """Return a header with the new scale, and the new up direction if it is an axis."""
         up_axis = 0
         if header.up_axis:
             place, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)

@@ -48,8 +48,7 @@ class GivenFrame:
     Attributes:
         splats: Its Gaussians, as 3DGS stores them; SH of degree 0 to 3, of which a
             stream keeps degree 1.
-        ids: `[N]` which Gaussian each is, the same in all frames; None where their
-            order tells.
+        ids: `[N]` which Gaussian each is, the same in all frames; None to match by order.
     """
 
     splats: Splats
@@ -61,14 +60,14 @@ class SceneOptions:
     """How to encode given Gaussians.
 
     Attributes:
-        bounds: What errors are allowed.
-        frames_per_second: Pace of the frames.
+        bounds: Allowed errors.
+        frames_per_second: Frame rate.
         keyframe_interval: Frames from a canonical frame to the next; 0 for as few as possible.
-        cameras: For the stream; they take no part in the encoding.
+        cameras: Stored in the stream; not used for encoding.
         metadata: For the stream, besides `encoder` and `bounds`.
-        header: Header with what the Gaussians do not give: axes, scale, seed, anchors.
+        header: Header with the values that Gaussians do not determine: axes, scale, seed, anchors.
         progress: Called after every frame.
-        frame_count: How many frames there are, for the progress; 0 if unknown.
+        frame_count: Number of frames, for the progress; 0 if unknown.
     """
 
     bounds: Bounds = field(default_factory=Bounds)
@@ -90,8 +89,8 @@ class SceneReport:
     """Result of encoding given Gaussians.
 
     Attributes:
-        frames: How many were written.
-        bounds: What errors were allowed.
+        frames: Number of frames written.
+        bounds: Allowed errors.
         errors: The largest errors of all decoded frames.
         dropped_sh_degree: The highest SH degree that was left out; 0 for none.
     """
@@ -140,7 +139,7 @@ class _Encoding:
     Args:
         sink: Binary file that the stream is appended to.
         options: As given to `encode_scenes`.
-        ahead: The first frames, by which steps are chosen.
+        ahead: The first frames, from which the steps are chosen.
     """
 
     def __init__(self, sink: BinaryIO, options: SceneOptions, ahead: list[GivenFrame]) -> None:
@@ -253,7 +252,7 @@ def _make_header(options: SceneOptions, bounds: Bounds, ahead: list[GivenFrame])
 
 
 def _count_faint_deaths(state: FrameState, dying: Bits) -> Int64:
-    """Return the indices of those that leave as the faintest of all, which costs no bits."""
+    """Return the indices of Gaussians that can die as the faintest ones, which costs no bits."""
     order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
     stays = np.flatnonzero(~dying[order])
     return order[: stays[0] if stays.size else 0]

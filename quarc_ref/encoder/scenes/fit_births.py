@@ -24,7 +24,7 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
         rows: `[n]` rows of the target that are new.
 
     Raises:
-        EncodeError: A newborn is farther from all others than the format can code.
+        EncodeError: A new Gaussian is too far from all others for the format.
     """
     if not rows.size:
         return None, rows

@@ -1,4 +1,4 @@
-"""A stream whose frames are edited, fitted again: by the path of `import`."""
+"""Edits the frames of a stream and fits them again, as `import` does."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,19 +15,20 @@ from quarc_ref.streams.source import Source
 
 
 def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOptions) -> SceneReport:
-    """Write a stream as it is after an edit, which is not of colors alone.
+    """Write an edited stream. For edits of colors only, use `recolor`.
 
-    Pace, axes, scale, anchors, cameras and metadata are those of the stream, turned with it.
+    Frame rate, axes, scale, anchors, cameras and metadata are those of the stream, transformed
+    with it.
 
     Args:
         source: A stream.
         sink: Binary file that the stream is appended to.
         edit: The edit of every frame.
-        options: Bounds and progress; all else comes from the stream.
+        options: Bounds and progress; other options are taken from the stream.
 
     Raises:
-        BitstreamError: What is wrong with the stream.
-        EncodeError: A frame has no Gaussian left, or cannot be held within the bounds.
+        BitstreamError: The stream is invalid.
+        EncodeError: A frame has no Gaussian left, or cannot be coded within the bounds.
     """
     decoder = StreamDecoder()
     scenes: Iterator[Scene] = decode(source, decoder=decoder)

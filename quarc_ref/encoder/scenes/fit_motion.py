@@ -1,10 +1,10 @@
-"""The symbols of anchors that move Gaussians to where they are to be.
+"""Symbols of anchors that move Gaussians to their target positions.
 
-From the coarsest level to the finest, each anchor takes the median, in steps, of
-what its Gaussians still lack: most of them move alike, and the others are
-better left to the levels below, and to updates, than followed halfway as by a
-mean. A second sweep fits each level to what the others have left. An anchor takes
-nothing where all of its Gaussians are close enough without it.
+From the coarsest level to the finest, each anchor takes the median, in steps, of the remaining
+motion of its Gaussians. Most of them move in the same way; a mean would follow outliers halfway,
+while the median leaves them to finer levels and updates. A second sweep fits each level to the
+residual of the others. An anchor takes nothing where all of its Gaussians are close enough without
+it.
 """
 
 from collections.abc import Sequence
@@ -92,7 +92,8 @@ def _sweep(anchors: Anchors, lacking: Float64, alive: Int64) -> list[Int64]:
 def find_medians(values: Float64, followed: Int32, count: int) -> Float64:
     """Return `[c, count]` the median of the values `[c, n]` of each anchor's followers.
 
-    Of two in the middle it is the nearer to 0, and 0 between two of different signs, or none.
+    Of two middle values it takes the one nearer to 0; it is 0 if they differ in sign, or if there
+    are none.
 
     Args:
         values: A column per Gaussian.
@@ -119,7 +120,7 @@ def _drop_needless(
     alive: Int64,
     limits: Sequence[tuple[slice, Float64]],
 ) -> list[Int64]:
-    """Return the symbols without those that no Gaussian needs, the finest first."""
+    """Return the symbols without those that no Gaussian needs, checking the finest level first."""
     bindings = anchors.binding[:, alive]
     left = lacking - sum(level[:, bound] for level, bound in zip(symbols, bindings, strict=True))
     kept = [level.copy() for level in symbols]

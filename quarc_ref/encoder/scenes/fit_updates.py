@@ -69,7 +69,8 @@ def fit_updates(
 ) -> tuple[Updates, Bits]:
     """Return the updates of a frame, and which Gaussians leave by them.
 
-    Those leave that have no row in the target, and those that no update brings there.
+    Gaussians without a row in the target die, and so do those that no update can bring close
+    enough.
 
     Args:
         moved: After the motion.

@@ -1,4 +1,4 @@
-"""Finds steps that numbers have already: what was quantized once is not quantized again."""
+"""Detects existing quantization steps, so that quantized values are not quantized again."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ _NEARLY_ALL = 0.98
 
 
 def find_step(values: NDArray[np.floating], least: float) -> float | None:
-    """Return the step that numbers are multiples of; None if there is none of some size.
+    """Return the step of which all numbers are multiples; None if there is none.
 
     Args:
         values: Numbers, in an array of any shape.
@@ -34,11 +34,11 @@ def find_step(values: NDArray[np.floating], least: float) -> float | None:
 
 
 def find_lattice(positions: list[NDArray[np.floating]], most: float) -> int | None:
-    """Return the least k such that all coordinates are whole numbers of 2^-k; None without any.
+    """Return the least k such that all coordinates are multiples of 2^-k; None if there is none.
 
     Args:
         positions: Arrays of coordinates, world units.
-        most: The largest whole number that may come of it.
+        most: The largest multiple allowed.
     """
     reach = max(float(np.abs(array).max()) for array in positions)
     for exponent in range(LATTICE_EXPONENT_LIMIT + 1):
@@ -56,11 +56,11 @@ def greatest_divisor(numbers: NDArray[np.floating]) -> int:
 
 
 def usual_divisor(numbers: NDArray[np.floating], most: int) -> int:
-    """Return the largest whole number that nearly all of others are multiples of.
+    """Return the largest integer of which nearly all numbers are multiples.
 
     Args:
-        numbers: Whole; those that are 0 do not count.
-        most: Largest number that is searched for.
+        numbers: Integers; zeros are ignored.
+        most: Largest candidate.
 
     Returns:
         That number; 1 if there is none, or if all numbers are 0.

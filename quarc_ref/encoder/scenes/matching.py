@@ -1,9 +1,8 @@
 """Which Gaussians of a frame are which of the next: by their ids, or by their order.
 
-Without ids, rows in the same order are the same Gaussians. Where their numbers
-differ, rows that are equal but for position and rotation, and unlike all others,
-show where the order goes on; between two of these, runs of equal length are
-taken to be the same. What is left over has died or was born.
+Without ids, rows in the same order are the same Gaussians. If frames have different numbers of
+rows, rows that are unique and equal except for position and rotation are landmarks; between two
+landmarks, runs of equal length are matched in order. Unmatched rows have died or were born.
 """
 
 from bisect import bisect_left
@@ -33,7 +32,7 @@ class Match:
 
 
 def match_ids(before: Int64, after: Int64) -> Match:
-    """Return the rows that have the same ids; each id is there at most once in a frame."""
+    """Return the rows that have the same ids; an id occurs at most once in a frame."""
     _, first, second = np.intersect1d(before, after, assume_unique=True, return_indices=True)
     order = np.argsort(first)
     return Match(first[order], second[order])
@@ -64,7 +63,7 @@ def match_order(before: Splats, after: Splats) -> Match:
 
 
 def _match_landmarks(before: Splats, after: Splats) -> tuple[Int64, Int64]:
-    """Return rows that are alone in both frames in what they are, in the same order."""
+    """Return rows whose attributes are unique in both frames, in the same order."""
     keys = np.concatenate([_describe(before), _describe(after)])
     _, names, counts = np.unique(keys, return_inverse=True, return_counts=True)
     names = names.reshape(-1)
@@ -116,7 +115,7 @@ def _longest_ascent(numbers: Int64) -> Int64:
 def _match_gap(
     before: Splats, rows: tuple[int, int], after: Splats, others: tuple[int, int]
 ) -> tuple[Int64, Int64]:
-    """Return the rows between two landmarks that go on in order, from the front."""
+    """Return the matching rows between two landmarks, counted from the front."""
     first, second = np.arange(*rows), np.arange(*others)
     count = min(first.size, second.size)
     first, second = first[:count], second[:count]
@@ -128,7 +127,7 @@ def _match_gap(
 
 
 def _is_plausible(before: Splats, rows: Int64, after: Splats, others: Int64) -> Bits:
-    """Return `[n]` whether Gaussians may be the same by where they are and by their color."""
+    """Return `[n]` whether Gaussians may be the same, by position and color."""
     moved = np.abs(after.positions[others] - before.positions[rows]).max(axis=1)
     reach = _FAR * np.exp(np.minimum(before.log_scales[rows].max(axis=1), 30.0))
     recolored = np.abs(after.sh[others, 0] - before.sh[rows, 0]).max(axis=1)

@@ -1,9 +1,9 @@
 """Recolors a stream exactly: all coded integers stay, except the codes of SH DC.
 
-A color is 0.5 + C0 s, s being the coefficients (SPEC 10.2). A gain for all of it scales
-the steps of SH and adds a number to the codes of SH DC; so does an offset of a channel. No
-place, no anchor and no choice of a decoder depends on these codes, so that the motion,
-the updates and the deaths of a stream stay as they are, symbol by symbol.
+A color is 0.5 + C0 s, s being the coefficients (SPEC 10.2). A common gain scales the steps of SH
+and adds a number to the codes of SH DC; an offset of a channel also adds to these codes.
+Positions, anchors and decoder decisions do not depend on these codes, so the symbols of motion,
+updates and deaths stay the same.
 """
 
 from dataclasses import dataclass, replace
@@ -33,8 +33,8 @@ class Recoloring:
     """A change of all colors of a scene.
 
     Attributes:
-        gain: That all colors are multiplied by, above 0.
-        offset: What is added to red, green and blue then; 1 is white.
+        gain: Factor of all colors, above 0.
+        offset: Offset added to red, green and blue afterwards; 1 is white.
     """
 
     gain: float = 1.0
@@ -50,7 +50,7 @@ class Recoloring:
         """Return the header with steps of SH that bring the gain.
 
         Raises:
-            EncodeError: They are beyond what a header holds.
+            EncodeError: The steps are out of the header's range.
         """
         try:
             return replace(
@@ -63,7 +63,7 @@ class Recoloring:
             raise EncodeError(message) from error
 
     def count_codes(self, header: StreamHeader) -> Int64:
-        """Return `[3]` what is added to the codes of SH DC, for a header with the new steps.
+        """Return `[3]` offsets of the codes of SH DC, for a header with the new steps.
 
         Raises:
             EncodeError: It is beyond all codes.
@@ -80,7 +80,7 @@ class Recoloring:
 def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     """Write a stream in other colors; return how many frames it has.
 
-    Offsets are rounded to whole codes; all else is exact. Cameras and metadata stay;
+    Offsets are rounded to whole codes; everything else is exact. Cameras and metadata stay;
     snapshots become canonical frames of the same state, and ancillary chunks of
     unknown types are left out.
 
@@ -90,8 +90,8 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
         recoloring: The new colors.
 
     Raises:
-        BitstreamError: What is wrong with the stream.
-        EncodeError: A color goes beyond what the format carries.
+        BitstreamError: The stream is invalid.
+        EncodeError: A color is out of the format's range.
     """
     decoder = StreamDecoder()
     writer: _Recoloring | None = None

@@ -1,8 +1,8 @@
 """The header of a stream of given Gaussians: its lattice and its steps, by the bounds.
 
-A step is as wide as the bound, so that rounding takes half of it and leaves the
-other half to what changes from frame to frame. Where numbers are on a grid
-already, and one that keeps the bound, that is taken: they are exact then.
+A step is as wide as the bound: rounding takes up to half of it, which leaves the other half for
+changes between frames. Where numbers are on a grid already, and one that keeps the bound, that is
+taken: they are exact then.
 """
 
 import math
@@ -45,7 +45,7 @@ def choose_steps(
         header: All else of it.
         bounds: Settled.
         frames: The first frames, one at least.
-        matches: Which Gaussians of each are which of the next.
+        matches: Matches between each frame and the next.
 
     Raises:
         EncodeError: The bounds are too narrow for the extent of the scene.
@@ -112,7 +112,7 @@ def _choose_step(values: NDArray[np.floating], bound: float) -> float:
 
 
 def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
-    """Return the fewest fraction bits by which rotations keep their bound."""
+    """Return the smallest number of fraction bits that keeps the rotation bound."""
     unit = normalize(rotations.T.astype(np.float64))
     fixed = np.rint(unit * ROTATION_ONE).astype(np.int64)
     errors = {}

@@ -1,4 +1,4 @@
-"""A frame that a stream is to come close to, in the steps of the stream."""
+"""A frame that a stream must approximate, in the steps of the stream."""
 
 from dataclasses import dataclass, fields
 
@@ -50,7 +50,7 @@ class Target:
 
 
 def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
-    """Return a frame in the steps of a stream; of its SH, no more than the stream's degree.
+    """Return a frame in the steps of a stream, with SH up to the degree of the stream.
 
     Args:
         splats: The frame.
@@ -58,7 +58,7 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
         bounds: Settled.
 
     Raises:
-        EncodeError: A number is not finite, or beyond what the format carries.
+        EncodeError: A number is not finite, or out of the format's range.
     """
     for field in fields(splats):
         if not np.isfinite(getattr(splats, field.name)).all():

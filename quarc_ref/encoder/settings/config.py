@@ -1,6 +1,6 @@
-"""All encoder settings, with their defaults and what they mean.
+"""All encoder settings, with their defaults and descriptions.
 
-The defaults are the paper's values where it states one. `presets` names whole sets of
+Where the paper states a value, it is the default. `presets` names whole sets of
 settings; `--set motion.lr=5e-4` changes one. Fields carry their description as metadata,
 which `quarc-ref encode --list-settings` prints. Iteration counts are optimizer steps;
 lengths are world units unless stated otherwise.

@@ -1,9 +1,9 @@
 """Named trees of settings, and changes to single leaves by name.
 
 `main` is the best that was measured, bytes against PSNR (benchmarks/README.md).
-`demo` fits the built-in capture into a few minutes of two cores, and holds its
-quality at several times the bytes. `paper` is the paper's schedule to the
-letter, where it states one, and its steps: all of them 0.01 but that of positions.
+`demo` encodes the built-in capture in a few minutes on two cores, with the same quality at several
+times the bytes. `paper` follows the schedule that the paper states and its steps, which are all
+0.01 except that of positions.
 """
 
 import difflib
@@ -184,7 +184,7 @@ def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa:
 
 
 def _parse_value(hint: Any, text: str) -> Any:  # noqa: ANN401
-    """Return the value that a text stands for; raise KeyError or ValueError if there is none."""
+    """Return the value of a text; raise KeyError or ValueError if it is invalid."""
     kind = get_args(hint)[0] if get_origin(hint) is Annotated else hint
     if kind is bool:
         return _BOOLEANS[text.lower()]

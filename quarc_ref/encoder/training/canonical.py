@@ -4,13 +4,13 @@ What differs from 3DGS, all of it set by `CanonicalSettings`:
 
 - Noise on positions (paper section 3) keeps the scene from overfitting its views; noise along
   each Gaussian's own axes tells training that positions within a Gaussian are equivalent.
-- Opacities decay, so that only Gaussians that the pictures keep asking for survive. Haze in
+- Opacities decay, so that only Gaussians that the pictures need survive. Haze in
   front of the cameras disappears first.
 - Gaussians that contribute little are pruned halfway through densification and after it. The
   others have time to take their place, and train faster.
 - The first iterations may use pictures of half the size.
-- The last part is fine-tuning: all attributes pass through the quantizer, so what is trained
-  is what will be written.
+- The last part is fine-tuning: all attributes pass through the quantizer, so the trained values
+    are those that will be written.
 """
 
 import math
@@ -132,7 +132,7 @@ class _Training:
         return arrays | {"step": np.array(self.step), "left": np.array(self._views.left, np.int64)}
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Continue from a checkpoint, if it holds a state that this training can have."""
+        """Continue from a checkpoint, if its state is valid for this training."""
         of_gaussians = {**self._trainer.state(), **self._statistics.state()}
         settings = self._objective.settings
         bounds = Bounds(
@@ -237,7 +237,7 @@ def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tupl
 def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -> list[float]:
     """Learning rates of an iteration, in the order of `Attributes`.
 
-    That of positions decays exponentially all along; all decay during fine-tuning.
+    The rate of positions decays exponentially throughout; all rates decay during fine-tuning.
     """
     settings = objective.settings
     share = step / settings.iterations

@@ -81,7 +81,7 @@ class TrainingContext:
             stage: As `TrainingStep` has it.
             place: The frame, the step, from 1, and how many the stage has.
             view: That was compared.
-            gaussians: How many were drawn.
+            gaussians: Number of Gaussians drawn.
             image: `[H, W, 3]` what was drawn.
             loss: A scalar.
         """
@@ -102,14 +102,14 @@ class TrainingContext:
     def mask(self, image: Tensor, view: int, frame: int) -> Tensor:
         """An image `[H, W, 3]` of a view, black where the view is masked.
 
-        What is compared with `truth` passes through here, so that masked pixels have no error
-        and no gradient. Without a mask it is the same tensor.
+        Every image that is compared with `truth` is masked here, so that masked pixels have no
+        error and no gradient. Without a mask it is the same tensor.
         """
         mask = self.views.mask(view, frame)
         return image if mask is None else image * mask
 
     def photometric_loss(self, image: Tensor, view: int, frame: int, dssim: float) -> Tensor:
-        """Loss of a rendered view against its picture, without what is masked.
+        """Loss of a rendered view against its picture, without masked pixels.
 
         Args:
             image: `[H, W, 3]` rendered.

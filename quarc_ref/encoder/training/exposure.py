@@ -1,10 +1,9 @@
 """Exposure compensation: a color gain per training camera (not in the paper).
 
-Cameras of a rig differ in exposure and white balance. Left to itself, training
-paints the differences into the scene, as view-dependent color that is wrong
-from everywhere else. Here every training camera has a gain for red, green and
-blue, and training compares with pictures as the mean camera would have taken
-them. A stream carries no gains: its scene is the mean camera's.
+Cameras of a rig differ in exposure and white balance. Without correction, training fits the
+differences with view-dependent color that is wrong from all other directions. Here every training
+camera has a gain for red, green and blue, and training compares with pictures as the mean camera
+would have taken them. A stream carries no gains: its scene is the mean camera's.
 """
 
 from collections.abc import Iterable
@@ -37,7 +36,7 @@ class Exposures:
     def correct(self, picture: Tensor, view: int) -> Tensor:
         """A view's picture `[H, W, 3]` with its exposure corrected to the mean camera's.
 
-        As long as the gains stay what they are, it is the same tensor every time.
+        The tensor is cached until the gains change.
         """
         if picture not in self._corrected:
             self._corrected[picture] = picture / self.gains[view]
@@ -49,8 +48,8 @@ class Exposures:
 
         Args:
             view: Index of the view.
-            image: `[H, W, 3]` what the scene shows there.
-            picture: `[H, W, 3]` what the camera took.
+            image: `[H, W, 3]` rendered view.
+            picture: `[H, W, 3]` picture of the camera.
             rate: The share.
         """
         self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), rate)
@@ -75,7 +74,7 @@ class Exposures:
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
     """Least-squares gain from an image to a picture, `[3]`.
 
-    Pixels that the camera has saturated say nothing; a few of the others say enough.
+    Saturated pixels carry no information; a subset of the others is sufficient.
     """
     image, picture = image.detach()[::_APART, ::_APART], picture.detach()[::_APART, ::_APART]
     shown = image * (picture < _SATURATED)

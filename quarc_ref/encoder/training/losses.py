@@ -1,9 +1,9 @@
 """The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
 
 On a CPU the SSIM and its gradient are numba's; elsewhere, and in float64, they
-are torch's convolutions. Both are the same SSIM to float precision. A truth is
-compared with many pictures: what the SSIM needs of it alone is found once, and
-kept as long as the truth is.
+are torch's convolutions. Both are the same SSIM to float precision. A ground truth is compared
+with many pictures: the terms of SSIM that depend only on it are computed once, and cached as long
+as the truth exists.
 """
 
 from typing import Any

@@ -1,15 +1,15 @@
 """Prunes Gaussians of a canonical frame that contribute little to the pictures.
 
-A picture is linear in the opacity of one Gaussian, the others as they are: its
-derivative by that opacity, times the opacity, is all that would change if the
-Gaussian were gone. The sum of the squares of that over a picture is found
-without a pass per Gaussian: the derivative of a sum of pixels with random
-signs, squared, is that sum on average (Hutchinson's estimate of a diagonal).
+With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian: the derivative
+with respect to that opacity, times the opacity, is the change if the Gaussian were removed. The
+sum of the squares of that over a picture is found without a pass per Gaussian: the derivative of a
+sum of pixels with random signs, squared, is that sum on average (Hutchinson's estimate of a
+diagonal).
 
-The square alone decides and not the rise of the error: what the others do not
-take over in fine-tuning is the size of the hole. Its measure is the squared error
-of the pixels that a Gaussian shows in, the median over all of them: neither lamps
-that no scene models nor a black hall around a small subject move it.
+The criterion is the squared change, not the increase of the error, because fine-tuning of the
+other Gaussians removes much of that increase. Its measure is the squared error of the pixels that
+a Gaussian shows in, the median over all of them: neither lamps that no scene can model nor a black
+background around a small subject affect it.
 """
 
 from dataclasses import replace
@@ -33,7 +33,7 @@ def prune_by_contribution(
     Args:
         trainer: Changed in place.
         context: Its training views are the pictures.
-        price: Presence below which a Gaussian goes, in medians of the error around one.
+        price: Presence below which a Gaussian is pruned, in medians of the error around one.
         generator: Random generator of the probes.
     """
     presence, error = measure_contributions(context, trainer.attributes.detached(), generator)

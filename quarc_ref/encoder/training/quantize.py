@@ -24,7 +24,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
     """Quantize attributes to the steps of a stream.
 
     Raises:
-        EncodeError: A number is not finite, or beyond what the format carries.
+        EncodeError: A number is not finite, or out of the format's range.
     """
     for tensor in attributes.tensors():
         if not bool(torch.isfinite(tensor).all()):
@@ -53,7 +53,7 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
     stragglers of training at most, are left out.
 
     Raises:
-        EncodeError: None is left.
+        EncodeError: No Gaussian is left.
     """
     half = min(1 << (AXIS_BITS_LIMIT - 1), POSITION_LIMIT // header.position_step) - 1
     steps = attributes.means / position_step(header)
@@ -73,7 +73,7 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
         scene: After the motion of the frame.
 
     Raises:
-        EncodeError: A number is not finite, or beyond what the format carries.
+        EncodeError: A number is not finite, or out of the format's range.
     """
     order = np.argsort(parents, kind="stable")
     rows = torch.from_numpy(order).to(attributes.means.device)

@@ -1,7 +1,7 @@
-"""Terms of the canonical frame's loss beside the photometric one.
+"""Terms of the canonical frame's loss besides the photometric one.
 
-The opacity and scale penalty is that of 3DGS-MCMC: haze covers much and shows little, and is
-wrong from other views. The rate term estimates the bits of a Gaussian's codes: about the
+The opacity and scale penalty is that of 3DGS-MCMC: haze covers many pixels, contributes little,
+and is wrong in other views. The rate term estimates the bits of a Gaussian's codes: about the
 logarithm of their magnitude or of their spread.
 """
 

@@ -2,8 +2,9 @@
 
 torch splits long arrays into a piece per thread. It sums piece by piece, and computes the end of
 a piece with other instructions than the rest, so the last bits depend on the number of threads.
-Training therefore uses one thread on every machine. The renderer's kernels, whose results do not
-depend on it, use all processors and do most of the work: a second thread of torch gains nothing.
+Training therefore uses one thread on every machine. The kernels of the renderer use all processors
+and do most of the work, so a second thread of torch gains nothing. Their results do not depend on
+the number of threads.
 """
 
 from collections.abc import Iterator

@@ -17,8 +17,8 @@ class TrainingViews:
     """The training cameras of a capture and their pictures on a device.
 
     Args:
-        capture: Its held-out cameras are left alone.
-        device: Where the pictures go.
+        capture: Its held-out cameras are not used.
+        device: Device that holds the pictures.
         downscale: Pixels across and down that are averaged to one. What does
             not fill a pixel on the right and at the bottom is cut off.
 
@@ -97,7 +97,7 @@ class Shuffle(Iterator[int]):
         generator: Random generator of the permutations.
 
     Attributes:
-        left: What comes before the next order is drawn.
+        left: Views of the current order that have not been used yet.
     """
 
     def __init__(self, count: int, generator: torch.Generator) -> None:

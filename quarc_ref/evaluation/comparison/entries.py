@@ -39,7 +39,7 @@ class Holdings:
     """Frames and size of an entry.
 
     Attributes:
-        kind: What it is, for people.
+        kind: Human-readable kind.
         frames: Ordinals of its frames, ascending.
         byte_count: Size of all its frames together; None if unknown.
     """
@@ -84,7 +84,7 @@ class SplatEntry(Entry):
     Args:
         label: As for `Entry`.
         holdings: As for `Entry`.
-        load: Returns the Gaussians of a frame; frames are asked for in ascending order.
+        load: Returns the Gaussians of a frame; frames are requested in ascending order.
     """
 
     def __init__(self, label: Label, holdings: Holdings, load: Callable[[int], Splats]) -> None:

@@ -59,7 +59,7 @@ def _read_ply(path: Path) -> Splats:
 
 
 class _Reading:
-    """Frames that are read one after the other, as far as they are asked for."""
+    """Frames that are read in order, on demand."""
 
     def __init__(self, frames: Iterator[tuple[Splats, object]], path: Path) -> None:
         self._frames = enumerate(frames)

@@ -60,9 +60,9 @@ class Comparison:
         measured: Measurements of each entry, in the order of the entries.
         frames: Ordinals of the frames that were compared.
         cameras: Names of the cameras that were compared on.
-        truth: What the truth is, for people.
+        truth: Human-readable description of the ground truth.
         frames_per_second: Frame rate of all entries.
-        shown: Views to look at.
+        shown: Views to show.
         variants: The variant of each metric, by its name.
     """
 
@@ -85,7 +85,7 @@ def measure_entries(
 
     Args:
         opened: The entries and the truth.
-        span: The first frame wanted and the one after the last; None for no bound.
+        span: First frame and the one after the last; None for all frames.
         lpips: Measures LPIPS; None to leave it out.
         on_progress: Called after every frame: stage, done, total.
 
@@ -163,7 +163,7 @@ def _draw_truth(
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
     """Yield the truth of each camera in levels and from 0 to 1, and its mask.
 
-    The truth is the camera's picture, or without a capture what the first entry shows.
+    The truth is the camera's picture, or without a capture the rendering of the first entry.
     """
     capture = opened.capture
     if capture is None:

@@ -1,4 +1,4 @@
-"""Streams as entries: decoded once, from the first frame that is asked for."""
+"""Streams as entries: decoded once, from the first requested frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def open_stream(
 
 
 class _Decoding:
-    """A stream that is decoded as far as it is asked for."""
+    """A stream that is decoded on demand."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data

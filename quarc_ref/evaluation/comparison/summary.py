@@ -146,7 +146,7 @@ def _make_point(
 
 
 def spread(numbers: Sequence[float]) -> Spread | None:
-    """Return the mean and deviation of numbers; None of none."""
+    """Return the mean and deviation of numbers; None if there are none."""
     return spread_of(numbers) if numbers else None
 
 

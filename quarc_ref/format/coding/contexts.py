@@ -1,8 +1,7 @@
 """What contexts have seen so far, and the probability that follows: SPEC 8.2.
 
-Both sides count the zeros and ones of every context and go on counting from
-frame to frame, so that a probability need not be sent. Counts are halved when
-they grow large: recent bits weigh most.
+Encoder and decoder count the zeros and ones of every context, across frames, so that probabilities
+need not be sent. Counts are halved when they grow large: recent bits weigh most.
 """
 
 from typing import Final
@@ -16,7 +15,7 @@ from quarc_ref.format.constants import COUNT_LIMIT, WEIGHT_BITS
 class ContextCounts:
     """The counts of all contexts of all models, nothing seen at first.
 
-    What was handed out by `copy` does not change what it was copied from.
+    Changes of a copy do not affect the original.
     """
 
     def __init__(self) -> None:
@@ -39,7 +38,7 @@ class ContextCounts:
         return weights
 
     def learn(self, model: str, contexts: Int64, zeros: Int64, ones: Int64) -> None:
-        """Add what a plane has shown.
+        """Add the bits of a plane.
 
         Args:
             model: Name.

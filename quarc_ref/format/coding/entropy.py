@@ -59,7 +59,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
 
 
 def open_words(words: UInt32) -> BitDecoder:
-    """Return a decoder of the words: that of `decoding_with`, else the fastest there is.
+    """Return a decoder of the words: that of `decoding_with`, else the fastest available.
 
     Raises:
         InvalidWordsError: No encoder writes such words.
@@ -69,11 +69,11 @@ def open_words(words: UInt32) -> BitDecoder:
 
 @contextmanager
 def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
-    """Let `open_words` open another decoder, as long as this context lasts.
+    """Make `open_words` open another decoder within this context.
 
     Args:
-        opener: Takes words as `open_words` does. It must give the same bits. None for the
-            fastest there is.
+        opener: Takes words as `open_words` does. It must give the same bits. None for the fastest
+            available.
     """
     token = _opener.set(opener)
     try:
@@ -83,7 +83,7 @@ def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[Non
 
 
 def open_fastest(words: UInt32) -> BitDecoder:
-    """Return constriction's decoder where there is one, else the one in plain Python.
+    """Return constriction's decoder if it is installed, else the one in plain Python.
 
     Raises:
         InvalidWordsError: No encoder writes such words.

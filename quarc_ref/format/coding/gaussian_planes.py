@@ -39,7 +39,7 @@ from quarc_ref.format.records import (
 
 
 def order_canonical(positions: Int64) -> Int64:
-    """Return `[n]` the indices of Gaussians in the order in which CANO wants them.
+    """Return `[n]` the indices of Gaussians in the order of a CANO.
 
     Args:
         positions: `[3, n]` position steps, each axis within 2^20 of each other.
@@ -49,7 +49,7 @@ def order_canonical(positions: Int64) -> Int64:
 
 
 def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
-    """Return origin, axis bits and the Gaussians in Morton order, as CANO wants them.
+    """Return origin, axis bits and the Gaussians in Morton order, for a CANO.
 
     Args:
         gaussians: In any order, each axis of positions within 2^20 steps.
@@ -124,7 +124,7 @@ def write_births(births: Births, counts: ContextCounts) -> Section:
 
     Args:
         births: Their parents ascend.
-        counts: What contexts have seen before.
+        counts: Counts of the contexts so far.
 
     Raises:
         EncodeError: Two colors or scales of a newborn are too far apart.
@@ -143,7 +143,7 @@ def read_births(
         section: As the FRAM chunk holds it.
         code_planes: Codes of a Gaussian.
         count: How many, within the stream's level.
-        counts: What contexts have seen before.
+        counts: Counts of the contexts so far.
 
     Returns:
         The newborn, and what contexts have seen since.
@@ -234,7 +234,7 @@ def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
 
 
 def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code rows one by one; how far those before are from 0 is the context."""
+    """Code rows one by one; the magnitudes of the rows before are the context."""
     so_far = np.zeros(rows.shape[1], dtype=np.int64)
     coded = np.zeros_like(rows)
     for number, row in enumerate(rows):

@@ -1,10 +1,9 @@
 """The residuals of a frame's anchors as planes: SPEC 8.7.
 
-Levels go from coarse to fine. Of each anchor it is asked first whether it
-moves at all; only of those that do, channel by channel, whether a symbol is
-not 0; then the signs and, in unary, the magnitudes of those that are not. The
-contexts come from what is expected of an anchor: what its Gaussian did in the
-last frame, less what the coarser levels have done already.
+Levels go from coarse to fine. The first plane codes whether each anchor moves. For anchors that
+move, the next planes code, channel by channel, whether a symbol is nonzero, and then the signs
+and, in unary, the magnitudes of nonzero symbols. The contexts come from what is expected of an
+anchor: what its Gaussian did in the last frame, minus the motion of the coarser levels.
 """
 
 from collections.abc import Sequence
@@ -42,7 +41,7 @@ def write_motion(
     Args:
         levels: Contexts, level 1 (the finest) first.
         symbols: `[c, a]` of each level, level 1 first.
-        counts: What contexts have seen before the frame.
+        counts: Counts of the contexts before the frame.
 
     Raises:
         EncodeError: A symbol is beyond 65.
@@ -63,7 +62,7 @@ def read_motion(
     Args:
         section: As the FRAM chunk holds it.
         levels: Contexts, level 1 (the finest) first.
-        counts: What contexts have seen before the frame.
+        counts: Counts of the contexts before the frame.
 
     Returns:
         `[c, a]` of each level, level 1 first, and what contexts have seen since.
@@ -134,7 +133,7 @@ class _Level:
         return coded
 
     def _expected(self, anchors: Int64) -> Int64:
-        """Return `[c, n]` the last motion of anchors `[n]`, less what is done already."""
+        """Return `[c, n]` the last motion of anchors `[n]`, minus that of coarser levels."""
         parents = self._context.parents[anchors]
         return self._context.previous[:, anchors] - self._above.sums[:, parents]
 
@@ -179,7 +178,7 @@ class _Level:
 
 
 def _kinds(channels: int) -> list[str]:
-    """Return what each channel is of: x, y, z, maybe w, and x, y, z."""
+    """Return the component of each channel: x, y, z, possibly w, and x, y, z."""
     return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
 

@@ -5,10 +5,9 @@ a context of the plane's model. All bits of a plane that share a context form
 one run of the coder under one probability: the one that follows from what the
 context has seen before, or one that the plane states.
 
-Each walk over the planes of a section is written once, for both directions. A
-`PlaneWriter` gives back the answers it is handed; a `PlaneReader` takes no
-notice of what it is handed and gives the answers of the section. A walk must
-go on from what it was given back.
+Each walk over the planes of a section is written once, for both directions. A `PlaneWriter`
+returns the answers that it is given; a `PlaneReader` ignores them and returns the answers of the
+section. A walk must continue with the returned answers.
 """
 
 from collections.abc import Sequence
@@ -53,10 +52,10 @@ class Planes(Protocol):
 
 
 class PlaneWriter:
-    """Gathers planes and makes a section of them.
+    """Collects planes and builds a section.
 
     Args:
-        counts: What contexts have seen before; not modified.
+        counts: Counts of the contexts so far; not modified.
     """
 
     def __init__(self, counts: ContextCounts) -> None:
@@ -95,8 +94,8 @@ class PlaneReader:
     """Gives back the planes of a section.
 
     Args:
-        section: As a chunk holds it, its CRC checked.
-        counts: What contexts have seen before; not modified.
+        section: Words of the chunk, whose CRC has been checked.
+        counts: Counts of the contexts so far; not modified.
 
     Raises:
         InvalidWordsError: No encoder writes such words.

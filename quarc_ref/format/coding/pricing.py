@@ -11,7 +11,7 @@ from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 
 
 def is_worth_stating(zeros: Int64, ones: Int64, known: Int64, fitting: Int64) -> Bits:
-    """Tell for which contexts a stated probability saves more bits than it costs.
+    """Return for which contexts a stated probability saves more bits than it costs.
 
     Args:
         zeros: `[n]` how many bits of each context are 0.

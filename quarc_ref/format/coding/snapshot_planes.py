@@ -1,8 +1,8 @@
 """Snapshots as planes: canonical frames coded against the last CANO (SPEC 8.9).
 
-One walk for both directions (see `planes`). Gaussians of the CANO that are still
-there stand in its order, which is Morton's, so that the one before is a neighbor
-and has often moved alike. All others are coded as a canonical frame codes them.
+One walk for both directions (see `planes`). Surviving Gaussians keep the Morton order of the CANO,
+so the previous one is a spatial neighbor and has often moved in the same way. All others are coded
+as a canonical frame codes them.
 """
 
 from dataclasses import dataclass
@@ -81,7 +81,7 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
 
     Raises:
         EncodeError: Two colors of a newborn are too far apart.
-        SymbolRangeError: The frame is wider than a CANO can say.
+        SymbolRangeError: The frame is wider than a CANO can represent.
     """
     order = np.flatnonzero(roots >= 0)
     order = order[np.argsort(roots[order], kind="stable")]
@@ -146,7 +146,7 @@ def _walk_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
     """Walk the planes: `lives` is `[N]`, `rows` `[SURVIVOR_ROWS, N]`.
 
     Returns:
-        The indices `[n]` of those that live, and their rows.
+        The indices `[n]` of the survivors, and their rows.
     """
     lives = planes.code("survivors, lives", np.zeros(lives.size, dtype=np.int64), lives)
     kept = np.flatnonzero(lives)
@@ -175,7 +175,7 @@ def _walk_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
 
 
 def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
-    """Code rows one by one; how far those of the field before are from 0 is the context."""
+    """Code rows one by one; the magnitudes of the rows of the field before are the context."""
     so_far = np.zeros(values.shape[1], dtype=np.int64)
     coded = np.zeros_like(values)
     for place, row in enumerate(range(rows.start, rows.stop)):
@@ -219,10 +219,10 @@ def _add(canonical: Gaussians, kept: Int64, rows: Int64) -> Gaussians:
 
 
 def _sort(gaussians: Gaussians) -> Int64:
-    """Return the order of a frame: that of Morton, as a CANO would have it.
+    """Return the order of the Gaussians of a frame: Morton order, as in a CANO.
 
     Raises:
-        SymbolRangeError: The frame is wider than a CANO can say.
+        SymbolRangeError: The frame is wider than a CANO can represent.
     """
     offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_FAR)[:, None]
     if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]

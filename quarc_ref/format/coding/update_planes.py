@@ -1,8 +1,8 @@
 """Updates of single Gaussians as planes: SPEC 8.8.
 
 One walk for both directions (see `planes`). Most Gaussians of a frame do not
-change, so that the first plane, over all of them, is the one to keep cheap;
-all others are over the few that do.
+change, so the first plane, which covers all of them, must be cheap; all other planes cover the few
+that do.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from quarc_ref.format.updates import ROTATION, UPDATE_FIELDS, Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpdateContext:
-    """What is known of the Gaussians of a frame before its updates.
+    """Context of the Gaussians of a frame before its updates.
 
     Attributes:
         motion: `[c, N]` what moved each in this frame, the sum of its levels' symbols.
@@ -44,10 +44,10 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
     Args:
         context: Context of the frame.
         updates: Which Gaussians change, and how.
-        counts: What contexts have seen before the frame.
+        counts: Counts of the contexts before the frame.
 
     Raises:
-        EncodeError: A residual is beyond what the format carries.
+        EncodeError: A residual is out of the format's range.
     """
     if np.abs(updates.residuals[ROTATION]).max(initial=0) > ROTATION_UNITY_LIMIT:
         message = f"a rotation residual is beyond {ROTATION_UNITY_LIMIT}"
@@ -74,7 +74,7 @@ def read_updates(
     Args:
         section: As the FRAM chunk holds it.
         context: Context of the frame.
-        counts: What contexts have seen before the frame.
+        counts: Counts of the contexts before the frame.
 
     Returns:
         The updates, and what contexts have seen since.

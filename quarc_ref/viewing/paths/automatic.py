@@ -1,4 +1,4 @@
-"""Paths that need nothing but the cameras of a stream."""
+"""Paths computed from the cameras of a stream."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,13 +22,13 @@ _SPIRAL_REACH = 0.5  # of how far cameras are from their middle
 
 
 def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Return a full turn about what the cameras look at, at one height.
+    """Return a full circle around the point that the cameras look at, at constant height.
 
     Args:
         cameras: Cameras of the stream.
-        first: Where the turn begins.
+        first: Camera at which the circle begins.
         up_axis: From the stream's header.
-        count: How many poses; the last is the one before the first.
+        count: Number of poses; the last is followed by the first.
 
     Raises:
         PathError: The up direction is unknown, or the first camera is right above the center.
@@ -50,13 +50,13 @@ def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) ->
 
 
 def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Return a spiral before a rig whose cameras look the same way, all at one center.
+    """Return a spiral in front of a rig whose cameras look the same way, all at one point.
 
     Args:
         cameras: Cameras of the stream.
-        first: Whose angle of view is kept.
+        first: Camera with the angle of view.
         up_axis: From the stream's header.
-        count: How many poses.
+        count: Number of poses.
 
     Raises:
         PathError: The up direction is unknown.
@@ -79,8 +79,8 @@ def tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) ->
 
     Args:
         cameras: Cameras of the stream.
-        first: Where it begins.
-        count: How many poses; the last is that of the last camera.
+        first: Camera at which it begins.
+        count: Number of poses; the last is that of the last camera.
     """
     left = [pose_of(camera) for camera in cameras if camera.name != first.name]
     stops = [pose_of(first)]

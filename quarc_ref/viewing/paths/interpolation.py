@@ -11,7 +11,7 @@ from quarc_ref.viewing.paths.pose import Pose, Vector
 
 
 def interpolate_poses(times: Vector, poses: Sequence[Pose], at: NDArray[np.float64]) -> list[Pose]:
-    """Return poses at times, on a smooth way through those that are given.
+    """Return poses at times, on a smooth path through the given ones.
 
     Args:
         times: `[n]` when each pose is reached, ascending.

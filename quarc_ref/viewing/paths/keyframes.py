@@ -33,8 +33,8 @@ class Keyframes:
     Attributes:
         times: `[n]` seconds, ascending from 0.
         poses: `[n]`.
-        frames: `[n]` ordinals of the stream's frames that are shown then; None where the
-            stream plays on.
+        frames: `[n]` ordinals of the frames shown at these times; None if the stream plays
+            normally.
     """
 
     times: Vector
@@ -60,10 +60,10 @@ class Keyframes:
         return interpolate_poses(self.times, self.poses, times)
 
     def frames_at(self, frames_per_second: float, first: int, last: int) -> list[int]:
-        """Return the frame of each picture, held between a first and a last one.
+        """Return the frame of each picture, clamped to a range.
 
-        Where no keyframe names a frame, the stream plays from the first one on; else it
-        plays evenly between keyframes that name frames, and stands still before and after.
+        If no keyframe has a frame, the stream plays from the first one on; else it plays at
+        constant speed between keyframes with frames, and pauses before and after them.
         """
         moments = np.arange(self.count_pictures(frames_per_second)) / frames_per_second
         known = [
@@ -85,7 +85,7 @@ def read_keyframes(path: Path, cameras: Sequence[Camera], like: Camera, up_axis:
     Args:
         path: Path of the file.
         cameras: Cameras of the stream, which the file may name.
-        like: Camera whose angle of view is used where a keyframe has none.
+        like: Camera whose angle of view is used for keyframes without one.
         up_axis: From the stream's header.
 
     Raises:
@@ -102,7 +102,7 @@ def read_keyframes(path: Path, cameras: Sequence[Camera], like: Camera, up_axis:
 def parse_keyframes(
     data: bytes, cameras: Sequence[Camera], like: Camera, up_axis: int
 ) -> Keyframes:
-    """Return the path that bytes hold; arguments and errors as for `read_keyframes`."""
+    """Parse a path from bytes; arguments and errors are as for `read_keyframes`."""
     listed = _parse_list(data)
     times: list[float] = []
     poses: list[Pose] = []

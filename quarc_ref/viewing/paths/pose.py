@@ -1,4 +1,4 @@
-"""Where a moving camera is and where it looks."""
+"""Position and orientation of a moving camera."""
 
 import math
 from collections.abc import Sequence
@@ -82,8 +82,8 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
 
     Args:
         cameras: Cameras of the stream.
-        up_axis: From the stream's header; where it is 0, unknown, cameras are taken to be
-            level on average.
+        up_axis: From the stream's header; if it is 0 (unknown), cameras are assumed to be level on
+            average.
     """
     if up_axis:
         axis, is_negative = divmod(up_axis - 1, 2)
@@ -96,7 +96,7 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
 def find_center(cameras: Sequence[Camera]) -> Vector:
     """Return `[3]` the point that is nearest to the viewing axes of all cameras.
 
-    Where these do not meet, it lies before the first camera.
+    If these do not meet, it is in front of the first camera.
     """
     poses = [pose_of(camera) for camera in cameras]
     normal = sum((np.eye(3) - np.outer(it.axes[2], it.axes[2]) for it in poses), np.zeros((3, 3)))

@@ -22,8 +22,8 @@ def plan_shots(
         outline: Outline of the stream.
         name: `orbit`, `spiral`, `interpolate`, or a file of keyframes.
         like: Camera with the picture size, angle of view and first pose of the path.
-        span: The first frame to show, and the one after the last; None for all.
-        pictures: How many; the frames are spread over them. None for one per frame. Not
+        span: First frame to show and the one after the last; None for all.
+        pictures: Number of pictures; the frames are spread over them. None for one per frame. Not
             for keyframes, which have times.
 
     Raises:
