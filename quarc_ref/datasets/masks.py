@@ -17,7 +17,11 @@ from quarc_ref.datasets.arrangements import (
     list_videos,
 )
 from quarc_ref.datasets.capture import Mask, MaskSource
-from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
+from quarc_ref.datasets.errors import (
+    CountMismatchError,
+    MissingCameraError,
+    UnreadableVideoError,
+)
 from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
@@ -40,16 +44,22 @@ class FileMasks:
 
     Raises:
         CountMismatchError: A camera has more than one mask, but not one for every frame.
-        CaptureError: A video of masks cannot be read.
+        CaptureError: A first mask cannot be read, or has another size than the pictures.
     """
 
     def __init__(
         self, files: Sequence[Sequence[Path]], sizes: Sequence[Size], lengths: Sequence[int]
     ) -> None:
         self.paths = tuple(path for row in files for path in row)
-        self._sizes = tuple(sizes)
-        self._sources = [_open(row, size) for row, size in zip(files, sizes, strict=True)]
-        for source, length in zip(self._sources, lengths, strict=True):
+        self._sources = [_open(row) for row in files]
+        for source, size, length in zip(self._sources, sizes, lengths, strict=True):
+            if source is not None and source.sizes[0] != size:
+                path, (width, height) = source.paths[0][0], source.sizes[0]
+                message = (
+                    f"mask {path} is {width}x{height}, but the pictures of its camera are "
+                    f"{size[0]}x{size[1]}"
+                )
+                raise UnreadableVideoError(message)
             if source is not None and source.lengths[0] not in (1, length):
                 path, count = source.paths[0][0], source.lengths[0]
                 message = (
@@ -65,13 +75,6 @@ class FileMasks:
             return None
         picture = source.read(0, frame if source.lengths[0] > 1 else 0)
         path = source.paths[0][min(frame, len(source.paths[0]) - 1)]
-        width, height = self._sizes[camera]
-        if picture.shape[:2] != (height, width):
-            message = (
-                f"mask {path} is {picture.shape[1]}x{picture.shape[0]}, but the pictures of its "
-                f"camera are {width}x{height}"
-            )
-            raise UnreadableVideoError(message)
         least = 0 if path.suffix.lower() == _LOSSLESS else _HALF
         return np.asarray(picture.max(axis=2) > least)
 
@@ -107,6 +110,9 @@ def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | Non
     Args:
         folder: Folder of the capture.
         names: `[camera]` names of the cameras.
+
+    Raises:
+        MissingCameraError: There are masks, and none of them is of a camera.
     """
     inside = folder / MASKS_NAME
     listed: list[Files] = [
@@ -119,12 +125,18 @@ def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | Non
         name: paths for files in listed for name, paths in files.items()
     }
     rows = [found.get(name, ()) for name in names]
+    if found and not any(rows):
+        message = (
+            f"{inside} has masks of {', '.join(sorted(found))}, but no camera is named so: name "
+            f"them after the cameras, such as {names[0]}.png"
+        )
+        raise MissingCameraError(message)
     return rows if any(rows) else None
 
 
-def _open(paths: Sequence[Path], size: Size) -> Pictures | None:
+def _open(paths: Sequence[Path]) -> Pictures | None:
     if not paths:
         return None
     if len(paths) == 1 and is_video(paths[0]):
         return VideoPictures([VideoReader(paths[0])])
-    return FilePictures([paths], [size])
+    return FilePictures([paths])

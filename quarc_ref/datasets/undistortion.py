@@ -15,6 +15,7 @@ from quarc_ref.datasets.errors import UnsupportedCameraError
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
 _WIDEST = 6.0  # tangent of what a pinhole may see to a side: 80 degrees and a half
+_HALF = 128  # of 255: a mask covers half of a pixel
 _STRAY_LIMIT = 1.0  # pixels that the inverse of a distortion may be off at the border
 
 
@@ -66,12 +67,12 @@ class Rectifier:
         Args:
             mask: `[H, W]` of a picture as `source` sees it.
         """
-        kept = mask.astype(np.uint8)
+        kept = np.where(mask, np.uint8(255), np.uint8(0))
         if self._pinhole is not self.source:
-            kept = _as_image(cv2.remap(kept, *self._find_maps(), cv2.INTER_NEAREST))
-        down, height, width = self._downscale, self.lens.height, self.lens.width
-        squares = kept[: height * down, : width * down].reshape(height, down, width, down)
-        return np.asarray(squares.all(axis=(1, 3)))
+            kept = _as_image(cv2.remap(kept, *self._find_maps(), cv2.INTER_LINEAR))
+        side, height, width = self._downscale, self.lens.height, self.lens.width
+        squares = kept[: height * side, : width * side].reshape(height, side, width, side)
+        return np.asarray((squares >= _HALF).all(axis=(1, 3)))
 
     def _find_maps(self) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
         if self._maps is None:

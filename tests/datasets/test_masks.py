@@ -3,13 +3,16 @@
 import json
 import shutil
 
-import cv2
 import numpy as np
 import pytest
 
 from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
-from quarc_ref.datasets.errors import CountMismatchError, UnreadableVideoError
+from quarc_ref.datasets.errors import (
+    CountMismatchError,
+    MissingCameraError,
+    UnreadableVideoError,
+)
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.undistortion import Rectifier
 from tests.datasets.scenes import (
@@ -122,14 +125,18 @@ def test_a_downscaled_pixel_counts_if_all_of_it_does(n3dv_folder, tmp_path):
 
 
 def test_a_mask_is_straightened_like_its_picture():
-    lens = Lens(64, 48, 60.0, 60.0, 32.0, 24.0, (-0.2, 0.05))
-    rectifier = Rectifier(lens)
-    picture = np.zeros((48, 64, 3), np.uint8)
-    picture[10:30, 20:50] = 255
-    shown = rectifier.rectify(picture)[..., 0] > 127
-    mask = rectifier.rectify_mask(picture[..., 0] > 0)
-    edge = cv2.morphologyEx(shown.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3))) > 0
-    assert np.array_equal(mask[~edge], shown[~edge])
+    rectifier = Rectifier(Lens(320, 240, 300.0, 300.0, 160.0, 120.0, (-0.2, 0.05)))
+    y, x = np.mgrid[:240, :320]
+    mask = np.sin(x / 9) * np.sin(y / 11) > 0
+    shown = rectifier.rectify(np.uint8(255 * mask)[..., None].repeat(3, axis=2))[..., 0] > 127
+    assert (rectifier.rectify_mask(mask) != shown).mean() < 0.001
+
+
+def test_masks_that_are_of_no_camera_are_rejected(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    write_picture(folder / "masks" / "left.png", _draw())
+    with pytest.raises(MissingCameraError, match="masks of left, but no camera"):
+        open_capture(folder)
 
 
 @pytest.mark.parametrize(("count", "shape"), [(3, (48, 32)), (1, (24, 16))])
@@ -138,7 +145,7 @@ def test_masks_that_do_not_fit_are_rejected(n3dv_folder, tmp_path, count, shape)
     for frame in range(count):
         write_picture(folder / "masks" / "cam01" / f"{frame:04d}.png", _draw(size=shape))
     with pytest.raises((CountMismatchError, UnreadableVideoError), match="cam01"):
-        open_capture(folder).mask(1, 0)
+        open_capture(folder)
 
 
 def test_a_named_mask_that_is_missing_is_rejected(tmp_path):
