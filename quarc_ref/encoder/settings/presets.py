@@ -51,6 +51,7 @@ _MAIN = EncoderConfig(
         initial_gaussians=20_000,
         max_gaussians=40_000,
         sh_from_iter=3600,
+        lambda_dssim=0.4,
         densify_from_iter=300,
         densify_until_iter=2700,
         position_noise=0.0,
