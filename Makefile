@@ -43,10 +43,10 @@ locked: $(READY) ## Compare the installed versions with requirements/.
 demo: $(READY) $(CORE) ## Trace a scene, encode it, decode it, measure it: demo/report/index.html.
 	$(BIN)/quarc-ref demo -o demo --force
 
-test: $(READY) $(CORE) ## Run all tests.
+test: $(READY) $(CORE) ## Run the tests; those marked thorough run in `make check`.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile $(TEST_OPTIONS)
 
-check: TEST_OPTIONS := --both-coders
+check: TEST_OPTIONS := --thorough
 check: locked lint types imports docs core test player ## Everything that CI runs: versions, lint, types, import rules, docs, tests.
 
 lint: $(READY) ## Style and spelling.

@@ -11,6 +11,7 @@ from quarc_ref.format.coding.entropy import decoding_with
 from quarc_ref.inspection.cross_check import CrossCheckingDecoder
 from tests.clusters import run_cluster
 
+settings.register_profile("quick", max_examples=20, deadline=None)
 settings.register_profile("dev", max_examples=50, deadline=None)
 settings.register_profile(
     "ci",
@@ -21,7 +22,6 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile("thorough", max_examples=5000, deadline=None)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))
 
 # Whoever runs tests in the background may have told them, and what they start, to ignore it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -35,10 +35,26 @@ _ABOUT_BITS = {"conformance", "format", "hostile", "inspection"}
 
 def pytest_addoption(parser):
     parser.addoption(
-        "--both-coders",
+        "--thorough",
         action="store_true",
-        help="decode every section of every test with both entropy decoders (make check)",
+        help="run the tests marked thorough, too, and decode every section of every test with "
+        "both entropy decoders (make check)",
     )
+
+
+def pytest_configure(config):
+    """Choose the profile of hypothesis: that of the environment, else more with --thorough."""
+    profile = "dev" if config.getoption("--thorough") else "quick"
+    settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", profile))
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out the tests marked thorough, unless --thorough is given."""
+    if config.getoption("--thorough"):
+        return
+    thorough = [item for item in items if item.get_closest_marker("thorough")]
+    config.hook.pytest_deselected(items=thorough)
+    items[:] = [item for item in items if not item.get_closest_marker("thorough")]
 
 
 @pytest.fixture
@@ -51,9 +67,9 @@ def both_entropy_decoders():
 
 @pytest.fixture(autouse=True)
 def _cross_check(request):
-    """Decode with both where bits are the subject, and everywhere with --both-coders."""
+    """Decode with both where bits are the subject, and everywhere with --thorough."""
     about_bits = request.path.relative_to(Path(__file__).parent).parts[0] in _ABOUT_BITS
-    if about_bits or request.config.getoption("--both-coders"):
+    if about_bits or request.config.getoption("--thorough"):
         request.getfixturevalue("both_entropy_decoders")
 
 

@@ -13,6 +13,8 @@ from tests.datasets import scenes
 from tests.docs.pages import ROOT, find_fences
 from tests.recordings import write_recordings
 
+pytestmark = pytest.mark.thorough
+
 TINY = shlex.join(TINY_OPTIONS)
 # What is shortened is the training, by settings at the end of a command; nothing else.
 PREAMBLE = f"""

@@ -12,6 +12,7 @@ from quarc_ref.encoder.checks.machine import Machine
 from quarc_ref.encoder.doctor import Examination, examine
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from tests.encoder.planted_files import CAMERA, FAULTS, damage_a_frame, start_late
+from tests.marks import thorough
 
 _STILL = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
 _DEMO = choose_preset("demo")
@@ -43,7 +44,9 @@ def test_an_honest_capture_has_no_findings(honest):
     assert (len(found.capture.cameras), found.capture.frame_count) == (9, 18)
 
 
-@pytest.mark.parametrize("variant", ["fast", "visitor", "mixed-cameras", "dark-stage"])
+@pytest.mark.parametrize(
+    "variant", [thorough("fast"), thorough("visitor"), thorough("mixed-cameras"), "dark-stage"]
+)
 def test_an_honest_variant_has_no_findings(tmp_path, variant):
     options = SynthOptions(128, 96, frames=9, cameras=8, variant=variant)
     write_synthetic_capture(tmp_path / "room", options)

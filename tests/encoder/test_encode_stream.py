@@ -3,6 +3,7 @@ import io
 import itertools
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -194,10 +195,15 @@ def test_newborn_on_errors_join_and_only_the_faint_die_for_them():
     assert frames[-1].gaussians == frames[0].gaussians + born - died
 
 
+@cache
+def _make_state():
+    """Return a state of 40 Gaussians, the same for all examples."""
+    return make_stream(gaussian_count=40, frame_count=2)[1][0]
+
+
 @given(st.integers(0, 60), st.floats(0, 1))
 def test_as_many_die_as_are_too_many_and_faint_enough(target, deaths_below):
-    _, states = make_stream(gaussian_count=40, frame_count=2)
-    state = states[0]
+    state = _make_state()
 
     deaths = encode_stream.count_deaths(state, target, BirthSettings(death_opacity=deaths_below))
 
