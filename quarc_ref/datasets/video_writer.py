@@ -55,7 +55,7 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm)
         form: Format of the video.
 
     Returns:
-        How many there were.
+        Number of frames written.
 
     Raises:
         OSError: FFmpeg has no such encoder, or cannot write there.
