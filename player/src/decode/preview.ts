@@ -9,44 +9,81 @@ const SECTIONS_TO_OPACITY = 3;
 const SECTIONS_TO_LOG_SCALES = 4;
 const SECTIONS_TO_ROTATIONS = 5;
 const NEIGHBORS = 3; // before and after, in the order of the positions
-const SPREAD = 0.55; // of the distance to the nearest of them: a standard deviation
-const LARGEST = 6; // times the median guess
-const OPACITY_LOGIT = 2; // of Gaussians whose opacity has not arrived: 0.88
+const SPREAD = 0.5; // of the distance to the nearest of them: a standard deviation
+const LARGEST = Math.log(6); // more than the median guess, at most
+const LARGEST_BEFORE_OPACITY = Math.log(2); // what is large might hide everything
+const OPACITY_LOGIT = 2; // of Gaussians of median size whose opacity has not arrived: 0.88
+const FADING = 6; // the same is lower by so much where the guess is e times as large
+const LEAST_LOGIT = -6;
 const OPACITY_CODE = 3; // its place among the codes of a Gaussian
+const PLAIN_CODES = 7; // before those of SH rest, which come last
 
-/** The packet of a preview, complete but for its run and its time. */
-export function makePreview(
-  state: State,
-  sections: number,
-  steps: Pick<StreamInfo, "logScaleStep" | "opacityStep" | "latticeExponent">,
-): Omit<FramePacket, "run" | "decodeMs"> {
-  const { frame, count, codes } = state;
-  const slots = new Uint32Array(count).map((_, slot) => slot);
-  const positions = interleave(Int32Array, state.positions);
-  const packed = interleave(Int16Array, codes);
-  if (sections < SECTIONS_TO_OPACITY) {
-    const code = Math.round(OPACITY_LOGIT / steps.opacityStep);
-    for (let at = OPACITY_CODE; at < packed.length; at += codes.length) packed[at] = code;
-  }
-  if (sections < SECTIONS_TO_LOG_SCALES) {
-    const unit = -Math.LN2 * steps.latticeExponent;
-    const guesses = guessLogSizes(positions).map((size) => Math.round((size + unit) / steps.logScaleStep));
-    for (let index = 0; index < count; index++) {
-      packed.fill(guesses[index]!, codes.length * index, codes.length * index + 3);
-    }
-  } else if (sections < SECTIONS_TO_ROTATIONS) makeRound(packed, codes.length);
-  return {
-    ...{ frame, isFull: true, isPreview: true, count, slotLimit: count },
-    ...{ movedSlots: slots, positions, rotations: interleave(Int32Array, state.rotations) },
-    ...{ codedSlots: slots.slice(), codes: packed, freedSlots: new Uint32Array(0) },
-    ...{ bytes: null, isCanonical: true },
-  };
+/** Positions, and what they say of sizes: logarithms of guessed deviations, lattice units. */
+interface Places {
+  readonly positions: Int32Array;
+  readonly logSizes: Float32Array;
+  readonly median: number;
 }
 
-/** Natural logarithms of standard deviations, lattice units, by how near the neighbors are. */
-function guessLogSizes(positions: Int32Array): Float32Array {
+type Steps = Pick<StreamInfo, "logScaleStep" | "opacityStep" | "latticeExponent">;
+
+/** The previews of one canonical frame. */
+export class Preview {
+  #known: Places | null = null;
+
+  /** Take the positions, and guess sizes, while the colors are still being received. */
+  prepare({ count, positions }: State): Places {
+    return (this.#known ??= measurePlaces(interleave(new Int32Array(3 * count), positions)));
+  }
+
+  /** The packet of what is known, complete but for its run and its time. */
+  make(state: State, sections: number, steps: Steps): Omit<FramePacket, "run" | "decodeMs"> {
+    const { frame, count, rotations } = state;
+    const slots = new Uint32Array(count).map((_, slot) => slot);
+    return {
+      ...{ frame, isFull: true, isPreview: true, count, slotLimit: count },
+      ...{ movedSlots: slots, positions: this.prepare(state).positions.slice() },
+      rotations: interleave(new Int32Array(4 * count), rotations),
+      ...{ codedSlots: slots.slice(), codes: this.#fillCodes(state, sections, steps) },
+      ...{ freedSlots: new Uint32Array(0), bytes: null, isCanonical: true },
+    };
+  }
+
+  #fillCodes(state: State, sections: number, steps: Steps): Int16Array {
+    const { count, codes } = state;
+    const width = codes.length;
+    const known = [...codes.keys()].filter((column) => column < PLAIN_CODES && sections >= sectionsTo(column));
+    const packed = interleave(new Int16Array(width * count), codes, known);
+    if (sections < SECTIONS_TO_OPACITY) {
+      const { logSizes, median } = this.prepare(state);
+      for (let index = 0, at = OPACITY_CODE; index < count; index++, at += width) {
+        const logit = OPACITY_LOGIT - FADING * Math.max(0, logSizes[index]! - median);
+        packed[at] = Math.round(Math.max(LEAST_LOGIT, logit) / steps.opacityStep);
+      }
+    }
+    if (sections < SECTIONS_TO_LOG_SCALES) {
+      const unit = -Math.LN2 * steps.latticeExponent;
+      const { logSizes, median } = this.prepare(state);
+      const most = median + (sections < SECTIONS_TO_OPACITY ? LARGEST_BEFORE_OPACITY : LARGEST);
+      for (let index = 0, at = 0; index < count; index++, at += width) {
+        const code = Math.round((Math.min(logSizes[index]!, most) + unit) / steps.logScaleStep);
+        packed[at] = packed[at + 1] = packed[at + 2] = code;
+      }
+    } else if (sections < SECTIONS_TO_ROTATIONS) makeRound(packed, width);
+    return packed;
+  }
+}
+
+/** Sections with which a column of codes is known. */
+function sectionsTo(column: number): number {
+  if (column < OPACITY_CODE) return SECTIONS_TO_LOG_SCALES;
+  return column === OPACITY_CODE ? SECTIONS_TO_OPACITY : SECTIONS_TO_SHOW;
+}
+
+/** Guess sizes by how near the neighbors are. */
+function measurePlaces(positions: Int32Array): Places {
   const count = positions.length / 3;
-  const sizes = new Float32Array(count);
+  const logSizes = new Float32Array(count);
   for (let index = 0; index < count; index++) {
     let nearest = Infinity;
     const last = Math.min(count - 1, index + NEIGHBORS);
@@ -57,10 +94,10 @@ function guessLogSizes(positions: Int32Array): Float32Array {
       const square = x * x + y * y + z * z;
       if (square > 0 && square < nearest) nearest = square;
     }
-    sizes[index] = SPREAD * Math.sqrt(nearest);
+    logSizes[index] = Math.log(SPREAD) + Math.log(nearest) / 2;
   }
-  const median = sizes.slice().sort()[count >> 1] ?? 1;
-  return sizes.map((size) => Math.log(Math.min(size, LARGEST * median)));
+  const median = logSizes.slice().sort()[count >> 1] ?? 0;
+  return { positions, logSizes, median: Number.isFinite(median) ? median : 0 };
 }
 
 /** Give every Gaussian one size: how it is turned is not known yet. */
@@ -70,15 +107,15 @@ function makeRound(codes: Int16Array, width: number): void {
   }
 }
 
-/** Planes to rows. */
+/** Planes to rows, of the columns that are given. */
 function interleave<T extends Int32Array | Int16Array>(
-  type: new (length: number) => T,
+  rows: T,
   planes: readonly T[],
+  columns: readonly number[] = [...planes.keys()],
 ): T {
-  const count = planes[0]?.length ?? 0;
-  const rows = new type(planes.length * count);
-  planes.forEach((plane, column) => {
-    for (let index = 0, at = column; index < count; index++, at += planes.length) rows[at] = plane[index]!;
-  });
+  for (const column of columns) {
+    const plane = planes[column]!;
+    for (let index = 0, at = column; at < rows.length; index++, at += planes.length) rows[at] = plane[index]!;
+  }
   return rows;
 }

@@ -2,7 +2,7 @@
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
 import type { Post } from "./decoding.js";
-import { makePreview, SECTIONS_TO_SHOW } from "./preview.js";
+import { Preview, SECTIONS_TO_SHOW } from "./preview.js";
 import type { Decoder, Index, Quarc, State, StreamHead } from "./quarc.js";
 import { Slots } from "./slots.js";
 import type { StreamBytes } from "./stream-bytes.js";
@@ -30,6 +30,7 @@ export class Run {
   readonly #post: Post;
   readonly #ended = new AbortController();
   readonly #slots = new Slots();
+  readonly #preview = new Preview();
   #credit = 0;
   #wake = (): void => undefined;
   #previewAt = -Infinity;
@@ -186,11 +187,15 @@ export class Run {
     const begun = performance.now();
     if (!isWanted || this.frame !== null || begun < this.#previewAt + PREVIEW_PAUSE_MS) return;
     const found = decoder.preview();
-    if (found === null || found.sections < SECTIONS_TO_SHOW) return;
+    if (found === null) return;
+    if (found.sections < SECTIONS_TO_SHOW) {
+      this.#preview.prepare(found.state);
+      return;
+    }
     this.#previewAt = begun;
     this.#learn(decoder, found.state.frame);
     if (this.#head === null) return;
-    const packet = makePreview(found.state, found.sections, this.#head);
+    const packet = this.#preview.make(found.state, found.sections, this.#head);
     this.#send({ ...packet, run: this.number, decodeMs: performance.now() - begun });
   }
 
