@@ -66,7 +66,7 @@ docs: $(DOCS)/.ready ## The documentation as a site, its links checked: build/si
 
 $(DOCS)/.ready: docs/requirements.txt
 	$(PYTHON) -m venv $(DOCS)
-	$(DOCS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r docs/requirements.txt
+	$(DOCS)/bin/python -m pip install -q --disable-pip-version-check --no-deps --require-hashes -r docs/requirements.txt
 	@touch $@
 
 core: ## Format, lints and tests of core/.
@@ -110,6 +110,8 @@ clean: ## Remove what was made.
 	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
+# The locked lists are whole. Left to look for dependencies, older versions of pip take the newest
+# version where a list has one with extras, and reject it, as it is not in the list.
 # With TORCH_INDEX, torch comes from there and not from PyPI.
 TORCH := $(shell sed -n 's/^\(torch==[^ ;]*\).*/\1/p' requirements/torch.txt)
 PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check
@@ -117,8 +119,8 @@ PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check
 $(READY): pyproject.toml $(LOCKS)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "quarc-ref needs Python 3.11 or later: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(PIP_INSTALL) --require-hashes -r requirements/main.txt
-	$(PIP_INSTALL) $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX) $(TORCH),--require-hashes -r requirements/torch.txt)
+	$(PIP_INSTALL) --no-deps --require-hashes -r requirements/main.txt
+	$(PIP_INSTALL) $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX) $(TORCH),--no-deps --require-hashes -r requirements/torch.txt)
 	$(PIP_INSTALL) --no-deps --no-build-isolation -e .
 	@touch $(READY)
 
