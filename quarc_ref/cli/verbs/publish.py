@@ -47,8 +47,8 @@ def publish(
 ) -> None:
     """Make a folder for any web server: a page that plays a stream, and all that it needs.
 
-    Prints the iframe that shows the page within another one. With quarc-ref[media]
-    the page has a poster: the first frame, as a picture.
+    Prints the iframe that shows the page within another one. If the extra "media"
+    is installed, the page has a poster: the first frame, as a picture.
     """
     with report_errors():
         from quarc_ref.streams import open_source
