@@ -11,6 +11,7 @@ from tests.cli.schemas import validate
 
 # A few iterations of everything: what comes out is no picture, but a whole stream.
 TINY = {
+    "canonical.lambda_dssim": 0.2,  # in so few iterations, more leaves Gaussians half transparent
     "canonical.iterations": 8,
     "canonical.initial_gaussians": 60,
     "canonical.max_gaussians": 70,
