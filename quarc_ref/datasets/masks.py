@@ -28,7 +28,7 @@ from quarc_ref.datasets.video import VideoReader
 
 MASKS_NAME = "masks"
 _LOSSLESS = ".png"
-_HALF = 127  # of 255: lossy files do not keep black black
+_HALF = 127  # of 255: lossy compression does not keep black at 0
 
 
 class FileMasks:
@@ -127,8 +127,8 @@ def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | Non
     rows = [found.get(name, ()) for name in names]
     if found and not any(rows):
         message = (
-            f"{inside} has masks of {', '.join(sorted(found))}, but no camera is named so: name "
-            f"them after the cameras, such as {names[0]}.png"
+            f"{inside} has masks named {', '.join(sorted(found))}, but no camera has such a name: "
+            f"name masks after the cameras, such as {names[0]}.png"
         )
         raise MissingCameraError(message)
     return rows if any(rows) else None

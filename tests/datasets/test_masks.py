@@ -135,7 +135,7 @@ def test_a_mask_is_straightened_like_its_picture():
 def test_masks_that_are_of_no_camera_are_rejected(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     write_picture(folder / "masks" / "left.png", _draw())
-    with pytest.raises(MissingCameraError, match="masks of left, but no camera"):
+    with pytest.raises(MissingCameraError, match="masks named left, but no camera"):
         open_capture(folder)
 
 

@@ -41,7 +41,7 @@ def import_frames(
         typer.Option(
             "--profile",
             help="Errors allowed: coarse allows two to three times those of fine, and more where "
-            "they show less, for fewer bytes.",
+            "an error is less visible, for fewer bytes.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -50,8 +50,8 @@ def import_frames(
             "--bound",
             metavar="NAME=VALUE",
             help="The largest error of an attribute: position (world units), rotation (radians), "
-            "log_scale, opacity (logit), sh_dc, sh_rest; most_slack: how many times those of "
-            "position and rotation where they show less.",
+            "log_scale, opacity (logit), sh_dc, sh_rest; most_slack: the factor by which "
+            "those of position and rotation may grow where an error is less visible.",
         ),
     ] = None,
     fps: Annotated[

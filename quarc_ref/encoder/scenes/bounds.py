@@ -43,7 +43,7 @@ class Bounds:
                 message = f"the bound of {field.name} is {value}, not a positive number"
                 raise ValueError(message)
         if self.most_slack < 1:
-            message = f"most_slack is {self.most_slack}, and bounds never shrink: 1 or more"
+            message = f"most_slack is {self.most_slack}, but it must be at least 1"
             raise ValueError(message)
 
     def settled(self, splats: Splats) -> "Bounds":

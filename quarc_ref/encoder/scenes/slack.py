@@ -1,7 +1,7 @@
-"""How much farther off than others a Gaussian may be: by how little an error of it shows.
+"""Factors by which the error bounds of a Gaussian may grow where an error is less visible.
 
-A shift shows less in a Gaussian that is larger, a turn in one that is rounder, and both in one
-that is fainter.
+A shift is less visible in a larger Gaussian, a rotation in a rounder one, and both in a fainter
+one.
 """
 
 from dataclasses import dataclass
@@ -37,16 +37,16 @@ class Slack:
 def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     """Return the slack of the Gaussians of a frame.
 
-    That of positions is the middle one of the three scales by the median scale of the first
-    frame; that of rotations is 1 by the natural logarithm of the longest scale by the shortest.
-    Both are divided by the opacity, and limited to `most_slack`.
+    For positions it is the middle one of the three scales divided by the median scale of the first
+    frame. For rotations it is one divided by the natural logarithm of the ratio of the longest
+    scale to the shortest. Both are divided by the opacity, and clipped to 1 and `most_slack`.
 
     Args:
         splats: The frame.
         bounds: Settled.
     """
     scales = np.sort(splats.log_scales.astype(np.float64), axis=1)
-    with np.errstate(over="ignore"):  # which the limits take care of
+    with np.errstate(over="ignore"):  # clipped below
         opacities = 1 / (1 + np.exp(-splats.opacities.astype(np.float64)))
         size = np.exp(scales[:, 1]) / (bounds.size or 1.0)
     faint = 1 / np.maximum(opacities, _LEAST_OPACITY)
