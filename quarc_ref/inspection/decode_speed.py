@@ -82,7 +82,9 @@ def measure_speed(
                 machine = read_processor_time()
             if on_progress is not None:
                 on_progress("decode", frames, 0)
-        spent, cpu = player.times - before, time.process_time() - cpu
+        spent, cpu = Counter(player.times), time.process_time() - cpu
+        # Not `-`, which drops a stage that was done with all frames before the first was returned.
+        spent.subtract(before)
         machine_now = read_processor_time()
     if frames == 0:
         return None

@@ -3,6 +3,7 @@ import pytest
 import decode
 from moving_stream import Job, write_moving_stream
 from quarc_ref.decoder.digest import compute_digest
+from quarc_ref.inspection import decode_speed
 from quarc_ref.inspection.decode_speed import measure_speed
 from quarc_ref.playback.player import Player
 from quarc_ref.streams import decode as decode_stream
@@ -37,6 +38,16 @@ def test_a_stream_is_measured(stream, threads):
     assert speed.peak_rss_mib > 10
     assert speed.stolen_share is None or 0 <= speed.stolen_share < 1
     assert speed.ms_by_stage.keys() == {"decode", "floats"}
+
+
+def test_a_stage_that_was_done_ahead_of_the_first_frame_is_still_listed(stream, monkeypatch):
+    class PlayerThatDecodesAhead(Player):
+        def __iter__(self):
+            yield from list(super().__iter__())
+
+    monkeypatch.setattr(decode_speed, "Player", PlayerThatDecodesAhead)
+
+    assert measure_speed(str(stream), 2).ms_by_stage == {"decode": 0, "floats": 0}
 
 
 @needs_fast
