@@ -6,7 +6,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
 from quarc_ref.evaluation.color_correction import GAIN
-from quarc_ref.evaluation.quality import average, finite
+from quarc_ref.evaluation.quality import average
 from quarc_ref.evaluation.regions import choose_frames, find_background
 from quarc_ref.evaluation.views import measure_views
 from quarc_ref.format.cameras import Camera
@@ -50,5 +50,5 @@ class Judge:
             CameraMeter(self._backgrounds[index], GAIN).measure(view)
             for index, view in zip(indices, views, strict=True)
         ]
-        mean = finite(average(measured))
+        mean = average(measured)
         return {name: mean[name] for name in FIGURES}

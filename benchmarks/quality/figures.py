@@ -10,7 +10,6 @@ from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import Measures
 from quarc_ref.evaluation.color_correction import GAIN
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.evaluation.quality import finite
 from quarc_ref.evaluation.views import View
 from quarc_ref.format import container
 from quarc_ref.inspection.inspect_stream import inspect_stream
@@ -52,12 +51,10 @@ def measure_stream(
     groups = {"held_out": held_out.quality, "training": training.quality}
     figures = measure_size(summary)
     for group, quality in groups.items():
-        figures |= {f"{group}_{name}": value for name, value in finite(quality.mean()).items()}
+        figures |= {f"{group}_{name}": value for name, value in quality.mean().items()}
         figures[f"{group}_slope"] = fit_slope(quality.psnr)
     figures["held_out_lpips"] = fmean(distances) if distances else None
-    per_frame = {
-        group: [finite(each) for each in quality.by_frame()] for group, quality in groups.items()
-    }
+    per_frame = {group: quality.by_frame() for group, quality in groups.items()}
     return figures, per_frame
 
 

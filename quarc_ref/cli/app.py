@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from quarc_ref import __version__
+from quarc_ref.cli.columns import COMPARE, EVAL, INFO, explain
 from quarc_ref.cli.command import Verb
 from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
 from quarc_ref.cli.verbs import (
@@ -44,7 +45,7 @@ app.command("encode", cls=Verb)(encode.encode)
 app.command("import", cls=Verb)(scenes.import_frames)
 app.command("decode", cls=Verb)(decode.decode_frames)
 app.command("verify", cls=Verb)(stream.verify)
-app.command("info", cls=Verb)(stream.info)
+app.command("info", cls=Verb, epilog=explain(INFO))(stream.info)
 app.command("inspect", cls=Verb)(inspect.inspect)
 app.command("cut", cls=Verb)(edit.cut)
 app.command("join", cls=Verb)(edit.join)
@@ -53,8 +54,8 @@ app.command("view", cls=Verb)(view.view)
 app.command("publish", cls=Verb)(publish.publish)
 app.command("render", cls=Verb)(render.render)
 app.command("bench", cls=Verb)(bench.bench)
-app.command("eval", cls=Verb)(evaluate.evaluate)
-app.command("compare", cls=Verb)(compare.compare)
+app.command("eval", cls=Verb, epilog=explain(EVAL))(evaluate.evaluate)
+app.command("compare", cls=Verb, epilog=explain(COMPARE))(compare.compare)
 app.command("synth", cls=Verb)(capture.synth)
 app.command("demo", cls=Verb)(capture.demo)
 

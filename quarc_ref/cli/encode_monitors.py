@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.cli.targets import reject_target
 from quarc_ref.files import open_log
+from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, Monitor
@@ -78,7 +79,8 @@ def _announce(progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimat
     if estimate.seconds < _WORTH_TELLING:
         return
     progress.announce(
-        f"{plan.frames} frames of {plan.capture}, {plan.views} training cameras: about "
+        f"{count_noun(plan.frames, 'frame')} of {plan.capture}, "
+        f"{count_noun(plan.views, 'training camera')}: about "
         f"{format_duration(estimate.seconds)}, and {estimate.byte_count / _MEGABYTE:.1g} MB "
         "(both may be off by a factor of two)"
     )

@@ -15,8 +15,10 @@ from quarc_ref.rendering.pipeline import KERNEL_LOCK
 Picture = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
+MOST_DECIBELS = 100.0  # as in libvpx and libaom: equal pictures would make every mean infinite
 PSNR_VARIANT = (
-    "psnr: floats clamped to [0, 1], MSE over pixels and channels, mean of the frames' dB"
+    "psnr: floats clamped to [0, 1], MSE over pixels and channels, at most 100 dB, mean of the "
+    "frames' dB"
 )
 SSIM_VARIANT = (
     "ssim_inria: 11x11 Gaussian of sigma 1.5, zero padding, mean over pixels and channels"
@@ -28,17 +30,20 @@ MASK_VARIANT = (
 
 
 def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:
-    """Return dB of two pictures `[H, W, 3]` from 0 to 1; infinite for equal ones.
+    """Return the PSNR of two pictures `[H, W, 3]` from 0 to 1, in dB.
 
     Args:
         picture: Rendered.
         truth: What it should be.
         mask: `[H, W]` pixels to measure, at least one; None for all.
+
+    Returns:
+        At most `MOST_DECIBELS`, which equal pictures have.
     """
     if mask is not None:
         picture, truth = picture[mask], truth[mask]
     error = float(np.square(picture.astype(np.float64) - truth).mean())
-    return -10 * math.log10(error) if error else math.inf
+    return min(-10 * math.log10(error), MOST_DECIBELS) if error else MOST_DECIBELS
 
 
 def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:

@@ -1,11 +1,11 @@
 """The quality of a stream: figures of every camera and frame, and their means."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import fmean
 
 from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
+from quarc_ref.evaluation.metrics import MOST_DECIBELS
 
 # Heading, name of the figure, format.
 COLUMNS = (
@@ -46,6 +46,11 @@ class Quality:
         """The mean over the cameras, as `ssim_inria`, a number per frame."""
         return self._follow("ssim")
 
+    def count_views(self) -> tuple[int, int]:
+        """Return how many views reach the greatest PSNR, and how many there are."""
+        found = [view["psnr"] for views in self.per_camera.values() for view in views]
+        return found.count(MOST_DECIBELS), len(found)
+
     def by_camera(self) -> dict[str, Measures]:
         """Return the means over the frames, by the camera's name."""
         return {camera: average(frames) for camera, frames in self.per_camera.items()}
@@ -71,17 +76,16 @@ class Quality:
         ]
 
     def as_json(self) -> dict[str, object]:
-        """Return what `eval --json` prints about the quality; infinity becomes null."""
+        """Return what `eval --json` prints about the quality."""
         return {
-            "psnr": _finite(fmean(self.psnr)),
+            "psnr": fmean(self.psnr),
             "ssim": fmean(self.ssim),
-            "psnr_per_frame": [_finite(psnr) for psnr in self.psnr],
+            "psnr_per_frame": list(self.psnr),
             "ssim_per_frame": list(self.ssim),
             "quality": {
-                "mean": finite(self.mean()),
+                "mean": self.mean(),
                 "cameras": [
-                    {"camera": camera, **finite(figures)}
-                    for camera, figures in self.by_camera().items()
+                    {"camera": camera, **figures} for camera, figures in self.by_camera().items()
                 ],
             },
             "metrics": dict(self.variants),
@@ -99,15 +103,6 @@ def average(listed: Iterable[Measures]) -> Measures:
         for name in (rows[0] if rows else ())
     }
     return {name: fmean(values) if values else None for name, values in found.items()}
-
-
-def finite(figures: Measures) -> Measures:
-    """Return the figures, with None in place of infinite values."""
-    return {name: None if value is None else _finite(value) for name, value in figures.items()}
-
-
-def _finite(number: float) -> float | None:
-    return number if math.isfinite(number) else None
 
 
 def _format(value: float | None, how: str) -> str:

@@ -18,6 +18,7 @@ from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
 from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
+from quarc_ref.inspection.wording import count_noun
 
 DIFFERENCE_GAIN = 4
 
@@ -60,7 +61,7 @@ def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     name = summary.metadata.get("capture", "stream")
     held_out = ", ".join(dict.fromkeys(view.camera for view in evaluation.shown))
     parts = {
-        "title": html.escape(f"{name}: {len(summary.frames)} frames"),
+        "title": html.escape(f"{name}: {count_noun(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(
             f"Measured on {held_out}, which training never saw, drawn from the decoded file. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."

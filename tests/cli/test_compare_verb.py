@@ -70,6 +70,14 @@ def test_without_labels_two_files_of_one_name_are_told_apart(encoded, tmp_path):
     assert printed["points"][-1]["method"] == str(other)
 
 
+def test_equal_pictures_count_as_100_db_and_are_reported(encoded):
+    result = run("compare", encoded.file, f"same={encoded.file}", "--frames", "1")
+
+    assert "same: 1 of 1 views equal the truth; each counts as 100 dB" in result.stderr
+    assert re.search(r"^same +stream +1 +100\.00 ", result.stdout, re.MULTILINE)
+    assert ": 1 frame " in result.stdout
+
+
 def test_renders_have_the_bytes_that_are_stated(encoded, capture, tmp_path):
     run("render", encoded.file, "--to", "png", "-o", tmp_path / "drawn")
     printed = run_json(

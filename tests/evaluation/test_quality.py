@@ -1,5 +1,4 @@
 import json
-import math
 from statistics import fmean
 
 import pytest
@@ -48,13 +47,14 @@ def test_per_frame_there_is_the_mean_over_the_cameras():
     assert quality.mean()["psnr"] == 25.5
 
 
-def test_what_is_infinite_is_null_in_json():
-    quality = Quality({"a": [_figures(psnr=math.inf), _figures(psnr=30.0, cc_psnr=math.inf)]})
+def test_json_has_means_and_every_frame():
+    quality = Quality({"a": [_figures(psnr=100.0), _figures(psnr=30.0, moving_psnr=None)]})
     printed = json.loads(json.dumps(quality.as_json(), allow_nan=False))
 
-    assert printed["psnr_per_frame"] == [None, 30.0]
-    assert printed["psnr"] is None
-    assert printed["quality"]["mean"]["cc_psnr"] is None
+    assert quality.count_views() == (1, 2)
+    assert printed["psnr_per_frame"] == [100.0, 30.0]
+    assert printed["psnr"] == 65
+    assert printed["quality"]["mean"]["moving_psnr"] == 1
     assert printed["quality"]["cameras"][0] == {"camera": "a", **printed["quality"]["mean"]}
     assert printed["metrics"] == VARIANTS
 

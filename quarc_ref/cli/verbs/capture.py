@@ -12,6 +12,7 @@ from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
 from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.evaluate import show_evaluation
+from quarc_ref.inspection.wording import count_noun
 
 VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
 _VARIANT_HELP = (
@@ -59,7 +60,7 @@ def synth(
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
             print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
         else:
-            each = f"{frames} frame{'' if frames == 1 else 's'} each, {width} x {height}"
+            each = f"{count_noun(frames, 'frame')} each, {width} x {height}"
             videos = f"{cameras}, of {each}; cam00 is to be held out"
             print_table(str(folder), {"scene": variant, "videos": videos})
 

@@ -19,9 +19,10 @@ from quarc_ref.cli.options import (
     check_folder,
     parse_frames,
 )
-from quarc_ref.cli.output import TerminalProgress, print_columns, print_json
+from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_message
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
+from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.measure import Comparison
@@ -183,11 +184,13 @@ def _show(
 ) -> None:
     from quarc_ref.evaluation.comparison import tables
 
+    for remark in tables.remark_on_equal_views(comparison):
+        print_message(remark)
     if as_json:
         report = {} if page is None else {"report": str(page)}
         print_json("compare/1", {**tables.as_json(comparison, summary), **report})
         return
-    title = f"Against {comparison.truth}: {len(comparison.frames)} frames"
+    title = f"Against {comparison.truth}: {count_noun(len(comparison.frames), 'frame')}"
     headings = [f"<{heading}" if heading in ("entry", "is") else heading
                 for heading in tables.head_points(summary)]  # fmt: skip
     print_columns(title, headings, tables.format_point_rows(summary))

@@ -33,6 +33,7 @@ from quarc_ref.cli.verbs.stream import describe
 if TYPE_CHECKING:
     from quarc_ref.evaluation.evaluate import Evaluation
     from quarc_ref.evaluation.protocol import Protocol
+    from quarc_ref.evaluation.quality import Quality
 
 
 def evaluate(
@@ -69,6 +70,7 @@ def evaluate(
 
                 write_report(evaluation, folder)
         _warn_of_other_capture(evaluation.protocol)
+        _remark_on_equal_views(evaluation.quality)
         page = report / "index.html" if report else None
         show_evaluation("eval/3", Path(file), evaluation, page, as_json=as_json)
 
@@ -98,6 +100,16 @@ def _warn_of_other_capture(protocol: "Protocol") -> None:
     elif not protocol.same_capture:
         print_message(
             f"the stream was made from another capture, with fingerprint {protocol.encoded_from}"
+        )
+
+
+def _remark_on_equal_views(quality: "Quality") -> None:
+    from quarc_ref.evaluation.metrics import MOST_DECIBELS
+
+    equal, views = quality.count_views()
+    if equal:
+        print_message(
+            f"{equal} of {views} views equal the truth; each counts as {MOST_DECIBELS:g} dB"
         )
 
 

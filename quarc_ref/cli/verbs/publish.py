@@ -11,6 +11,7 @@ from quarc_ref.cli.options import AsJson, Force, StreamName
 from quarc_ref.cli.output import escape_controls, print_json, print_message, print_table
 from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
 from quarc_ref.cli.targets import written_folder
+from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
@@ -115,9 +116,8 @@ def _show(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
         }
         print_json("publish/1", made)
         return
-    plural = "" if site.frames == 1 else "s"
     rows = {
-        "stream": f"{site.frames} frame{plural}, {site.stream_bytes:,} bytes",
+        "stream": f"{count_noun(site.frames, 'frame')}, {site.stream_bytes:,} bytes",
         "poster": site.poster or "none",
         "to try it": f"python3 -m http.server --directory {output}",
     }

@@ -18,6 +18,7 @@ from quarc_ref.cli.render_output import (
     write_video,
 )
 from quarc_ref.cli.seekable_stream import seekable_stream
+from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
@@ -207,10 +208,10 @@ def _show(
         print_json("render/2", {**made, "path": path, **seen})
         return
     size = f"{camera.width} x {camera.height}"
-    plural = "" if made["frames"] == 1 else "s"
+    count = int(str(made["frames"]))
     if "folder" in made:
-        lines = {"pictures": f"{made['frames']} {kind.upper()} file{plural} of {size}"}
+        lines = {"pictures": f"{count_noun(count, f'{kind.upper()} file')} of {size}"}
     else:
         codec = "H.264" if kind == "mp4" else "VP9"
-        lines = {"video": f"{made['frames']} frame{plural} of {size}, {codec}"}
+        lines = {"video": f"{count_noun(count, 'frame')} of {size}, {codec}"}
     print_table(str(output), lines | ({"path": path} if path else {"camera": camera.name}))

@@ -44,7 +44,11 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
     """
     for name, points in (("the reference", reference), ("it", curve)):
         if len(points) < LEAST_RATES:
-            return Delta(None, None, f"{name} has {len(points)} rates of the {LEAST_RATES} needed")
+            return Delta(
+                None,
+                None,
+                f"{name} has {len(points)} points of known size; {LEAST_RATES} are needed",
+            )
         if not _is_monotonic(points):
             return Delta(None, None, f"{name} does not get better with every higher rate")
     import bjontegaard

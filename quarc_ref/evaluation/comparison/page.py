@@ -15,10 +15,12 @@ from quarc_ref.evaluation.comparison.tables import (
     format_views_csv,
     head_deltas,
     head_points,
+    remark_on_equal_views,
 )
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
+from quarc_ref.inspection.wording import count_noun
 
 _TRUTH = "truth"
 
@@ -53,7 +55,7 @@ def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[
         {
             "name": f"{view.camera}, frame {view.frame}",
             "files": list(files),
-            "psnr": [None, *(round(psnr, 2) if psnr < _ENDLESS else None for psnr in view.psnr)],
+            "psnr": [None, *(round(psnr, 2) for psnr in view.psnr)],
         }
         for view, files in zip(comparison.shown, shown, strict=True)
     ]
@@ -63,6 +65,9 @@ def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[
         "subtitle": html.escape(_describe(comparison)),
         "data": json.dumps({"entries": [_TRUTH, *labels], "views": views}).replace("<", "\\u003c"),
         "points": format_table(head_points(summary), format_point_rows(summary)),
+        "remarks": "".join(
+            f"<p>{html.escape(remark)}.</p>" for remark in remark_on_equal_views(comparison)
+        ),
         "deltas": _compose_deltas(summary),
         "plots": "".join(plots),
         "metrics": list_lines(comparison.variants),
@@ -85,7 +90,8 @@ def _name_entries(comparison: Comparison) -> list[str]:
 
 def _describe(comparison: Comparison) -> str:
     frames, cameras = comparison.frames, comparison.cameras
-    pairs = f"{len(frames)} frames ({frames[0]} to {frames[-1]}) of {', '.join(cameras)}"
+    span = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
+    pairs = f"{count_noun(len(frames), 'frame')} ({span}) of {', '.join(cameras)}"
     return f"Measured against {comparison.truth}, on {pairs}. KB are 1024 bytes."
 
 
@@ -139,4 +145,3 @@ def _figure(picture: bytes, caption: str) -> str:
 
 
 _LEAST_POINTS = 2
-_ENDLESS = 1e9  # dB; of equal pictures

@@ -1,6 +1,5 @@
 """Results of a comparison: operating points over runs, paired differences, BD-rate."""
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
@@ -90,7 +89,7 @@ class Summary:
     Attributes:
         points: In the order in which they were named.
         reference: The method that the others are compared with; None if there is only one.
-        deltas: Deltas of every other method that has more than one rate.
+        deltas: Deltas of every other method that has several points.
     """
 
     points: list[Point]
@@ -110,7 +109,7 @@ def summarize(comparison: Comparison) -> Summary:
     deltas = [
         MethodDelta(method, *(_compare(points, methods[0], method, it) for it in ("psnr", "ssim")))
         for method in methods[1:]
-        if len(_trace(points, method, "psnr")) > 1
+        if sum(point.label.method == method for point in points) > 1
     ]
     return Summary(points, methods[0] if len(methods) > 1 else None, deltas)
 
@@ -152,19 +151,13 @@ def spread(numbers: Sequence[float]) -> Spread | None:
 
 def spread_of(numbers: Sequence[float]) -> Spread:
     """Return the mean and deviation of at least one number."""
-    scatters = len(numbers) > 1 and all(map(math.isfinite, numbers))
-    return Spread(fmean(numbers), stdev(numbers) if scatters else None)
+    return Spread(fmean(numbers), stdev(numbers) if len(numbers) > 1 else None)
 
 
-def pair(runs: Sequence[Measured], first: Sequence[Measured]) -> Paired | None:
-    """Return the differences of two points, each view being the mean over the runs of a point.
-
-    Views that equal the truth have no PSNR to compare; None if all do.
-    """
+def pair(runs: Sequence[Measured], first: Sequence[Measured]) -> Paired:
+    """Return the differences of two points, each view being the mean over the runs of a point."""
     ours, theirs = _list_views(runs), _list_views(first)
-    differences = [a - b for a, b in zip(ours, theirs, strict=True) if math.isfinite(a - b)]
-    if not differences:
-        return None
+    differences = [a - b for a, b in zip(ours, theirs, strict=True)]
     better = fmean(difference > 0 for difference in differences)
     return Paired(spread_of(differences), better, len(differences))
 

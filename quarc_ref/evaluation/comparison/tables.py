@@ -9,11 +9,11 @@ from dataclasses import asdict
 from quarc_ref.evaluation.comparison.bd_rate import Delta
 from quarc_ref.evaluation.comparison.measure import Comparison
 from quarc_ref.evaluation.comparison.summary import Point, Spread, Summary
-from quarc_ref.evaluation.quality import finite
+from quarc_ref.evaluation.metrics import MOST_DECIBELS
 
 _NOTHING = "-"
 # Heading, name of the figure, format.
-_FIGURES = (
+FIGURES = (
     ("PSNR", "psnr", ".2f"),
     ("SSIM", "ssim", ".4f"),
     ("LPIPS", "lpips", ".4f"),
@@ -23,11 +23,13 @@ _FIGURES = (
     ("flicker", "flicker", ".3f"),
 )
 
+POINT_COLUMNS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
+
 
 def head_points(summary: Summary) -> list[str]:
     """Return the headings of `format_point_rows`."""
-    figures = [heading for heading, name, _ in _FIGURES if name in summary.points[0].figures]
-    return ["entry", "is", "runs", *figures, "bytes", "KB / frame", "Mb/s", "dB to first", "better"]
+    figures = [heading for heading, name, _ in FIGURES if name in summary.points[0].figures]
+    return [*POINT_COLUMNS[:3], *figures, *POINT_COLUMNS[3:]]
 
 
 def format_point_rows(summary: Summary) -> list[list[str]]:
@@ -52,6 +54,19 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
         ]
         for each in summary.deltas
     ]
+
+
+def remark_on_equal_views(comparison: Comparison) -> list[str]:
+    """Return a sentence on each entry that has views equal to the truth."""
+    remarks = []
+    for each in comparison.measured:
+        equal, views = each.quality.count_views()
+        if equal:
+            remarks.append(
+                f"{each.label}: {equal} of {views} views equal the truth; each counts as "
+                f"{MOST_DECIBELS:g} dB in means and differences"
+            )
+    return remarks
 
 
 def format_points_csv(summary: Summary) -> bytes:
@@ -110,9 +125,7 @@ def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
 
 def _row_point(point: Point) -> list[str]:
     figures = [
-        format_spread(point.figures[name], how)
-        for _, name, how in _FIGURES
-        if name in point.figures
+        format_spread(point.figures[name], how) for _, name, how in FIGURES if name in point.figures
     ]
     rate, paired = point.megabits_per_second, point.paired
     difference = None if paired is None else paired.psnr
@@ -155,8 +168,8 @@ def _point_as_json(point: Point) -> dict[str, object]:
         "point": point.label.point,
         "kind": point.kind,
         "runs": point.runs,
-        "quality": finite({name: _mean(it) for name, it in point.figures.items()}),
-        "deviation": finite({name: _deviation(it) for name, it in point.figures.items()}),
+        "quality": {name: _mean(it) for name, it in point.figures.items()},
+        "deviation": {name: _deviation(it) for name, it in point.figures.items()},
         "bytes": _mean(point.byte_count),
         "kb_per_frame": _mean(point.kilobytes_per_frame),
         "megabits_per_second": point.megabits_per_second,

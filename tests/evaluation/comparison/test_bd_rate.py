@@ -34,7 +34,7 @@ def test_three_rates_are_too_few():
     delta = compare_curves(_ANCHOR, _TEST[:3])
 
     assert (delta.rate, delta.quality) == (None, None)
-    assert "3 rates of the 4 needed" in delta.remark
+    assert "3 points of known size; 4 are needed" in delta.remark
 
 
 def test_a_curve_that_falls_is_no_curve():

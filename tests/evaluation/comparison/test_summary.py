@@ -1,6 +1,5 @@
 import csv
 import io
-import math
 from statistics import stdev
 
 import pytest
@@ -14,6 +13,7 @@ from quarc_ref.evaluation.comparison.tables import (
     format_points_csv,
     format_views_csv,
     head_points,
+    remark_on_equal_views,
 )
 from quarc_ref.evaluation.quality import Quality
 
@@ -58,13 +58,21 @@ def test_pairs_are_of_the_same_camera_and_frame():
     assert format_point_rows(summary)[1][-2:] == ["-0.50 ± 0.00", "0% of 4"]
 
 
-def test_views_equal_to_the_truth_are_not_paired():
-    summary = summarize(
-        _comparison(_measured("a", "a", math.inf, 10), _measured("b", "b", 29.5, None))
-    )
+def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
+    comparison = _comparison(_measured("a", "a", 98.0, 10), _measured("b", "b", 30.0, 10))
 
-    assert summary.points[1].paired is None
+    assert summarize(comparison).points[1].paired.pairs == 4
+    assert remark_on_equal_views(comparison) == [
+        "a: 2 of 4 views equal the truth; each counts as 100 dB in means and differences"
+    ]
+
+
+def test_points_of_unknown_size_are_missing_in_a_curve_and_it_says_so():
+    entries = [_measured(method, point, 30.0, None) for method in "ab" for point in "xy"]
+    summary = summarize(_comparison(*entries))
+
     assert summary.points[1].kilobytes_per_frame is None
+    assert "the reference has 0 points of known size" in format_delta_rows(summary)[0][-1]
     assert format_point_rows(summary)[1][head_points(summary).index("bytes")] == "-"
 
 

@@ -1,0 +1,44 @@
+"""What the columns and rows of printed tables mean: the end of a verb's `--help`.
+
+docs/guides/comparing.md and docs/guides/streams.md have the same, at more length.
+"""
+
+from collections.abc import Mapping
+
+_QUALITY = {
+    "PSNR": "dB against the camera's picture, mean over frames; higher is better, at most 100.",
+    "cc": "the figure before it, after the picture's colors are fitted to the truth.",
+    "SSIM": "structural similarity, up to 1; higher is better.",
+    "moving, static": "PSNR where the truth differs from the static background, and elsewhere.",
+    "flicker": "change from frame to frame of pixels that should not change, in levels of 255.",
+    "of truth": "flicker of the capture's own pictures, which is their noise.",
+    "LPIPS": "perceptual distance; lower is better.",
+}
+EVAL = _QUALITY
+COMPARE = {
+    "entry": "METHOD@POINT; what the entry is: stream, PLY per frame, renders, 4dgs.",
+    "runs": "entries of this METHOD@POINT; with several, figures are mean ± deviation.",
+    "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
+    "cc PSNR": "PSNR after the picture's colors are fitted to the truth.",
+    "moving, static": _QUALITY["moving, static"],
+    "flicker": _QUALITY["flicker"],
+    "bytes, KB / frame": "of all frames that the entry has; a KB is 1024 bytes.",
+    "Mb/s": "megabits per second at the capture's frame rate.",
+    "dB to first": "mean difference in PSNR to the first entry, view by view.",
+    "better": "share of those views in which the entry has the higher PSNR.",
+    "BD-rate": "bytes needed for the same quality, against the first method; below 0 is fewer.",
+    "BD-PSNR": "PSNR at the same bytes, against the first method.",
+}
+INFO = {
+    "anchors": "points whose motion is coded; they are drawn anew every so many frames.",
+    "canonical, snapshots": "bytes of the frames at which decoding can start.",
+    "motion, updates, births": "bytes of other frames: anchors, changed Gaussians, new ones.",
+    "zero-order estimate": "bytes that the paper's entropy estimate gives for the same symbols.",
+    "overhead": "headers, cameras, metadata and checksums.",
+    "KB per frame": "without canonical frames' bytes, and with them.",
+}
+
+
+def explain(meanings: Mapping[str, str]) -> str:
+    """Return the meanings as the epilog of a verb: a line to each."""
+    return "\n\n".join(f"{name}: {meaning}" for name, meaning in meanings.items())

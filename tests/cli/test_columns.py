@@ -1,0 +1,39 @@
+import pytest
+
+from quarc_ref.cli.columns import COMPARE, EVAL, INFO
+from quarc_ref.cli.verbs.stream import describe
+from quarc_ref.evaluation.comparison.tables import FIGURES, POINT_COLUMNS
+from quarc_ref.evaluation.quality import COLUMNS
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import KINDS
+from tests.cli.commands import run
+from tests.docs.pages import ROOT
+
+
+def _names(meanings):
+    return {name for names in meanings for name in names.split(", ")}
+
+
+def test_every_column_of_eval_and_compare_is_explained():
+    assert {heading for heading, _, _ in COLUMNS} <= _names(EVAL)
+    explained = _names(COMPARE) | {"is"}  # under `entry`
+    assert {heading for heading, _, _ in FIGURES} | set(POINT_COLUMNS) <= explained
+
+
+def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
+    printed = describe(inspect_stream(stream_file.read_bytes()))
+
+    assert set(KINDS) | {"anchors", "overhead", "KB per frame"} <= _names(INFO) & set(printed)
+
+
+@pytest.mark.parametrize(
+    ("verb", "meanings", "guide"),
+    [("eval", EVAL, "comparing"), ("compare", COMPARE, "comparing"), ("info", INFO, "streams")],
+)
+def test_help_and_guide_have_a_line_to_each(verb, meanings, guide):
+    printed = " ".join(run(verb, "--help").stdout.split())
+    text = (ROOT / "docs" / "guides" / f"{guide}.md").read_text("utf-8")
+
+    for name, meaning in meanings.items():
+        assert f"{name}: {meaning}" in printed
+        assert all(f"`{each}`" in text for each in name.split(", ")), name
