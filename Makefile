@@ -78,9 +78,9 @@ core: ## Format, lints and tests of core/.
 
 player: $(READY) ## Build and test player/, in Chromium where it is at hand, and keep quarc-player.js in the package.
 	@if ! command -v npm >/dev/null; then echo "no npm here: player/ is left out"; \
-	elif ! core/wasm/build.sh; then echo "no module for the web: player/ is left out"; \
+	elif ! core/wasm/build.sh --player; then echo "no module for the web: player/ is left out"; \
 	else cd player && { [ -d node_modules ] || npm ci --silent; } && \
-	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../core/wasm/quarc.wasm node keep.mjs; fi
+	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../core/wasm/quarc-player.wasm node keep.mjs; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript

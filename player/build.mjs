@@ -11,7 +11,7 @@ import { gzipSync } from "node:zlib";
 import { build } from "esbuild";
 
 const here = (path) => fileURLToPath(new URL(path, import.meta.url));
-const WASM = process.env.QUARC_WASM ?? here("../core/wasm/quarc.wasm");
+const WASM = process.env.QUARC_WASM ?? here("../core/wasm/quarc-player.wasm");
 
 const shared = { bundle: true, minify: true, target: "es2022", legalComments: "none" };
 
@@ -45,7 +45,7 @@ const workers = {
 };
 
 if (!existsSync(WASM)) {
-  console.error(`player/build.mjs: there is no ${WASM}; core/wasm/build.sh makes it`);
+  console.error(`player/build.mjs: there is no ${WASM}; core/wasm/build.sh --player makes it`);
   process.exit(1);
 }
 const plugins = [workers, wasm];

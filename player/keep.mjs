@@ -67,8 +67,8 @@ function buildPlayer(wasm) {
 }
 
 function buildModule() {
-  execFileSync(at("core/wasm/build.sh"), { stdio: ["ignore", "ignore", "inherit"] });
-  return readFileSync(at("core/wasm/quarc.wasm"));
+  execFileSync(at("core/wasm/build.sh"), ["--player"], { stdio: ["ignore", "ignore", "inherit"] });
+  return readFileSync(at("core/wasm/quarc-player.wasm"));
 }
 
 function fail(message) {

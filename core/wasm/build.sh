@@ -1,6 +1,7 @@
 #!/bin/sh
-# Builds the decoder as one module for the web: quarc.wasm beside this file; and with
-# --conformance quarc-conformance.wasm, which answers the suite's cases of building blocks, too.
+# Builds the decoder as one module for the web: quarc.wasm beside this file. With --player it is
+# quarc-player.wasm, with the functions that the player calls and no others; with --conformance
+# quarc-conformance.wasm, which also answers the suite's cases of building blocks.
 #
 # The standard library is built along, for size. So it takes the compiler of the version in
 # `toolchain`, with the library's source: $RUSTC and $CARGO, that on the path, the distribution's,
@@ -35,11 +36,26 @@ find_linker() {
     command -v wasm-ld || command -v wasm-ld-22
 }
 
+# Drop all functions of a module but those that player/src/decode/functions.ts declares.
+keep_player_functions() {
+    graph=$built.json
+    {
+        echo '[ { "name": "memory", "export": "memory", "root": true }'
+        sed -n 's/^ *\(quarc_[a-z_]*\)(.*/, { "name": "\1", "export": "\1", "root": true }/p' \
+            "$here/../../player/src/decode/functions.ts"
+        echo ']'
+    } >"$graph"
+    # shellcheck disable=SC2086
+    wasm-metadce $wasm_features --graph-file "$graph" "$built" -o "$built.player" >/dev/null
+    built=$built.player
+}
+
 module=quarc features=
 case ${1:-} in
 '') ;;
+--player) module=quarc-player ;;
 --conformance) module=quarc-conformance features="--features conformance" ;;
-*) fail "there is no option $1; the only one is --conformance" ;;
+*) fail "there is no option $1; only --player and --conformance" ;;
 esac
 take "${RUSTC:-none}" "${CARGO:-cargo}" || take rustc cargo || take /usr/bin/rustc /usr/bin/cargo ||
     take "rustc +$version" "cargo +$version" ||
@@ -64,7 +80,10 @@ export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$here/../target}"
 # shellcheck disable=SC2086
 $cargo build --quiet --locked --package quarc-wasm $features --profile wasm --target $target \
     -Zbuild-std=std,panic_abort -Zbuild-std-features=
-wasm-opt -Oz --enable-simd --enable-bulk-memory --enable-sign-ext --enable-nontrapping-float-to-int \
-    --enable-mutable-globals --enable-reference-types --enable-multivalue \
-    "$CARGO_TARGET_DIR/$target/wasm/quarc_wasm.wasm" -o "$here/$module.wasm"
+wasm_features="--enable-simd --enable-bulk-memory --enable-sign-ext --enable-nontrapping-float-to-int \
+--enable-mutable-globals --enable-reference-types --enable-multivalue"
+built=$CARGO_TARGET_DIR/$target/wasm/quarc_wasm.wasm
+if [ "$module" = quarc-player ]; then keep_player_functions; fi
+# shellcheck disable=SC2086
+wasm-opt -Oz $wasm_features "$built" -o "$here/$module.wasm"
 echo "$here/$module.wasm: $(wc -c <"$here/$module.wasm") bytes"

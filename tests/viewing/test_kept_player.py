@@ -1,5 +1,6 @@
 """The player in the package is the one that its sources give."""
 
+import gzip
 import hashlib
 import json
 import shutil
@@ -11,6 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 _KEPT = ROOT / "quarc_ref" / "viewing" / "player"
 _STAMP = json.loads((_KEPT / "stamp.json").read_text("utf-8"))
+_MOST_BYTES = 150_000  # gzipped: what a page has to wait for
 _SOURCES = json.loads((ROOT / "player" / "sources.json").read_text("utf-8"))
 
 
@@ -30,6 +32,12 @@ def test_the_player_is_the_one_that_was_built():
     player = (_KEPT / "quarc-player.js").read_bytes()
 
     assert hashlib.sha256(player).hexdigest() == _STAMP["bytes"]
+
+
+def test_a_server_that_compresses_sends_at_most_150_kb():
+    player = (_KEPT / "quarc-player.js").read_bytes()
+
+    assert len(gzip.compress(player, 9)) <= _MOST_BYTES
 
 
 @pytest.mark.parametrize("kind", ["player", "core"])

@@ -1,37 +1,16 @@
 /**
- * The decoder (core/wasm): the functions of core/capi/include/quarc.h that a player needs.
+ * The decoder (core/wasm).
  *
  * Arrays that it returns are views of the module's memory, valid until the next call.
  */
 
 import compressed from "wasm:quarc";
 import type { CaptureCamera, StreamInfo } from "../protocol.js";
+import type { Functions } from "./functions.js";
 import { readCamera, readHead, type Head } from "./layout.js";
 
 const STATUS = { OK: 0, FRAME: 1, END: 3, MISUSE: -3 };
 const SCRATCH_BYTES = 256;
-const DIGEST_DIGITS = 64;
-
-interface Functions {
-  readonly memory: WebAssembly.Memory;
-  quarc_allocate(size: number): number;
-  quarc_free(place: number, size: number): void;
-  quarc_open_parts(start: number): number;
-  quarc_close(place: number): void;
-  quarc_put(decoder: number, offset: bigint, bytes: number, length: number): number;
-  quarc_limit(decoder: number, size: bigint): number;
-  quarc_pull(decoder: number, state: number): number;
-  quarc_missing(decoder: number, range: number): number;
-  quarc_preview(decoder: number, state: number, sections: number): number;
-  quarc_offset(decoder: number, offset: number): number;
-  quarc_index(decoder: number, numbers: number, frames: number, room: number): number;
-  quarc_head(decoder: number, head: number): number;
-  quarc_camera(decoder: number, number: number, camera: number): number;
-  quarc_metadata(decoder: number, number: number, entry: number): number;
-  quarc_digest(decoder: number, digits: number): number;
-  quarc_message(decoder: number): number;
-  quarc_reject_id(decoder: number): number;
-}
 
 /** A stream is invalid by the rule `rejectId` of SPEC 3.3, or, where that is null, too large. */
 export class QuarcError extends Error {
@@ -237,13 +216,6 @@ export class Decoder {
       entries.push([this.#readText(scratch), this.#readText(scratch + 8)]);
     }
     return Object.fromEntries(entries);
-  }
-
-  /** The SHA-256 of the state that was pulled last (SPEC 9.1). */
-  digest(): string {
-    const { scratch } = this.#quarc;
-    this.#check(this.#call.quarc_digest(this.#handle, scratch));
-    return this.#quarc.text(scratch, DIGEST_DIGITS);
   }
 
   /** Free it and all that it has given out; a second time this does nothing. */
