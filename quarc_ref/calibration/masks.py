@@ -8,6 +8,8 @@ from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.features import Mask
 from quarc_ref.calibration.recordings import Recordings
 from quarc_ref.datasets.arrangements import list_single_pictures
+from quarc_ref.datasets.errors import MaskNameError, MaskSizeError
+from quarc_ref.datasets.masks import explain_names
 from quarc_ref.datasets.video import read_still
 
 
@@ -21,13 +23,25 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
 
     Raises:
         CalibrationError: There is no mask, or one that is black all over.
-        UnknownCameraError: A mask belongs to no camera.
-        CaptureError: A mask cannot be read, or has another size.
+        MaskNameError: A mask belongs to no camera.
+        MaskSizeError: A mask has another size than the recording of its camera.
+        CaptureError: A mask cannot be read.
     """
     masks: dict[str, Mask] = {}
-    for name, (path, *_) in list_single_pictures(folder).items():
+    found = list_single_pictures(folder)
+    unknown = sorted(found.keys() - set(recordings.names))
+    if unknown:
+        raise MaskNameError(explain_names(folder, unknown, recordings.names))
+    for name, (path, *_) in found.items():
+        masks[name] = np.asarray(read_still(path).any(axis=2))
+        height, width = masks[name].shape
         size = recordings.pictures.sizes[recordings.index(name)]
-        masks[name] = np.asarray(read_still(path, size).any(axis=2))
+        if (width, height) != size:
+            message = (
+                f"mask {path} is {width}x{height}, but the pictures of its camera are "
+                f"{size[0]}x{size[1]}"
+            )
+            raise MaskSizeError(message)
         if not masks[name].any():
             message = f"{path} is black all over, which leaves nothing of camera {name}"
             raise CalibrationError(message)

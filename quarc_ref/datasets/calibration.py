@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from quarc_ref.datasets.errors import UnreadablePointsError
 from quarc_ref.format.cameras import Camera
 
 Numbers = NDArray[np.float64]
@@ -204,4 +205,43 @@ def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
         fy=pinhole.fy / factor,
         cx=pinhole.cx / factor,
         cy=pinhole.cy / factor,
+    )
+
+
+def make_camera(
+    camera: CalibratedCamera, positions: NDArray[np.floating], *, held_out: bool = False
+) -> Camera:
+    """Return a pinhole as streams have it.
+
+    Args:
+        camera: A pinhole.
+        positions: `[P, 3]` points of the scene, from which its near bound is chosen.
+        held_out: Whether it is kept for evaluation.
+
+    Raises:
+        UnreadablePointsError: The camera has no near bound, and sees none of the points.
+    """
+    near = camera.near
+    if near is None:
+        depths = measure_depths(camera, positions)
+        if not depths.size:
+            message = (
+                f"camera {camera.name} sees none of the {len(positions)} initial points: "
+                "check its pose, or provide points of the whole scene"
+            )
+            raise UnreadablePointsError(message)
+        near = choose_near(depths)
+    lens = camera.lens
+    return Camera(
+        name=camera.name,
+        width=lens.width,
+        height=lens.height,
+        fx=lens.fx,
+        fy=lens.fy,
+        cx=lens.cx,
+        cy=lens.cy,
+        rotation=tuple(camera.pose.rotation.ravel().tolist()),
+        translation=tuple(camera.pose.translation.tolist()),
+        near=near,
+        held_out=held_out,
     )

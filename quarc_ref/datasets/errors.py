@@ -12,6 +12,10 @@
     │   └── StartError          the first frame asked for is after the last
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
+    ├── MaskError               masks do not fit the pictures
+    │   ├── MaskNameError       masks are named after no camera
+    │   ├── MaskSizeError       a mask has another size than the pictures of its camera
+    │   └── MaskCountError      a camera has several masks, but not one for each frame
     ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
     ├── UnreadableNotesError    quarc-capture.json is malformed
     ├── UnsupportedCameraError  a camera model that cannot be made a pinhole
@@ -67,6 +71,22 @@ class TruncatedVideoError(CaptureError):
 
 class UnreadableVideoError(CaptureError):
     """A video or a picture cannot be decoded."""
+
+
+class MaskError(CaptureError):
+    """Masks do not fit the pictures."""
+
+
+class MaskNameError(MaskError):
+    """Masks are named after no camera."""
+
+
+class MaskSizeError(MaskError):
+    """A mask has another size than the pictures of its camera."""
+
+
+class MaskCountError(MaskError):
+    """A camera has several masks, but not one for each frame."""
 
 
 class UnreadablePoseError(CaptureError):

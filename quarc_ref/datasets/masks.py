@@ -17,11 +17,8 @@ from quarc_ref.datasets.arrangements import (
     list_videos,
 )
 from quarc_ref.datasets.capture import Mask, MaskSource
-from quarc_ref.datasets.errors import (
-    CountMismatchError,
-    MissingCameraError,
-    UnreadableVideoError,
-)
+from quarc_ref.datasets.errors import MaskCountError, MaskNameError, MaskSizeError
+from quarc_ref.datasets.findings import Finding, list_names
 from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
@@ -43,8 +40,9 @@ class FileMasks:
         paths: All files.
 
     Raises:
-        CountMismatchError: A camera has more than one mask, but not one for every frame.
-        CaptureError: A first mask cannot be read, or has another size than the pictures.
+        MaskSizeError: The first mask of a camera has another size than its pictures.
+        MaskCountError: A camera has more than one mask, but not one for every frame.
+        CaptureError: A mask cannot be read.
     """
 
     def __init__(
@@ -57,16 +55,16 @@ class FileMasks:
                 path, (width, height) = source.paths[0][0], source.sizes[0]
                 message = (
                     f"mask {path} is {width}x{height}, but the pictures of its camera are "
-                    f"{size[0]}x{size[1]}"
+                    f"{size[0]}x{size[1]}: masks have the size of the pictures on disk"
                 )
-                raise UnreadableVideoError(message)
+                raise MaskSizeError(message)
             if source is not None and source.lengths[0] not in (1, length):
                 path, count = source.paths[0][0], source.lengths[0]
                 message = (
                     f"there are {count} masks like {path}, but {length} frames: a camera has "
                     "one mask for all frames, or one for each"
                 )
-                raise CountMismatchError(message)
+                raise MaskCountError(message)
 
     def read(self, camera: int, frame: int) -> Mask | None:
         """See `MaskSource.read`."""
@@ -101,7 +99,9 @@ class RectifiedMasks:
         return None if mask is None else self._rectifiers[camera].rectify_mask(mask)
 
 
-def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | None:
+def find_masks(
+    folder: Path, names: Sequence[str]
+) -> tuple[list[Sequence[Path]] | None, tuple[Finding, ...]]:
     """Return the masks in the folder `masks` of a capture, `[camera]`; None if it has none.
 
     They are `NAME.png` for all frames of a camera, `NAME/0000.png` and so on for each frame,
@@ -111,8 +111,11 @@ def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | Non
         folder: Folder of the capture.
         names: `[camera]` names of the cameras.
 
+    Returns:
+        The masks, and a finding if some of them are named after no camera.
+
     Raises:
-        MissingCameraError: There are masks, and none of them is of a camera.
+        MaskNameError: There are masks, and none of them is of a camera.
     """
     inside = folder / MASKS_NAME
     listed: list[Files] = [
@@ -125,13 +128,28 @@ def find_masks(folder: Path, names: Sequence[str]) -> list[Sequence[Path]] | Non
         name: paths for files in listed for name, paths in files.items()
     }
     rows = [found.get(name, ()) for name in names]
-    if found and not any(rows):
-        message = (
-            f"{inside} has masks named {', '.join(sorted(found))}, but no camera has such a name: "
-            f"name masks after the cameras, such as {names[0]}.png"
-        )
-        raise MissingCameraError(message)
-    return rows if any(rows) else None
+    used = {path for row in rows for path in row}
+    unused = sorted(name for name, paths in found.items() if not used.issuperset(paths))
+    if not unused:
+        return rows if used else None, ()
+    message = explain_names(inside, unused, names)
+    if not used:
+        raise MaskNameError(message)
+    return rows, (Finding("mask-name", message),)
+
+
+def explain_names(folder: Path, unused: Sequence[str], names: Sequence[str]) -> str:
+    """Return a sentence on masks that are named after no camera.
+
+    Args:
+        folder: Folder of the masks.
+        unused: Names of these masks.
+        names: Names of the cameras.
+    """
+    return (
+        f"{folder} has masks named {list_names(unused)}, and no camera has such a name: name "
+        f"masks after the cameras ({list_names(names)}), such as {names[0]}.png"
+    )
 
 
 def _open(paths: Sequence[Path]) -> Pictures | None:

@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from quarc_ref.datasets.agreement import compare_lengths, compare_rotations
-from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, measure_depths
+from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
 from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
 from quarc_ref.datasets.errors import (
     HeldOutError,
     StartError,
-    UnreadablePointsError,
     UnreadableVideoError,
     UnsupportedCameraError,
 )
@@ -26,7 +25,6 @@ from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
 from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
-from quarc_ref.format.cameras import Camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +84,10 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     points = footage.points or _find_points(cameras, source, held_out)
     return Capture(
         name=path.resolve().name,
-        cameras=[_make_camera(camera, points, held_out) for camera in cameras],
+        cameras=[
+            make_camera(camera, points.positions, held_out=camera.name in held_out)
+            for camera in cameras
+        ],
         frame_count=min(later.frame_count, options.max_frames or later.frame_count),
         frames_per_second=footage.frames_per_second,
         points=points,
@@ -101,11 +102,14 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
 
 def _add_masks(path: Path, footage: Footage) -> Footage:
     """Return footage with the masks in the capture's folder, unless its loader found some."""
-    rows = find_masks(path, [camera.name for camera in footage.cameras])
-    if footage.masks is not None or rows is None:
+    if footage.masks is not None:
+        return footage
+    rows, findings = find_masks(path, [camera.name for camera in footage.cameras])
+    if rows is None:
         return footage
     source = footage.source
-    return replace(footage, masks=FileMasks(rows, source.sizes, source.lengths))
+    masks = FileMasks(rows, source.sizes, source.lengths)
+    return replace(footage, masks=masks, findings=(*footage.findings, *findings))
 
 
 def _require_sizes(footage: Footage) -> None:
@@ -184,30 +188,3 @@ def _find_points(
     training = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
     pictures = [source.read(index, 0) for index in training]
     return triangulate([cameras[index] for index in training], pictures)
-
-
-def _make_camera(camera: CalibratedCamera, points: Points, held_out: frozenset[str]) -> Camera:
-    near = camera.near
-    if near is None:
-        depths = measure_depths(camera, points.positions)
-        if not depths.size:
-            message = (
-                f"camera {camera.name} sees none of the {len(points.positions)} initial points: "
-                "check its pose, or provide points of the whole scene"
-            )
-            raise UnreadablePointsError(message)
-        near = choose_near(depths)
-    lens = camera.lens
-    return Camera(
-        name=camera.name,
-        width=lens.width,
-        height=lens.height,
-        fx=lens.fx,
-        fy=lens.fy,
-        cx=lens.cx,
-        cy=lens.cy,
-        rotation=tuple(camera.pose.rotation.ravel().tolist()),
-        translation=tuple(camera.pose.translation.tolist()),
-        near=near,
-        held_out=camera.name in held_out,
-    )

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from quarc_ref.calibration.calibrate import CalibrateOptions, calibrate
-from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
+from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.features import Features
 from quarc_ref.calibration.lenses import LensOptions, read_lenses
 from quarc_ref.calibration.masks import read_masks
 from quarc_ref.calibration.offsets import SyncMethod
 from quarc_ref.calibration.recordings import find_recordings
 from quarc_ref.calibration.write_capture import write_capture
+from quarc_ref.datasets.errors import MaskNameError, MaskSizeError
 from quarc_ref.files import written_folder
 from tests.calibration.rigs import compare
 
@@ -95,10 +96,17 @@ def test_nothing_is_matched_where_a_mask_is_black(few, tmp_path):
     assert masked.max() < 161 < free.max()
 
 
-@pytest.mark.parametrize("name", ["cam00", "elsewhere"])
-def test_masks_that_leave_nothing_or_belong_to_nobody_are_rejected(few, tmp_path, name):
-    assert cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((240, 320), np.uint8))
-    with pytest.raises((CalibrationError, UnknownCameraError), match=name):
+@pytest.mark.parametrize(
+    ("name", "size", "error", "message"),
+    [
+        ("cam00", (240, 320), CalibrationError, "black all over"),
+        ("cam00", (24, 32), MaskSizeError, "is 32x24, but the pictures .* are 320x240"),
+        ("elsewhere", (240, 320), MaskNameError, "masks named elsewhere, and no camera"),
+    ],
+)
+def test_masks_that_do_not_fit_are_rejected(few, tmp_path, name, size, error, message):
+    assert cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros(size, np.uint8))
+    with pytest.raises(error, match=message):
         read_masks(tmp_path, find_recordings(few))
 
 

@@ -1,5 +1,6 @@
 import shutil
 
+import numpy as np
 import pytest
 
 from tests.cli.commands import read_json, run
@@ -50,3 +51,13 @@ def test_an_unknown_held_out_camera_is_a_usage_error(capture):
 
     assert result.exit_code == 2
     assert "--held-out: there is no camera cam99" in result.stderr
+
+
+def test_masks_have_findings_of_their_own(capture, tmp_path):
+    folder = shutil.copytree(capture, tmp_path / "plane")
+    (folder / "masks").mkdir()
+    for name, size, kind in (("left", (64, 48), "mask-name"), ("cam01", (8, 8), "mask-size")):
+        mask = np.full((*size[::-1], 3), 255, np.uint8)
+        scenes.write_picture(folder / "masks" / f"{name}.png", mask)
+        printed = read_json(run("doctor", folder, "--quick", "--json").stdout)
+        assert [each["kind"] for each in printed["findings"]] == [kind]

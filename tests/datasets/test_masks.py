@@ -8,11 +8,7 @@ import pytest
 
 from quarc_ref.datasets.calibration import Lens
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
-from quarc_ref.datasets.errors import (
-    CountMismatchError,
-    MissingCameraError,
-    UnreadableVideoError,
-)
+from quarc_ref.datasets.errors import MaskCountError, MaskNameError, MaskSizeError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.undistortion import Rectifier
 from tests.datasets.scenes import (
@@ -87,12 +83,12 @@ def test_transforms_name_their_masks(tmp_path):
     shots = make_shots()
     document = picture_document(shots, frames=2)
     for entry in document["frames"]:
-        entry["mask_path"] = "kept/" + entry["file_path"]
+        entry["mask_path"] = "masks/" + entry["file_path"]
     folder = write_transforms(tmp_path / "capture", document, plane_points())
     pictures = [[render(shot, moment) for moment in range(2)] for shot in shots]
     write_frames(folder, shots, pictures)
     masks = [[_draw(7 * camera + frame) for frame in range(2)] for camera in range(len(shots))]
-    write_frames(folder / "kept", shots, masks)
+    write_frames(folder / "masks", shots, masks)
     capture = open_capture(folder)
     assert _kept(capture, 3, 1) == 20 + 21 + 1
 
@@ -135,16 +131,31 @@ def test_a_mask_is_straightened_like_its_picture():
 def test_masks_that_are_of_no_camera_are_rejected(n3dv_folder, tmp_path):
     folder = _copy(n3dv_folder, tmp_path)
     write_picture(folder / "masks" / "left.png", _draw())
-    with pytest.raises(MissingCameraError, match="masks named left, but no camera"):
+    with pytest.raises(MaskNameError, match=r"masks named left, .* such as cam00\.png"):
         open_capture(folder)
 
 
-@pytest.mark.parametrize(("count", "shape"), [(3, (48, 32)), (1, (24, 16))])
-def test_masks_that_do_not_fit_are_rejected(n3dv_folder, tmp_path, count, shape):
+def test_a_mask_that_is_of_no_camera_is_found_among_others(n3dv_folder, tmp_path):
+    folder = _copy(n3dv_folder, tmp_path)
+    for name in ("cam01.png", "cam03.png.png", "left.png"):
+        write_picture(folder / "masks" / name, _draw())
+    capture = open_capture(folder)
+
+    assert [_kept(capture, camera, 0) for camera in (1, 2)] == [20, 20]
+    (finding,) = capture.findings
+    assert finding.kind == "mask-name"
+    assert "masks named left," in finding.message
+
+
+@pytest.mark.parametrize(
+    ("count", "shape", "error"),
+    [(3, (48, 32), MaskCountError), (1, (24, 16), MaskSizeError)],
+)
+def test_masks_that_do_not_fit_are_rejected(n3dv_folder, tmp_path, count, shape, error):
     folder = _copy(n3dv_folder, tmp_path)
     for frame in range(count):
         write_picture(folder / "masks" / "cam01" / f"{frame:04d}.png", _draw(size=shape))
-    with pytest.raises((CountMismatchError, UnreadableVideoError), match="cam01"):
+    with pytest.raises(error, match="cam01"):
         open_capture(folder)
 
 

@@ -78,7 +78,8 @@ def calibrate(
         typer.Option(
             "--mask",
             metavar="DIR",
-            help="Folder of masks, one picture per camera, by name: black pixels are not matched.",
+            help="Folder of masks, one picture per camera, such as cam00.png: black pixels are not "
+            "matched.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -126,6 +127,7 @@ def calibrate(
         from quarc_ref.calibration.recordings import find_recordings
         from quarc_ref.calibration.report import PAGE, write_report
         from quarc_ref.calibration.write_capture import write_capture
+        from quarc_ref.datasets.errors import MaskNameError
 
         restore_sigterm_handler()
         started = time.monotonic()
@@ -149,7 +151,7 @@ def calibrate(
                     progress.advance,
                 )
                 rig = find(found, options)
-            except UnknownCameraError as error:
+            except (UnknownCameraError, MaskNameError) as error:
                 raise UsageError(str(error)) from error
             write_capture(rig, folder)
             write_report(rig, recordings.resolve().name, folder)
@@ -193,6 +195,11 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     solution, total = rig.solution, len(rig.recordings.names)
     for name, reason in solution.left_out.items():
         print_message(f"camera {name} did not join: {reason}")
+    for name in rig.doubtful:
+        print_message(
+            f"camera {name} joined by {solution.fits[name].support} points only, so that its pose "
+            "may be inexact: --moments 16 searches more pictures"
+        )
     unclear = [name for name in rig.offsets.unclear if name not in solution.left_out]
     if unclear:
         print_message(f"the offsets of {', '.join(unclear)} are not clear: 0 is assumed")
