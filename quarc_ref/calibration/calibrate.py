@@ -10,10 +10,11 @@ import numpy as np
 
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.features import Features, Mask
+from quarc_ref.calibration.first_frame import read_first_frame
 from quarc_ref.calibration.lenses import LensOptions
 from quarc_ref.calibration.match_graph import build_match_graph
 from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, refine_offsets
-from quarc_ref.calibration.recordings import Recordings
+from quarc_ref.calibration.recordings import LEAST_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
 from quarc_ref.calibration.solving import Solution, solve
 from quarc_ref.calibration.world import BY_LEVEL, Distance, World, settle_world
@@ -21,12 +22,11 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.colmap_cameras import quiet
 from quarc_ref.datasets.pictures import LaterPictures
-from quarc_ref.datasets.triangulation import triangulate
-from quarc_ref.datasets.undistortion import Rectifier
 
 _FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)  # each halves what is between
 _BEGIN_WITH = 2  # moments
 _ENOUGH = 40  # points of every camera, each of which two others see: no more moments are needed
+_TRUSTED = 100  # such points, of a camera whose pose is not looked at again
 _HALF = 0.5  # frames: what is off by less is the same frame
 
 Report = Callable[[str, int, int], None]
@@ -76,6 +76,12 @@ class Calibration:
     moments: int
 
     @property
+    def doubtful(self) -> tuple[str, ...]:
+        """Cameras whose poses rest on so few points that they may be inexact."""
+        fits = self.solution.fits
+        return tuple(name for name, fit in fits.items() if fit.support < _ENOUGH)
+
+    @property
     def notes(self) -> CaptureNotes:
         """Notes to write beside the poses."""
         frames = {each.name: self.offsets.frames[each.name] for each in self.world.cameras}
@@ -107,10 +113,8 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
         offsets = refined
         if not is_same:
             solution, moments = _solve(recordings, offsets, options)
-    world = settle_world(solution.cameras, solution.points, options.up, options.distance)
-    return Calibration(
-        recordings, offsets, solution, world, _find_points(recordings, offsets, world), moments
-    )
+    solution, world, points = _build_scene(recordings, offsets, solution, options)
+    return Calibration(recordings, offsets, solution, world, points, moments)
 
 
 def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
@@ -173,19 +177,28 @@ def _choose_moments(frame_count: int, count: int | None) -> list[int]:
     return list(dict.fromkeys(int(fraction * frame_count) for fraction in fractions))
 
 
-def _find_points(recordings: Recordings, offsets: Offsets, world: World) -> Points:
-    """Return points of frame 0 without the first camera, which encoding holds out."""
-    firsts = CaptureNotes(offsets.frames).first_frames(recordings.names)
-    seen = world.cameras[1:] if len(world.cameras) > 3 else world.cameras
-    rectifiers = [Rectifier(camera.lens) for camera in seen]
-    pictures = [
-        rectifier.rectify(
-            recordings.pictures.read(recordings.index(camera.name), firsts[camera.name])
-        )
-        for camera, rectifier in zip(seen, rectifiers, strict=True)
-    ]
-    pinholes = [
-        replace(camera, lens=rectifier.lens)
-        for camera, rectifier in zip(seen, rectifiers, strict=True)
-    ]
-    return triangulate(pinholes, pictures)
+def _build_scene(
+    recordings: Recordings, offsets: Offsets, solution: Solution, options: CalibrateOptions
+) -> tuple[Solution, World, Points]:
+    """Return the solution, the upright rig, and points of the scene at frame 0.
+
+    Few matches can agree on a wrong pose: a camera that few points support is left out if its
+    picture does not show the scene's points where its pose puts them.
+    """
+    world = settle_world(solution.cameras, solution.points, options.up, options.distance)
+    frame = read_first_frame(world.cameras, recordings, offsets.frames)
+    points = frame.find_points()
+    few = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED}
+    wrong = few.intersection(frame.find_contradicted(points)) if few else set()
+    if not wrong or len(world.cameras) - len(wrong) < LEAST_CAMERAS:
+        return solution, world, points
+    reasons = {name: _explain_contradiction(solution.fits[name].support) for name in wrong}
+    return _build_scene(recordings, offsets, solution.leave_out(reasons), options)
+
+
+def _explain_contradiction(support: int) -> str:
+    return (
+        f"{support} of its points are seen by two other cameras too, and the pose that they give "
+        "does not show the scene as its picture does: --moments 16 searches more pictures; a "
+        "camera between it and the others, or more texture, gives more matches"
+    )

@@ -66,6 +66,19 @@ class Solution:
     left_out: dict[str, str]
     points: NDArray[np.float64]
 
+    def leave_out(self, reasons: dict[str, str]) -> "Solution":
+        """Return the solution without some cameras.
+
+        Args:
+            reasons: Why each is left out, by its name.
+        """
+        return Solution(
+            tuple(camera for camera in self.cameras if camera.name not in reasons),
+            {name: fit for name, fit in self.fits.items() if name not in reasons},
+            self.left_out | reasons,
+            self.points,
+        )
+
     @property
     def mean_error(self) -> float:
         """Mean reprojection error of all points in all cameras, pixels."""

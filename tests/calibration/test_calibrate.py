@@ -9,7 +9,6 @@ from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.offsets import SyncMethod
 from quarc_ref.calibration.recordings import find_recordings
 from quarc_ref.calibration.report import PAGE, write_report
-from quarc_ref.calibration.world import Distance
 from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.capture_notes import read_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
@@ -23,14 +22,6 @@ FLAT = np.full((48, 64, 3), 128, np.uint8)
 def write_flat(path, pictures=(FLAT,)):
     with path.open("wb") as file:
         write_video_file(file, pictures, VideoForm(64, 48, Fraction(30)))
-
-
-@pytest.fixture(scope="session")
-def rig(traced):
-    options = CalibrateOptions(
-        sync=SyncMethod.NONE, moments=1, distance=Distance("cam01", "cam12", 2.0)
-    )
-    return calibrate(find_recordings(traced.folder), options)
 
 
 def test_all_cameras_of_bare_videos_join_with_their_true_poses(rig, traced):

@@ -189,9 +189,18 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
         names = _name(seen.cameras, found.wrong)
         message = (
             f"the pictures of {list_names(names)} do not show the initial points where their "
-            "poses put them: check these poses, and the colors of the points"
+            "poses put them. If other cameras are fine, these poses are wrong: calibrate again "
+            "with more matches (calibrate --moments 16), or check that pose, lens and picture are "
+            "of one camera; if many are named, the points are of another scene or time. Until "
+            f"then, {_hold_out(capture, names)} leaves them out of training"
         )
         yield Finding("pose-disagrees", message, names)
+
+
+def _hold_out(capture: Capture, names: Sequence[str]) -> str:
+    """Return the options that hold out cameras besides those that are held out already."""
+    held_out = [capture.cameras[index].name for index in capture.held_out]
+    return " ".join(f"--held-out {name}" for name in [*held_out, *names])
 
 
 def _name(cameras: Sequence[Camera], indices: Sequence[int] | NDArray[np.intp]) -> tuple[str, ...]:

@@ -1,0 +1,77 @@
+"""Frame 0 of the cameras that joined: points of the scene, and cameras that these contradict."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from quarc_ref.calibration.recordings import Recordings
+from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
+from quarc_ref.datasets.camera_geometry import project_points
+from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.capture_notes import CaptureNotes
+from quarc_ref.datasets.triangulation import triangulate
+from quarc_ref.datasets.undistortion import Rectifier
+from quarc_ref.encoder.checks.color_agreement import compare_colors
+
+_LEAST_CAMERAS = 3  # for points without the first one
+_NEAR = 1e-6  # any: nothing is drawn
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstFrame:
+    """Cameras and their pictures of frame 0.
+
+    Attributes:
+        cameras: Pinholes.
+        pictures: `[H, W, 3]` sRGB, one per camera.
+    """
+
+    cameras: tuple[CalibratedCamera, ...]
+    pictures: tuple[Image, ...]
+
+    def find_points(self) -> Points:
+        """Return points of the scene, without the first camera, which encoding holds out."""
+        first = 1 if len(self.cameras) > _LEAST_CAMERAS else 0
+        return triangulate(self.cameras[first:], list(self.pictures[first:]))
+
+    def find_contradicted(self, points: Points) -> list[str]:
+        """Return the names of cameras whose pictures do not show the points where they should be.
+
+        Args:
+            points: Points of the scene.
+        """
+        cameras = [
+            make_camera(replace(camera, near=_NEAR), points.positions) for camera in self.cameras
+        ]
+        views = [project_points(camera, points.positions) for camera in cameras]
+        found = compare_colors(cameras, views, points.colors, iter(self.pictures))
+        blind = [index for index, view in enumerate(views) if not view.within.any()]
+        wrong = {*blind, *found.wrong, *(picture for picture, _ in found.mixed_up)}
+        return [self.cameras[index].name for index in sorted(wrong)]
+
+
+def read_first_frame(
+    cameras: Sequence[CalibratedCamera], recordings: Recordings, frames: dict[str, float]
+) -> FirstFrame:
+    """Return frame 0 of cameras, undistorted.
+
+    Args:
+        cameras: Cameras that joined.
+        recordings: Recordings of these and others.
+        frames: Offsets of all cameras, in frames.
+
+    Raises:
+        CaptureError: A picture cannot be read.
+    """
+    firsts = CaptureNotes(frames).first_frames(recordings.names)
+    rectifiers = [Rectifier(camera.lens) for camera in cameras]
+    pinholes = [
+        replace(camera, lens=rectifier.lens)
+        for camera, rectifier in zip(cameras, rectifiers, strict=True)
+    ]
+    pictures = [
+        rectifier.rectify(
+            recordings.pictures.read(recordings.index(camera.name), firsts[camera.name])
+        )
+        for camera, rectifier in zip(cameras, rectifiers, strict=True)
+    ]
+    return FirstFrame(tuple(pinholes), tuple(pictures))
