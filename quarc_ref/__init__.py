@@ -1,7 +1,7 @@
 """quarc-ref: the reference encoder, decoder and format of `.quarc` streams.
 
-Nothing is imported here: `quarc_ref.decoder` decodes without torch,
-`quarc_ref.encoder` brings it.
+Nothing is imported here, so that `quarc_ref.decoder` can be used without torch, which
+`quarc_ref.encoder` imports.
 """
 
 __version__ = "0.1.0"

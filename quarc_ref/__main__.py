@@ -1,4 +1,4 @@
-"""`python -m quarc_ref` is `quarc-ref`."""
+"""Runs the `quarc-ref` command by `python -m quarc_ref`."""
 
 from quarc_ref.cli.app import main
 

@@ -1,8 +1,8 @@
-"""How machine code of the package's kernels is kept on disk.
+"""Caches the machine code of the package's numba kernels on disk.
 
-The renderer and the synthetic scene have kernels; the decoder has none. The machine code of
-kernels that Python calls is cached, including the kernels they call, until any kernel of the
-package changes.
+The renderer and the synthetic scene have kernels; the decoder has none. The cache holds
+the code of kernels that Python calls, including the kernels they call, and is valid until
+any kernel of the package changes.
 """
 
 import hashlib
@@ -31,18 +31,18 @@ def _hiding(module: str) -> Iterator[None]:
         del sys.modules[module]
 
 
-with _hiding("coverage"):  # which numba looks for, and takes as long for as for a kernel
+with _hiding("coverage"):  # numba's search for it takes as long as loading a kernel
     import numba
     from numba.core.caching import FunctionCache
     from numba.core.runtime.nrt import rtsys
 
 
 def _import_without_blas() -> None:
-    """Import what most kernels name, but not all of `scipy.linalg`, which takes as long.
+    """Import the modules that most kernels use, but avoid the slow import of `scipy.linalg`.
 
-    numba imports SciPy's BLAS to see whether there is one, and once more, by its name, when
-    something is compiled that needs it; no kernel here does. So an empty module takes its place
-    during the first import.
+    numba imports SciPy's BLAS to check that it exists, and imports it again when a kernel
+    needs it, which no kernel here does. An empty module therefore replaces it during the
+    first import.
     """
     blas = "scipy.linalg.cython_blas"
     if blas in sys.modules or find_spec("scipy") is None:
@@ -57,10 +57,10 @@ def _import_without_blas() -> None:
 class _KernelCache(FunctionCache):
     """Machine code of a kernel, kept on disk.
 
-    For numba, a cache entry is valid until the kernel's own file changes. Here it is valid until
-    any kernel file changes, because it may contain inlined code of other kernels. And numba loads
-    all that it compiles with, which takes as long as a fifth of a first frame, before it looks for
-    what was compiled; here that is left to the compiler, which does so anyway.
+    In numba, a cache entry is valid until the kernel's own file changes. Here it is valid
+    until any kernel file changes, because it may contain inlined code of other kernels.
+    numba also initializes its compiler before it reads the cache, which takes as long as
+    a fifth of a first frame; here only a compilation does so.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -75,12 +75,12 @@ class _KernelCache(FunctionCache):
 
 
 def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
-    """Return a decorator of kernels whose machine code stays on disk."""
+    """Return a decorator for kernels whose machine code is cached on disk."""
     compiled = numba.njit(error_model="numpy", **options)
 
     def decorate(function: Callable[..., Any]) -> Any:  # noqa: ANN401
         kernel = compiled(function)
-        if hasattr(kernel, "_cache"):  # not where compiling is switched off
+        if hasattr(kernel, "_cache"):  # compilation may be disabled
             kernel._cache = _KernelCache(function)
         return kernel
 
@@ -89,7 +89,7 @@ def keep(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
 
 @cache
 def _fingerprint() -> str:
-    """Return a key that identifies the package's kernels and how they are compiled."""
+    """Return a key that identifies the package's kernels and their compiler options."""
     folder = Path(__file__).parent
     files = sorted([*folder.rglob("*_kernels.py"), *folder.rglob("compiled.py")])
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

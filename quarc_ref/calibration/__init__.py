@@ -1,1 +1,1 @@
-"""From videos without poses to a capture: `calibrate` finds offsets, lenses, poses and points."""
+"""Camera calibration: finds time offsets, lenses, poses and points for videos without poses."""

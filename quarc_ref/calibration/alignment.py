@@ -1,4 +1,4 @@
-"""Start times of recordings, from signals that are correlated between them.
+"""Estimates start times of recordings by correlating their signals.
 
 Two signals are compared at every shift by their normalized cross-correlation, which gives a
 curve. The shifts of all cameras are found together, by maximizing the sum of the curves of all
@@ -15,15 +15,15 @@ from scipy.signal import fftconvolve
 
 Numbers = NDArray[np.float64]
 
-_LEAST_OVERLAP = 12  # samples that a shift leaves to two signals at least
+_LEAST_OVERLAP = 12  # minimum overlap of two shifted signals, in samples
 _MOST_CORRELATION = 0.999
-_SILENCE = 1e-9  # power beneath which there is no signal
+_SILENCE = 1e-9  # power below which a signal counts as silent
 _MOST_SWEEPS = 50
 
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """When a recording began, relative to the others.
+    """Start time of a recording, relative to the others.
 
     Attributes:
         samples: Sample `t` of the others is sample `t + samples` of this one.
@@ -38,12 +38,12 @@ class Shift:
 def align(
     count: int, correlate: Callable[[int, int], Numbers | None], peak_width: int
 ) -> list[Shift]:
-    """Return the shift of each of some signals; their median is 0.
+    """Estimate the shift of each signal; the median shift is 0.
 
     Args:
         count: Number of signals.
-        correlate: Returns the curve of two signals, as `correlate_signals` does, all of one
-            length; None for two that have nothing in common.
+        correlate: Function that returns the curve of two signals, as `correlate_signals`
+            does, or None if they have nothing in common. All curves have the same length.
         peak_width: Number of samples on either side of a shift that count as the same shift.
     """
     curves = _correlate_all(count, correlate)
@@ -62,16 +62,16 @@ def align(
 
 
 def correlate_signals(first: Numbers, second: Numbers, most_shift: int) -> Numbers:
-    """Return how well two signals agree at each shift of the second.
+    """Correlate two signals at each shift of the second one.
 
     Args:
-        first: `[T, K]` K values of a signal at each time.
+        first: `[T, K]` signal of K values per sample.
         second: `[U, K]`, likewise.
-        most_shift: Samples.
+        most_shift: Largest shift, in samples.
 
     Returns:
-        `[2 * most_shift + 1]` normalized correlation of `first[t]` and `second[t + shift]`,
-        made normal (Fisher's z) and weighted by the root of the overlap.
+        `[2 * most_shift + 1]` normalized correlation of `first[t]` and `second[t +
+        shift]`, as Fisher's z, weighted by the square root of the overlap.
     """
     ones = np.ones((len(first), 1)), np.ones((len(second), 1))
     products = _slide(first, second)
@@ -93,11 +93,11 @@ def correlate_signals(first: Numbers, second: Numbers, most_shift: int) -> Numbe
 
 
 def flatten(levels: Numbers, window: int) -> Numbers:
-    """Return a signal of zero mean and no slow trend: levels less their running mean.
+    """Subtract the running mean from a signal, which removes slow trends.
 
     Args:
-        levels: `[T, K]`.
-        window: Samples of the running mean, odd.
+        levels: `[T, K]` signal.
+        window: Length of the running mean in samples, odd.
     """
     mean = uniform_filter1d(levels, window, axis=0, mode="nearest")
     return np.asarray(levels - mean, np.float64)
@@ -144,7 +144,7 @@ def _sum_curves(
 
 
 def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return shifts found one signal after the other, the clearest next."""
+    """Return shifts that are found signal by signal, in the order of clearness."""
     count, most = len(curves), curves.shape[2] // 2
     shifts = np.zeros(count, np.int64)
     placed = [int(curves.max(axis=2).sum(axis=1).argmax())]
@@ -161,7 +161,7 @@ def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 def _climb(curves: NDArray[np.float32], start: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return shifts such that changing a single one does not improve the sum."""
+    """Improve shifts one at a time until no single change increases the sum."""
     shifts, most = start.copy(), curves.shape[2] // 2
     for _ in range(_MOST_SWEEPS):
         before = shifts.copy()

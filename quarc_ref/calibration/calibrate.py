@@ -1,4 +1,4 @@
-"""All steps from recordings without poses to a calibrated rig."""
+"""Runs all steps of calibration, from recordings without poses to a calibrated rig."""
 
 import tempfile
 from collections.abc import Callable, Mapping
@@ -23,26 +23,27 @@ from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.colmap_cameras import quiet
 from quarc_ref.datasets.pictures import LaterPictures
 
-_FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)  # each halves what is between
+# each one halves a gap between the previous ones
+_FRACTIONS = (0, 4 / 8, 2 / 8, 6 / 8, 1 / 8, 5 / 8, 3 / 8, 7 / 8)
 _BEGIN_WITH = 2  # moments
-_ENOUGH = 40  # points of every camera, each of which two others see: no more moments are needed
-_TRUSTED = 100  # such points, of a camera whose pose is not looked at again
-_HALF = 0.5  # frames: what is off by less is the same frame
+_ENOUGH = 40  # supported points per camera after which no further moments are needed
+_TRUSTED = 100  # supported points of a camera whose pose is not checked again
+_HALF = 0.5  # frames: smaller offsets are rounded to 0
 
 Report = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrateOptions:
-    """How to calibrate.
+    """Options of a calibration.
 
     Attributes:
         lenses: Assumptions about the lenses.
         moments: Number of moments searched for features; None for as many as needed.
-        masks: By the names of cameras, `[H, W]`, True where features may be.
-        sync: How offsets are found.
-        up: As for `world.settle_world`.
-        distance: Distance of two cameras, if known.
+        masks: Masks by camera name, `[H, W]`, True where features may be used.
+        sync: Method for time offsets.
+        up: How to find the up axis; see `world.settle_world`.
+        distance: Distance between two cameras, if known.
         report: Called with each stage, its number of finished steps, and their total.
     """
 
@@ -60,11 +61,11 @@ class Calibration:
     """A calibrated rig.
 
     Attributes:
-        recordings: Recordings of all cameras, including those that did not join.
+        recordings: Recordings of all cameras, including those without a pose.
         offsets: Offsets of all cameras.
-        solution: Which cameras joined, and how well.
-        world: Those cameras, upright.
-        points: Points of the scene at frame 0, in the same world.
+        solution: Poses and lenses, and their errors.
+        world: The calibrated cameras in an upright world.
+        points: Scene points at frame 0, in the same world.
         moments: Number of moments searched for features.
     """
 
@@ -77,13 +78,13 @@ class Calibration:
 
     @property
     def doubtful(self) -> tuple[str, ...]:
-        """Cameras whose poses rest on so few points that they may be inexact."""
+        """Cameras whose poses depend on so few points that they may be inaccurate."""
         fits = self.solution.fits
         return tuple(name for name, fit in fits.items() if fit.support < _ENOUGH)
 
     @property
     def notes(self) -> CaptureNotes:
-        """Notes to write beside the poses."""
+        """Capture notes, which are written beside the poses."""
         frames = {each.name: self.offsets.frames[each.name] for each in self.world.cameras}
         differ = any(round(offset) for offset in frames.values())
         rounded = {name: round(offset, 2) for name, offset in frames.items()}
@@ -91,11 +92,11 @@ class Calibration:
 
 
 def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
-    """Return the rig that made recordings.
+    """Calibrate the rig that made some recordings.
 
     Args:
-        recordings: As `find_recordings` finds them.
-        options: How to calibrate.
+        recordings: Recordings from `find_recordings`.
+        options: Options of the calibration.
 
     Raises:
         CalibrationError: No poses can be found.
@@ -118,7 +119,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
 
 
 def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
-    """Return offsets; those of cameras that joined are refined with their poses."""
+    """Refine the offsets of cameras that have poses."""
     found = refine_offsets(solution.cameras, motions)
     return replace(
         found,
@@ -134,7 +135,7 @@ def _compare(first: Offsets, second: Offsets) -> float:
 def _solve(
     recordings: Recordings, offsets: Offsets, options: CalibrateOptions
 ) -> tuple[Solution, int]:
-    """Return poses from as many moments as needed, and the number of these."""
+    """Return poses from as many moments as needed, and the number of moments."""
     names, pictures = recordings.names, recordings.pictures
     firsts = CaptureNotes(offsets.frames).first_frames(names)
     later = LaterPictures(pictures, [firsts[name] for name in names])
@@ -158,7 +159,7 @@ def _solve(
             if best is not None and _is_enough(best):
                 break
     if best is None:
-        message = "no cameras join"
+        message = "no camera could be calibrated"
         raise CalibrationError(message)
     return best, len(features.moments)
 
@@ -171,7 +172,10 @@ def _is_enough(solution: Solution) -> bool:
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
     """Return frames in an order in which every prefix is spread evenly."""
     if frame_count < 1:
-        message = "no frame is left that all cameras have, once they are synchronized: --sync none"
+        message = (
+            "after synchronization, no frame is common to all cameras; --sync none turns "
+            "synchronization off"
+        )
         raise CalibrationError(message)
     fractions = _FRACTIONS if count is None else np.arange(count) / count
     return list(dict.fromkeys(int(fraction * frame_count) for fraction in fractions))
@@ -182,8 +186,9 @@ def _build_scene(
 ) -> tuple[Solution, World, Points]:
     """Return the solution, the upright rig, and points of the scene at frame 0.
 
-    Few matches can agree on a wrong pose: a camera that few points support is left out if its
-    picture does not show the scene's points where its pose puts them.
+    A few matches can agree on a wrong pose. A camera with few supported points is
+    therefore left out if its picture does not match the scene's points projected by its
+    pose.
     """
     world = settle_world(solution.cameras, solution.points, options.up, options.distance)
     frame = read_first_frame(world.cameras, recordings, offsets.frames)
@@ -198,7 +203,7 @@ def _build_scene(
 
 def _explain_contradiction(support: int) -> str:
     return (
-        f"{support} of its points are seen by two other cameras too, and the pose that they give "
-        "does not show the scene as its picture does: --moments 16 searches more pictures; a "
-        "camera between it and the others, or more texture, gives more matches"
+        f"{support} of its points are also seen by two other cameras, but the scene rendered "
+        "with the pose that they give does not match its picture: use more pictures "
+        "(--moments 16), a camera between it and the others, or more texture"
     )

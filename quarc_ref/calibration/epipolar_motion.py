@@ -1,9 +1,9 @@
-"""Offsets from where things move, once the cameras have poses.
+"""Estimates time offsets from the image positions of motion, for cameras that have poses.
 
-Two cameras and a point that moves lie in one plane. All such planes contain the line between the
-two cameras, so each is given by an angle about it, and each pixel of either camera belongs to one
-angle. Both cameras see motion at the same angles at the same time. This is far more informative
-than the total amount of motion.
+Two cameras and a moving point span an epipolar plane. All epipolar planes contain the
+baseline of the two cameras, so an angle about the baseline identifies each plane, and
+each pixel of either camera belongs to one angle. Both cameras see motion at the same
+angles at the same time, which is far more informative than the total amount of motion.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from quarc_ref.calibration.signals import WINDOW, Motion, find_step
 from quarc_ref.datasets.calibration import CalibratedCamera
 
 _ANGLES = 96
-_LEAST_SHARED = 8  # angles that both cameras see
+_LEAST_SHARED = 8  # minimum number of angles that both cameras see
 
 
 def align_by_epipolar_motion(
@@ -28,10 +28,10 @@ def align_by_epipolar_motion(
     """Return the shift of each camera; their median is 0.
 
     Args:
-        cameras: With poses.
-        motions: `[camera]` what each saw move.
-        most_shift: Between any two cameras, frames.
-        peak_width: Frames on either side of a shift that are taken for the same one.
+        cameras: Cameras with poses.
+        motions: `[camera]` motion in the pictures of each camera.
+        most_shift: Largest shift between any two cameras, in frames.
+        peak_width: Number of frames on either side of a shift that count as the same shift.
     """
     rays = [_cast_rays(camera, motion) for camera, motion in zip(cameras, motions, strict=True)]
     centers = [-camera.pose.rotation.T @ camera.pose.translation for camera in cameras]
@@ -51,7 +51,7 @@ def align_by_epipolar_motion(
 
 
 def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Numbers:
-    """Return `[P, 3]` directions in the world of the pixels of a motion."""
+    """Return `[P, 3]` world directions of the pixels of a motion."""
     height, width = motion.shape[1:]
     lens, step = camera.lens, find_step(camera.lens.width)
     y, x = np.indices((height, width)).reshape(2, -1)

@@ -1,4 +1,4 @@
-"""Errors of calibration; each message says what to do."""
+"""Errors of calibration, whose messages say what to do."""
 
 from quarc_ref.datasets.errors import CaptureError
 
@@ -8,4 +8,4 @@ class CalibrationError(CaptureError):
 
 
 class UnknownCameraError(CaptureError):
-    """An option names a camera that has no recording, or that did not join."""
+    """An option names a camera that has no recording or no pose."""

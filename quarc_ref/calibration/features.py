@@ -1,6 +1,6 @@
-"""SIFT features in pictures of several moments, and matches among those of one moment.
+"""Detects SIFT features in pictures of several moments, and matches those of the same moment.
 
-The work is pycolmap's, on the CPU; the features stay in its database.
+Uses pycolmap on the CPU; the features are stored in its database.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,9 +15,9 @@ from quarc_ref.calibration.fusion import Indices, Keypoints
 from quarc_ref.datasets.capture import Image
 from quarc_ref.files import write_file
 
-_MOST_FEATURES = 4096  # in a picture
-_MOST_PIXELS = 1600  # across: larger pictures are searched at this size
-_STEP = 64  # pairs of pictures matched between two reports of progress
+_MOST_FEATURES = 4096  # maximum per picture
+_MOST_PIXELS = 1600  # pixels: larger pictures are downscaled to this size
+_STEP = 64  # image pairs matched between two progress reports
 
 Mask = NDArray[np.bool_]
 Report = Callable[[int, int], None]
@@ -28,11 +28,11 @@ class Features:
 
     Args:
         folder: An empty folder to work in.
-        masks: `[camera]` of `[H, W]`, True where features may be; None for everywhere.
+        masks: `[camera]` of `[H, W]`, True where features may be used; None for everywhere.
 
     Attributes:
-        moments: Those added so far.
-        folder: As given; its pictures are those of the moments.
+        moments: Moments added so far.
+        folder: The working folder, with the pictures of the moments.
     """
 
     def __init__(self, folder: Path, masks: Sequence[Mask | None]) -> None:
@@ -45,7 +45,7 @@ class Features:
         """Find the features of one moment, and match them.
 
         Args:
-            moment: A number of its own.
+            moment: A unique number.
             pictures: `[camera]` of `[H, W, 3]` sRGB.
             report: Called with the number of finished steps, and the total.
         """
@@ -106,7 +106,8 @@ class Features:
         listed = self.folder / "pairs.txt"
         write_file(listed, "".join(f"{first} {second}\n" for first, second in pairs).encode())
         matching = pycolmap.FeatureMatchingOptions()
-        matching.skip_geometric_verification = True  # is done for all moments together
+        # verification is done for all moments together
+        matching.skip_geometric_verification = True
         pairing = pycolmap.ImportedPairingOptions()
         pairing.match_list_path = str(listed)
         pycolmap.match_image_pairs(self._database, matching, pairing, device=pycolmap.Device.cpu)

@@ -1,9 +1,8 @@
-"""Features of one camera at several moments as features of one picture.
+"""Merges the features of one camera at several moments into those of one picture.
 
-The cameras stand still, so all features of a camera can belong to one picture,
-whenever they were found. A feature with the same place, size and orientation at two moments is the
-same feature and counts once: otherwise a wrong match of static texture would count once per
-moment.
+The cameras are static, so all features of a camera can belong to one picture. A feature
+with the same place, size and orientation at two moments is the same feature and counts
+once: otherwise a wrong match of static texture would count once per moment.
 """
 
 from collections.abc import Sequence
@@ -15,8 +14,8 @@ from scipy.spatial import cKDTree
 Keypoints = NDArray[np.float32]  # [K, 6]: x, y in pixels, affine shape row by row
 Indices = NDArray[np.int64]
 
-_PLACE = 1.0  # pixels by which two sightings of a feature may differ
-_SIZE = 0.25  # natural logarithm of the ratio of their sizes
+_PLACE = 1.0  # pixels by which two detections of a feature may differ
+_SIZE = 0.25  # natural logarithm of the ratio of two sizes of a feature
 _TURN = 0.35  # radians
 
 
@@ -24,11 +23,11 @@ def fuse_keypoints(moments: Sequence[Keypoints]) -> tuple[Keypoints, list[Indice
     """Return the features of all moments as one list.
 
     Args:
-        moments: `[moment]` of `[K, 6]` keypoints as COLMAP has them.
+        moments: `[moment]` of `[K, 6]` keypoints in COLMAP's form.
 
     Returns:
-        `[F, 6]` keypoints, at the mean place of their sightings, and for each moment
-        `[K]` the index in it of each of its keypoints.
+        `[F, 6]` merged keypoints, each at the mean position of its detections, and for
+        each moment the `[K]` indices of its keypoints in them.
     """
     fused = np.zeros((0, 6), np.float64)
     counts = np.zeros(0)
@@ -48,13 +47,13 @@ def fuse_keypoints(moments: Sequence[Keypoints]) -> tuple[Keypoints, list[Indice
 
 
 def keep_one_to_one(pairs: Indices) -> Indices:
-    """Return matches in which no feature occurs twice; those found most often come first.
+    """Return matches in which no feature occurs twice, the most frequent ones first.
 
     Args:
         pairs: `[M, 2]` indices of features in two cameras, from all moments.
 
     Returns:
-        `[N, 2]` of them.
+        `[N, 2]` matches.
     """
     unique, counts = np.unique(pairs, axis=0, return_counts=True)
     unique = unique[np.argsort(-counts, kind="stable")]
@@ -70,7 +69,7 @@ def keep_one_to_one(pairs: Indices) -> Indices:
 
 
 def _find_same(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
-    """Return `[K]` the index of the feature that each keypoint is a sighting of, or -1."""
+    """Return `[K]` index of the feature that each keypoint belongs to, or -1."""
     found = np.full(len(keypoints), -1, np.int64)
     if not len(fused) or not len(keypoints):
         return found
@@ -87,7 +86,7 @@ def _find_same(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
 
 
 def _describe(keypoints: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return `[K, 5]` place, size and orientation, in which 1 is as far as the same may be."""
+    """Return `[K, 5]` position, size and orientation, scaled so that 1 is the tolerance."""
     x, y, a, b, c, d = keypoints.astype(np.float64).T
     size = 0.5 * np.log(np.maximum(np.abs(a * d - b * c), 1e-12))
     angle = np.arctan2(c, a)

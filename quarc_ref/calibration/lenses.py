@@ -1,4 +1,4 @@
-"""Assumptions about lenses: their model, whether all are alike, or known values."""
+"""Assumptions about lenses: camera model, shared or individual lenses, known values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.pictures import Size
 
 AUTO_MODEL = "auto"
-FIRST_MODEL = "SIMPLE_RADIAL"  # what `auto` begins with
-PLAIN_MODEL = "SIMPLE_PINHOLE"  # what it ends with if the pictures are as well explained so
+FIRST_MODEL = "SIMPLE_RADIAL"  # first model of `auto`
+PLAIN_MODEL = "SIMPLE_PINHOLE"  # final model of `auto` if it fits the pictures equally well
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,14 +20,13 @@ class LensOptions:
     """Assumptions about the lenses of a rig.
 
     Attributes:
-        model: A camera model of COLMAP, or `auto`: one coefficient of radial distortion
+        model: A COLMAP camera model, or `auto` for one coefficient of radial distortion
             if the pictures need it, else none.
-        shared: Whether all cameras with pictures of the same size have the same lens.
-        known: Lenses by the names of cameras, which are then not estimated; None to
-            estimate all.
+        shared: Whether cameras with the same picture size share a lens.
+        known: Lenses by camera name, which are then fixed; None to estimate all lenses.
 
     Raises:
-        ValueError: The model is not known.
+        ValueError: The model is unknown.
     """
 
     model: str = AUTO_MODEL
@@ -36,12 +35,15 @@ class LensOptions:
 
     def __post_init__(self) -> None:
         if self.model not in (AUTO_MODEL, *CAMERA_MODELS):
-            message = f"camera model {self.model} is not {AUTO_MODEL}, {', '.join(CAMERA_MODELS)}"
+            message = (
+                f"unknown camera model {self.model}; choose one of {AUTO_MODEL}, "
+                f"{', '.join(CAMERA_MODELS)}"
+            )
             raise ValueError(message)
 
 
 def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> dict[str, Lens]:
-    """Return the lenses of another capture of the same cameras.
+    """Read the lenses of another capture of the same cameras.
 
     Args:
         capture: Folder of a capture in any layout; its poses are not used.
@@ -50,13 +52,14 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
 
     Raises:
         CalibrationError: The capture lacks a camera, or has pictures of another size.
-        CaptureError: It cannot be read.
+        CaptureError: The capture cannot be read.
     """
     found = {camera.name: camera.lens for camera in choose_layout(capture).read(capture).cameras}
     missing = [name for name in names if name not in found]
     if missing:
         message = (
-            f"{capture} has no lens for camera {', '.join(missing)}, but of {', '.join(found)}"
+            f"{capture} has no lens for camera {', '.join(missing)}; it has lenses for "
+            f"{', '.join(found)}"
         )
         raise CalibrationError(message)
     for name, size in zip(names, sizes, strict=True):

@@ -1,4 +1,4 @@
-"""Masks of cameras: where in the pictures of a camera features may be."""
+"""Masks of cameras, which select the pixels whose features are used."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from quarc_ref.datasets.video import read_still
 
 
 def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
-    """Return the masks in a folder, by the names of cameras.
+    """Read the masks in a folder, by camera name.
 
     Args:
         folder: Folder with a picture per camera, named after it and of the size of its recording;
@@ -22,9 +22,9 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
         recordings: Recordings of the cameras.
 
     Raises:
-        CalibrationError: There is no mask, or one that is black all over.
-        MaskNameError: A mask belongs to no camera.
-        MaskSizeError: A mask has another size than the recording of its camera.
+        CalibrationError: There is no mask, or a mask is entirely black.
+        MaskNameError: A mask is not named after a camera.
+        MaskSizeError: A mask and the recording of its camera differ in size.
         CaptureError: A mask cannot be read.
     """
     masks: dict[str, Mask] = {}
@@ -43,9 +43,9 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
             )
             raise MaskSizeError(message)
         if not masks[name].any():
-            message = f"{path} is black all over, which leaves nothing of camera {name}"
+            message = f"{path} is entirely black: it masks all pixels of camera {name}"
             raise CalibrationError(message)
     if not masks:
-        message = f"{folder} has no masks, such as {recordings.names[0]}.png"
+        message = f"{folder} has no masks; it needs files such as {recordings.names[0]}.png"
         raise CalibrationError(message)
     return masks

@@ -1,6 +1,6 @@
-"""A COLMAP database with one picture per camera, from features of several moments.
+"""Builds a COLMAP database with one picture per camera, from features of several moments.
 
-Its matches are verified: those that fit no relative pose of the two cameras are left out.
+Matches are verified geometrically: those that fit no relative pose of two cameras are dropped.
 """
 
 from collections.abc import Sequence
@@ -17,9 +17,9 @@ from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, LensOptions
 from quarc_ref.datasets.colmap_cameras import build_camera
 from quarc_ref.datasets.pictures import Size
 
-LEAST_MATCHES = 15  # verified ones between two cameras
+LEAST_MATCHES = 15  # minimum number of verified matches between two cameras
 SEED = 0
-_FOCAL_GUESS = 1.2  # in longer sides of a picture, as COLMAP has it
+_FOCAL_GUESS = 1.2  # in units of the longer side of a picture, as in COLMAP
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,10 +27,10 @@ class MatchGraph:
     """Cameras and the verified matches between them.
 
     Attributes:
-        database: Where COLMAP finds them; camera `i` has image `i + 1`.
-        names: `[camera]`.
-        feature_counts: `[camera]`.
-        matches: Number of verified matches, by the indices of two cameras in order.
+        database: Path of the COLMAP database; camera `i` has image id `i + 1`.
+        names: `[camera]` names.
+        feature_counts: `[camera]` numbers of features.
+        matches: Number of verified matches, by the ascending indices of two cameras.
     """
 
     database: Path
@@ -39,7 +39,7 @@ class MatchGraph:
     matches: dict[tuple[int, int], int]
 
     def neighbors(self, camera: int) -> list[tuple[int, str]]:
-        """Return the number of matches with each other camera and its name, most first."""
+        """Return number of matches and name of each connected camera, in descending order."""
         counts = [
             (count, self.names[second if first == camera else first])
             for (first, second), count in self.matches.items()
@@ -55,7 +55,7 @@ def build_match_graph(
 
     Args:
         features: Features of the pictures.
-        names: `[camera]`.
+        names: `[camera]` names.
         sizes: `[camera]` width and height of pictures.
         lenses: Assumptions about the lenses.
     """
@@ -89,9 +89,9 @@ def _fuse_matches(
 
 
 def _verify(database: Path) -> dict[tuple[int, int], int]:
-    """Verify the matches in a database, and return how many are left between cameras."""
+    """Verify the matches in a database, and return the number of remaining ones per pair."""
     verifier = pycolmap.GeometricVerifierOptions()
-    verifier.num_threads = 1  # else draws depend on which thread has which pair
+    verifier.num_threads = 1  # otherwise random draws would depend on the scheduling of threads
     options = pycolmap.TwoViewGeometryOptions()
     options.min_num_inliers = LEAST_MATCHES
     options.ransac.random_seed = SEED
@@ -112,7 +112,7 @@ def _verify(database: Path) -> dict[tuple[int, int], int]:
 def _write_cameras(
     rows: pycolmap.Database, names: Sequence[str], sizes: Sequence[Size], lenses: LensOptions
 ) -> None:
-    """Write lenses, each with a rig of its own, and an image per camera of the capture."""
+    """Write lenses, each with its own rig, and one image per camera of the capture."""
     written: dict[object, int] = {}
     for index, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
         key = size if lenses.shared and lenses.known is None else index

@@ -1,4 +1,4 @@
-"""Time offsets between the recordings of a rig, from their sound or else from motion.
+"""Estimates time offsets between the recordings of a rig from sound or motion.
 
 The amount of motion gives rough offsets before poses are known. Once cameras have poses, the
 positions of motion refine them (`epipolar_motion`).
@@ -19,12 +19,12 @@ from quarc_ref.datasets.sound import Sound, read_sound
 from quarc_ref.datasets.video import VideoReader
 
 LEAST_CLEARNESS = 2.0
-_LEAST_FRAMES = 24  # of motion that can tell anything
-_MOST_FRAMES = 300  # of motion that are compared
-_LONGEST_OFFSET = 0.4  # of the shortest recording
+_LEAST_FRAMES = 24  # minimum number of frames for synchronization by motion
+_MOST_FRAMES = 300  # maximum number of frames compared by motion
+_LONGEST_OFFSET = 0.4  # largest offset, relative to the shortest recording
 _MOST_OFFSET = 300  # frames
-_SAME = 2  # frames between shifts that are taken for the same one
-_MOST_SECONDS = 60.0  # of sound that are compared
+_SAME = 2  # frames: closer shifts count as the same shift
+_MOST_SECONDS = 60.0  # seconds of sound that are compared
 _SAMPLES_PER_SECOND = 16000
 _LEVELS_PER_FRAME = 8  # of loudness
 
@@ -32,7 +32,7 @@ Report = Callable[[int, int], None]
 
 
 class SyncMethod(StrEnum):
-    """How offsets are found."""
+    """Method to estimate time offsets."""
 
     AUTO = "auto"
     SOUND = "sound"
@@ -42,12 +42,12 @@ class SyncMethod(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Offsets:
-    """When the recordings of a rig began.
+    """Start times of the recordings of a rig.
 
     Attributes:
-        method: What the offsets were found from; `NONE` if they were not looked for.
-        frames: By the names of cameras: frame `t` of the rig is frame `t + offset` of the
-            camera's recording. Unclear offsets are 0, which is the median.
+        method: Method that was used; `NONE` if offsets were not estimated.
+        frames: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
+            camera's recording. Unreliable offsets are set to the median, 0.
         clearness: Clearness of each offset, as in `alignment.Shift`; empty without a method.
     """
 
@@ -57,23 +57,23 @@ class Offsets:
 
     @property
     def unclear(self) -> list[str]:
-        """Names of the cameras whose offsets are not clear."""
+        """Names of the cameras whose offsets are unreliable."""
         return [name for name, found in self.clearness.items() if found < LEAST_CLEARNESS]
 
 
 def find_offsets(
     recordings: Recordings, method: SyncMethod, report: Report
 ) -> tuple[Offsets, dict[str, Motion]]:
-    """Return the offsets of recordings.
+    """Estimate the time offsets of recordings.
 
     Args:
         recordings: Recordings of one rig, at one frame rate.
-        method: `AUTO` for sound if all recordings have it, else motion.
+        method: Method; `AUTO` uses sound if all recordings have it, else motion.
         report: Called with the number of recordings read so far, and the total.
 
     Returns:
-        The offsets, and what moves in each recording, by the name of the camera, if they
-        were found from that.
+        The offsets, and the motion of each recording by camera name if they were
+        estimated from motion.
 
     Raises:
         CalibrationError: Sound is requested, but a recording has none.
@@ -86,7 +86,10 @@ def find_offsets(
             shifts = _align_sounds(recordings, sounds)
             return _judge(recordings.names, SyncMethod.SOUND, shifts), {}
         if method is SyncMethod.SOUND:
-            message = f"no sound to synchronize by: {', '.join(silent)}; --sync motion needs none"
+            message = (
+                f"cannot synchronize by sound: {', '.join(silent)} have none; --sync motion needs "
+                "no sound"
+            )
             raise CalibrationError(message)
     if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _LEAST_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
@@ -100,11 +103,11 @@ def find_offsets(
 
 
 def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]) -> Offsets:
-    """Return the offsets of cameras that have poses.
+    """Estimate the offsets of cameras that have poses.
 
     Args:
-        cameras: Those that joined.
-        motions: Motion of each recording, by the name of the camera.
+        cameras: Cameras with poses.
+        motions: Motion of each recording, by camera name.
     """
     names = [camera.name for camera in cameras]
     watched = [motions[name] for name in names]
@@ -162,5 +165,5 @@ def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
 
 
 def _bound_offset(motions: Iterable[Motion]) -> int:
-    """Return how many frames recordings can be apart that are compared by motion."""
+    """Return the largest offset, in frames, that motion can detect."""
     return max(1, min(_MOST_OFFSET, int(_LONGEST_OFFSET * min(map(len, motions)))))

@@ -1,4 +1,4 @@
-"""The plot of a rig."""
+"""Plots a rig."""
 
 import io
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from quarc_ref.datasets.capture import Points
 _INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
 _DOTS_PER_INCH = 110
 _MOST_POINTS = 4000
-_SIGHT = 0.22  # length of a line of sight, of the width of the rig
-_MARGIN = 1.25  # of the rig's width, within which points are shown
+_SIGHT = 0.22  # length of a line of sight, relative to the width of the rig
+_MARGIN = 1.25  # radius within which points are shown, relative to the width of the rig
 
 
 def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> bytes:
-    """Return a PNG of a rig from above and from the side.
+    """Plot a rig from above and from the side, as PNG bytes.
 
     Args:
-        cameras: In a world in which up is -y.
+        cameras: Cameras in a world with up along -y.
         points: Points of the scene in the same world.
         unit: Unit of length, for the labels of the axes.
     """
@@ -50,7 +50,7 @@ def _draw(
     shown: tuple[int, int],
     names: Sequence[str],
 ) -> None:
-    """Draw cameras with their lines of sight, and points, on two of the axes of the world."""
+    """Draw cameras, their lines of sight and points, projected to two axes of the world."""
     turn = np.array([1.0, -1.0 if shown[1] == 1 else 1.0])  # -y is up
     centers, sights = (values[:, shown] * turn for values in rig)
     positions = points[0][:, shown] * turn

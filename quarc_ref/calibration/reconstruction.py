@@ -1,4 +1,4 @@
-"""Adjusting a reconstruction: all of pycolmap that is done once cameras have poses."""
+"""Refines a reconstruction by bundle adjustment, and removes outliers and weak cameras."""
 
 import copy
 
@@ -7,23 +7,23 @@ import pycolmap
 
 from quarc_ref.calibration.lenses import AUTO_MODEL, FIRST_MODEL, PLAIN_MODEL, LensOptions
 
-LEAST_POINTS = 15  # of a camera, each seen by two others at least
+LEAST_POINTS = 15  # minimum number of points of a camera that two other cameras see
 _ROUNDS = 2
 _ITERATIONS = 40
-_LOSS_SCALE = 0.5  # pixels, of the Cauchy loss
-_MOST_ERROR = 2.0  # pixels: what is off by more is a wrong match, or has moved
-_LEAST_ANGLE = 1.5  # degrees between the rays to a point
-_AS_GOOD = 1.02  # ratio of errors within which the simpler lens is taken
+_LOSS_SCALE = 0.5  # pixels: scale of the Cauchy loss
+_MOST_ERROR = 2.0  # pixels: larger errors come from wrong matches or moving points
+_LEAST_ANGLE = 1.5  # degrees: minimum angle between the rays to a point
+_AS_GOOD = 1.02  # ratio of errors up to which the simpler lens is preferred
 
 
 def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reconstruction:
     """Return a reconstruction with optimized poses, lenses and points, without outliers.
 
-    With `auto` lenses are pinholes if these explain the pictures as well: bent pictures must
-    be resampled when they are loaded, which costs sharpness.
+    With `auto`, lenses become pinholes if these fit equally well, because undistortion
+    resamples the pictures, which costs sharpness.
 
     Args:
-        model: As the mapper has it; it is changed.
+        model: Reconstruction by the mapper; modified in place.
         lenses: Assumptions about the lenses.
     """
     _adjust(model, lenses)
@@ -38,7 +38,7 @@ def adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> pycolmap.Reco
 
 
 def measure_support(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Return how many points of each image two others see too, by its id."""
+    """Return the number of points per image id that two other images see as well."""
     support = {index: 0 for index, image in model.images.items() if image.has_pose}
     for point in model.points3D.values():
         images = {element.image_id for element in point.track.elements}
@@ -49,9 +49,9 @@ def measure_support(model: pycolmap.Reconstruction) -> dict[int, int]:
 
 
 def remove_weak(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Take the poses of images that too few points support; return their support, by id.
+    """Remove the poses of images with too few supported points; return their support by id.
 
-    One at a time, since points lose support with the images that see them.
+    Images are removed one at a time, because each removal reduces the support of points.
     """
     removed: dict[int, int] = {}
     while True:
@@ -65,7 +65,7 @@ def remove_weak(model: pycolmap.Reconstruction) -> dict[int, int]:
 
 
 def measure_errors(model: pycolmap.Reconstruction) -> dict[int, list[float]]:
-    """Return the reprojection errors of each image's points, pixels, by the id of the image."""
+    """Return the reprojection errors in pixels of each image's points, by image id."""
     errors: dict[int, list[float]] = {}
     for index, image in model.images.items():
         if image.has_pose:
@@ -96,7 +96,7 @@ def _adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> None:
         config.add_image(index)
     config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     for _ in range(_ROUNDS):
-        # `pycolmap.bundle_adjustment` does the same, and turns COLMAP's log on.
+        # `pycolmap.bundle_adjustment` does the same, but enables COLMAP's log.
         pycolmap.create_default_bundle_adjuster(options, config, model).solve()
         pycolmap.ObservationManager(model).filter_all_points3D(_MOST_ERROR, _LEAST_ANGLE)
     model.update_point_3d_errors()

@@ -1,4 +1,4 @@
-"""The recordings in a folder: one video, or one folder of pictures, to a camera."""
+"""Finds the recordings in a folder: one video or one folder of pictures per camera."""
 
 import re
 from collections.abc import Callable, Iterable, Sequence
@@ -24,8 +24,8 @@ class Recordings:
     """Recordings of the cameras of a rig.
 
     Attributes:
-        names: Names of the cameras, in natural order, of letters, digits, `_` and `-`.
-        pictures: `[camera]` in the same order.
+        names: Camera names in natural order, made of letters, digits, `_` and `-`.
+        pictures: Pictures of the cameras, in the same order.
     """
 
     names: tuple[str, ...]
@@ -43,7 +43,7 @@ class Recordings:
         return self.names.index(name)
 
     def leave_out(self, names: Iterable[str]) -> "Recordings":
-        """Return the recordings without some cameras."""
+        """Return the recordings without the named cameras."""
         left_out = set(names)
         kept = [index for index, name in enumerate(self.names) if name not in left_out]
         paths = [self.pictures.paths[index] for index in kept]
@@ -51,17 +51,17 @@ class Recordings:
 
 
 def find_recordings(folder: Path) -> Recordings:
-    """Return the recordings in a folder.
+    """Find the recordings in a folder.
 
-    They are videos, folders of pictures, or pictures of one moment, in any arrangement of
-    captures.
+    Recordings are videos, folders of pictures, or pictures of a single moment, in any
+    arrangement that captures have.
 
     Args:
         folder: Folder of the recordings; it needs neither poses nor any other file.
 
     Raises:
-        CalibrationError: There are not three cameras, or two of the same name.
-        CaptureError: A file cannot be read, or the recordings do not fit together.
+        CalibrationError: There are fewer than three cameras, or two have the same name.
+        CaptureError: A file cannot be read, or the recordings are inconsistent.
     """
     listers: list[Callable[[Path], Files]] = [lister for _, lister in ARRANGEMENTS]
     found: Files = {}
@@ -71,8 +71,8 @@ def find_recordings(folder: Path) -> Recordings:
             break
     if len(found) < LEAST_CAMERAS:
         message = (
-            f"{folder} has recordings of {len(found)} cameras, and at least {LEAST_CAMERAS} are "
-            "needed: put one video of each camera into it, or one folder of pictures"
+            f"{folder} has recordings of {len(found)} cameras, but at least {LEAST_CAMERAS} "
+            "are needed: put one video or one folder of pictures per camera into it"
         )
         raise CalibrationError(message)
     ordered = sorted(found, key=natural_order)
@@ -80,7 +80,7 @@ def find_recordings(folder: Path) -> Recordings:
 
 
 def _name_plainly(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that are valid in any file system and any description."""
+    """Return names that are valid in every file system and in transforms.json."""
     plain = tuple(_PLAIN.sub("_", name).lstrip("-") or "camera" for name in names)
     for index, name in enumerate(plain):
         if name in plain[:index]:

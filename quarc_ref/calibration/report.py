@@ -1,4 +1,4 @@
-"""One page that shows how well a rig is calibrated, and what did not join."""
+"""Writes a page about the quality of a calibration and the cameras without a pose."""
 
 import html
 from importlib import resources
@@ -13,17 +13,17 @@ from quarc_ref.files import OutputFolder
 
 PAGE = "calibration.html"
 _SYNC = {
-    SyncMethod.SOUND: "Offsets were found from the sound of the recordings.",
-    SyncMethod.MOTION: "Offsets were found from what moves in the recordings.",
-    SyncMethod.NONE: "Offsets were not looked for: all recordings are taken to begin together.",
+    SyncMethod.SOUND: "Time offsets were estimated from the sound of the recordings.",
+    SyncMethod.MOTION: "Time offsets were estimated from motion in the recordings.",
+    SyncMethod.NONE: "Time offsets were not estimated: recordings are assumed to start together.",
 }
 
 
 def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> Path:
-    """Write the page, and return its path.
+    """Write the page and return its path.
 
     Args:
-        calibration: What to show.
+        calibration: Calibration to report.
         name: Name of the rig, for the title.
         folder: Folder that is filled.
     """
@@ -35,12 +35,14 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
     parts = {
         "title": html.escape(f"{name}: {joined} of {total} cameras calibrated"),
         "subtitle": html.escape(
-            f"Up is from {world.up_from}. A unit is "
+            f"The up axis comes from {world.up_from}. One unit is "
             + (
-                "a meter. "
+                "one meter. "
                 if world.meters_per_unit
-                else "the mean distance of the cameras from "
-                "what they look at: --meters CAM_A CAM_B D makes it a meter. "
+                else (
+                    "the mean distance between the cameras and the point they look at; --meters "
+                    "CAM_A CAM_B D makes it one meter. "
+                )
             )
             + _SYNC[calibration.offsets.method]
         ),
@@ -65,7 +67,7 @@ HEADINGS = (
 
 
 def list_cameras(calibration: Calibration) -> list[list[str]]:
-    """Return a row of cells for each camera that joined, under `HEADINGS`."""
+    """Return a row of cells for each calibrated camera, for the columns `HEADINGS`."""
     offsets = calibration.offsets
     rows = []
     for camera in calibration.world.cameras:
@@ -90,10 +92,10 @@ def _compose_figures(calibration: Calibration) -> str:
     offsets = [abs(frames) for frames in calibration.offsets.frames.values()]
     joined, total = len(calibration.world.cameras), len(calibration.recordings.names)
     figures = {
-        "cameras joined": f"{joined} of {total}",
+        "calibrated cameras": f"{joined} of {total}",
         "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
         "points of frame 0": f"{len(calibration.points.positions):,}",
-        "moments searched": f"{calibration.moments}",
+        "time points used": f"{calibration.moments}",
         "largest offset": f"{max(offsets):.1f} frames",
     }
     return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
@@ -101,7 +103,7 @@ def _compose_figures(calibration: Calibration) -> str:
 
 def _compose_left_out(calibration: Calibration) -> str:
     if not calibration.solution.left_out:
-        return "<p>Every camera joined.</p>"
+        return "<p>All cameras were calibrated.</p>"
     items = "".join(
         f"<li><b>{html.escape(name)}</b>: {html.escape(reason)}</li>"
         for name, reason in calibration.solution.left_out.items()
@@ -110,7 +112,7 @@ def _compose_left_out(calibration: Calibration) -> str:
 
 
 def _list_lenses(calibration: Calibration) -> tuple[tuple[str, ...], list[list[str]]]:
-    """Return headings, and a row for each lens: cameras that share one are in one row."""
+    """Return headings and one row per lens, with all cameras that share it."""
     lenses: dict[Lens, list[str]] = {}
     for camera in calibration.world.cameras:
         lenses.setdefault(camera.lens, []).append(camera.name)

@@ -1,4 +1,4 @@
-"""Signals that recordings of one event have in common: loudness and motion."""
+"""Signals that are common to recordings of one event: loudness and motion."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,25 +9,25 @@ from quarc_ref.datasets.sound import Sound
 
 Motion = NDArray[np.float32]
 
-WINDOW = 9  # frames of the running mean that is taken off a signal
+WINDOW = 9  # frames: length of the running mean that is subtracted from a signal
 _LOUDNESS_WINDOW = 0.3  # seconds
-_QUIET = 1e-3  # of the mean power: what is below sounds as loud
-_ACROSS = 64  # pixels of the pictures whose changes are measured
+_QUIET = 1e-3  # floor of the power, relative to its mean
+_ACROSS = 64  # maximum number of pixels of the pictures whose changes are measured
 _NOISE = 2.0  # levels of 255 below which a change is noise
-_MOST_CHANGE = 20.0  # levels of 255: what changes by more counts as much
-_STILL = 1e-3  # levels of 255: what changes by less changes as much
+_MOST_CHANGE = 20.0  # levels of 255: larger changes are clipped to this
+_STILL = 1e-3  # levels of 255: smaller changes are raised to this
 
 
 def measure_loudness(sound: Sound, first_picture: float, levels_per_second: float) -> Numbers:
-    """Return the loudness of a sound from the time of the first picture on.
+    """Measure the loudness of a sound, starting at the time of the first picture.
 
     Args:
         sound: Sound of a recording.
-        first_picture: Seconds on the clock of the container.
-        levels_per_second: How finely loudness is measured.
+        first_picture: Time of the first picture in seconds, on the clock of the container.
+        levels_per_second: Sampling rate of the loudness.
 
     Returns:
-        `[T, 1]` logarithms of power, less their running mean.
+        `[T, 1]` logarithms of power, minus their running mean.
     """
     samples = sound.samples.astype(np.float64)
     times = sound.start - first_picture + np.arange(len(samples)) / sound.samples_per_second
@@ -41,15 +41,15 @@ def measure_loudness(sound: Sound, first_picture: float, levels_per_second: floa
 
 
 def watch_motion(source: PictureSource, camera: int, frames: int) -> Motion:
-    """Return how much the pictures of a camera change from frame to frame.
+    """Measure the changes between consecutive pictures of a camera.
 
     Args:
         source: Source of the pictures.
-        camera: Which of them.
+        camera: Index of the camera.
         frames: Number of frames read, from the first.
 
     Returns:
-        `[frames - 1, h, w]` changes of gray, 0 to 255, in pictures that are made small.
+        `[frames - 1, h, w]` changes of gray, 0 to 255, in downscaled pictures.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -64,12 +64,12 @@ def watch_motion(source: PictureSource, camera: int, frames: int) -> Motion:
 
 
 def sum_motion(motion: Motion) -> Numbers:
-    """Return `[T, 1]` logarithms of the mean change of each frame, less their running mean."""
+    """Return `[T, 1]` logarithms of the mean change of each frame, minus their running mean."""
     return flatten(np.log(motion.mean(axis=(1, 2), dtype=np.float64) + _STILL)[:, None], WINDOW)
 
 
 def _shrink(picture: Image) -> NDArray[np.float32]:
-    """Return `[h, w]` gray levels of a picture, averaged to few pixels."""
+    """Return `[h, w]` gray levels of a picture, downscaled by averaging."""
     gray = picture.mean(axis=2, dtype=np.float32)
     step = find_step(gray.shape[1])
     height, width = (side // step * step for side in gray.shape)
@@ -78,5 +78,5 @@ def _shrink(picture: Image) -> NDArray[np.float32]:
 
 
 def find_step(width: int) -> int:
-    """Return how many pixels across and down become one where motion is watched."""
+    """Return the factor by which pictures are downscaled to measure motion."""
     return max(1, width // _ACROSS)

@@ -1,7 +1,7 @@
-"""Poses and lenses of cameras from matches, by COLMAP's incremental mapper.
+"""Estimates poses and lenses of cameras from matches by COLMAP's incremental mapper.
 
-A camera joins if it has a pose that enough points support, each of which two other
-cameras see as well: a pose that is supported only by matches with one neighbor may be arbitrary.
+A camera gets a pose if enough of its points are also seen by two other cameras. A pose
+that is supported only by matches with one neighbor may be arbitrary.
 """
 
 from collections.abc import Sequence
@@ -28,20 +28,20 @@ from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, quiet
 
 _FEW_FEATURES = 100
-# What the mapper asks of a camera: first strictly, then as leniently as sense allows. What
-# joins leniently and wrongly has no support.
-_STRICTNESS = ((30, 0.25), (15, 0.15))  # least inliers, and their share
+# Requirements of the mapper, first strict, then lenient. A camera that passes the lenient
+# ones with a wrong pose is removed later, because it has no support.
+_STRICTNESS = ((30, 0.25), (15, 0.15))  # minimum number of inliers, and their minimum share
 
 
 @dataclass(frozen=True, slots=True)
 class CameraFit:
-    """How well a camera fits.
+    """Quality of the pose of a camera.
 
     Attributes:
-        points: Points that it sees.
-        support: Those of them that two other cameras see too.
-        mean_error: Reprojection error, pixels.
-        median_error: Reprojection error, pixels.
+        points: Number of points that it sees.
+        support: Number of these that two other cameras see as well.
+        mean_error: Mean reprojection error, pixels.
+        median_error: Median reprojection error, pixels.
     """
 
     points: int
@@ -52,13 +52,13 @@ class CameraFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """Poses and lenses that were found.
+    """Estimated poses and lenses.
 
     Attributes:
-        cameras: Cameras that joined, in the order of the recordings, in the solver's world.
-        fits: By the names of these.
-        left_out: Why each other camera did not join, by its name.
-        points: `[P, 3]` positions of what was matched, at all moments.
+        cameras: Cameras with poses, in the order of the recordings, in the solver's world.
+        fits: Quality of their poses, by camera name.
+        left_out: Reason why each other camera has no pose, by camera name.
+        points: `[P, 3]` positions of the matched points, at all moments.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -88,14 +88,14 @@ class Solution:
 
 
 def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
-    """Return the poses and lenses of all cameras that join.
+    """Estimate the poses and lenses of as many cameras as possible.
 
     Args:
         graph: Graph of verified matches.
         lenses: Assumptions about the lenses.
 
     Raises:
-        CalibrationError: Fewer than three cameras join; the message says why.
+        CalibrationError: Fewer than three cameras get a pose; the message says why.
     """
     best: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
     with quiet():
@@ -112,8 +112,8 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
     if best is None or best[0].num_reg_images() < LEAST_CAMERAS:
         reasons = [f"{name}: {_explain(graph, i, None)}" for i, name in enumerate(graph.names)]
         message = (
-            "no three cameras could be joined. Do they show one scene, from places not too far "
-            f"apart, in focus and with texture? {'; '.join(reasons)}"
+            "fewer than three cameras could be calibrated. Check that they show the same "
+            f"scene from nearby positions, in focus and with texture. {'; '.join(reasons)}"
         )
         raise CalibrationError(message)
     return _describe(graph, *best)
@@ -122,7 +122,7 @@ def solve(graph: MatchGraph, lenses: LensOptions) -> Solution:
 def _map(
     graph: MatchGraph, lenses: LensOptions, least_inliers: int, least_share: float
 ) -> pycolmap.Reconstruction | None:
-    """Return the largest reconstruction of the mapper, if it makes any."""
+    """Return the largest reconstruction of the mapper, or None."""
     options = pycolmap.IncrementalPipelineOptions()
     options.min_num_matches = LEAST_MATCHES
     options.min_model_size = LEAST_CAMERAS
@@ -175,19 +175,22 @@ def _make_camera(name: str, model: pycolmap.Reconstruction, index: int) -> Calib
 
 
 def _explain(graph: MatchGraph, camera: int, support: int | None) -> str:
-    """Return why a camera did not join, and what may help."""
+    """Explain why a camera has no pose, and what may help."""
     count, neighbors = graph.feature_counts[camera], graph.neighbors(camera)
     if support is not None:
         return (
-            f"only {support} of its points are seen by two other cameras too, and {LEAST_POINTS} "
-            "are needed to trust its pose"
+            f"only {support} of its points are also seen by two other cameras, and a reliable "
+            f"pose needs {LEAST_POINTS}"
         )
     if count < _FEW_FEATURES:
-        return f"its pictures have only {count} features: are they dark, blurred or empty?"
+        return (
+            f"its pictures have only {count} features: check whether they are dark, blurred or "
+            "empty"
+        )
     if not neighbors:
         return (
-            f"it has no {LEAST_MATCHES} matches with any other camera: it sees something else, or "
-            "stands too far from the others"
+            f"it has fewer than {LEAST_MATCHES} matches with every other camera: it may show "
+            "another scene, or be too far from the others"
         )
     return f"no pose fits its matches with {_list_neighbors(neighbors)}"
 

@@ -1,9 +1,9 @@
-"""Which way is up in the world of a rig, where its origin is, and how long a unit.
+"""Defines the up axis, origin and unit of the world of a rig.
 
-A solver's world is turned, placed and scaled by chance. The resulting world has up along -y, as in
-the frame of COLMAP and of most 3DGS files; the first camera looks along +z; the origin is the
-point that the cameras look at; and the unit is a meter, or the mean distance of the cameras from
-the origin.
+The orientation, origin and scale of the solver's world are arbitrary. The resulting world
+has up along -y, as in COLMAP and most 3DGS files; the first camera looks along +z; the
+origin is the point that the cameras look at; and the unit is a meter, or the mean
+distance of the cameras from the origin.
 """
 
 from collections.abc import Sequence
@@ -17,20 +17,20 @@ from quarc_ref.datasets.calibration import CalibratedCamera, Numbers, make_pose
 BY_LEVEL = "level"
 BY_PLANE = "plane"
 UP = (0.0, -1.0, 0.0)
-_LEAST_SPREAD = 0.02  # of squared sines: level cameras must look in different directions
+_LEAST_SPREAD = 0.02  # minimum mean squared sine: level cameras must look in different directions
 _LEAST_FOR_PLANE = 4
-_FLAT = 0.3  # greatest ratio of thickness and width of a rig that lies in a plane
-_PARALLEL = 1e-3  # of the smallest eigenvalue: axes that do not meet
+_FLAT = 0.3  # maximum ratio of thickness to width of a rig that lies in a plane
+_PARALLEL = 1e-3  # smallest eigenvalue per camera below which optical axes count as parallel
 
 
 @dataclass(frozen=True, slots=True)
 class Distance:
-    """The distance of two cameras.
+    """Distance between two cameras.
 
     Attributes:
         first: Name of a camera.
         second: Name of another.
-        meters: Between them.
+        meters: Distance in meters.
     """
 
     first: str
@@ -40,11 +40,11 @@ class Distance:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """The rig in its own world.
+    """A rig in its final world.
 
     Attributes:
-        cameras: As they stand in it.
-        up: Where up is in it.
+        cameras: Cameras in this world.
+        up: Up direction.
         up_from: Human-readable source of the up direction.
         meters_per_unit: None if no distance is known.
     """
@@ -61,18 +61,18 @@ def settle_world(
     up: str = BY_LEVEL,
     distance: Distance | None = None,
 ) -> World:
-    """Return the rig in an upright world.
+    """Transform a rig into an upright world.
 
     Args:
-        cameras: In the world of the solver.
-        points: `[P, 3]` of the scene in the same world.
-        up: `level` if the cameras are level, `plane` if they are in one level plane, or the name
-            of a level camera.
-        distance: Distance of two cameras; None if unknown.
+        cameras: Cameras in the world of the solver.
+        points: `[P, 3]` scene points in the same world.
+        up: `level` if the cameras are level, `plane` if they lie in a horizontal plane,
+            or the name of a level camera.
+        distance: Distance between two cameras; None if unknown.
 
     Raises:
-        CalibrationError: The cameras are not in a plane, or two are at the same place.
-        UnknownCameraError: A camera that is named has no pose.
+        CalibrationError: The cameras do not lie in a plane, or two are at the same position.
+        UnknownCameraError: A named camera has no pose.
     """
     direction, up_from = _find_up(cameras, up)
     forward = cameras[0].pose.rotation[2]
@@ -97,17 +97,17 @@ def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Numbers, str
         return _find_level(cameras, mean)
     if up == BY_PLANE:
         return _find_plane(cameras, mean), "the plane of the cameras"
-    return -_find(cameras, up).pose.rotation[1], f"camera {up}, which stands level"
+    return -_find(cameras, up).pose.rotation[1], f"camera {up}, which is level"
 
 
 def _find_level(cameras: Sequence[CalibratedCamera], mean: Numbers) -> tuple[Numbers, str]:
     """Return the direction to which the horizontal axes of all pictures are perpendicular."""
     rights = np.array([camera.pose.rotation[0] for camera in cameras])
     values, vectors = np.linalg.eigh(rights.T @ rights / len(cameras))
-    if values[1] < _LEAST_SPREAD:  # all look the same way: any roll would do
-        return mean / np.linalg.norm(mean), "the mean of the cameras, which look the same way"
+    if values[1] < _LEAST_SPREAD:  # all point in one direction: any roll is possible
+        return mean / np.linalg.norm(mean), "the mean of cameras that point in one direction"
     axis = vectors[:, 0]
-    return np.asarray(axis if axis @ mean >= 0 else -axis), "cameras that stand level"
+    return np.asarray(axis if axis @ mean >= 0 else -axis), "cameras that are level"
 
 
 def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
@@ -115,15 +115,15 @@ def _find_plane(cameras: Sequence[CalibratedCamera], mean: Numbers) -> Numbers:
     _, spreads, axes = np.linalg.svd(places - places.mean(axis=0))
     if len(cameras) < _LEAST_FOR_PLANE or spreads[2] > _FLAT * spreads[1]:
         message = (
-            "the cameras are not in one plane that could define up: leave out --up "
-            "if they stand level, or name one that does"
+            "the cameras do not lie in one plane that could define the up axis: omit --up if "
+            "the cameras are level, or give it the name of a level camera"
         )
         raise CalibrationError(message)
     return np.asarray(axes[2] if axes[2] @ mean >= 0 else -axes[2])
 
 
 def _find_focus(cameras: Sequence[CalibratedCamera], points: Numbers) -> Numbers:
-    """Return the point nearest to all lines of sight; of parallel ones, the middle of the scene."""
+    """Return the point nearest to all lines of sight; the scene's center if they are parallel."""
     total, weighted = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
         sight = camera.pose.rotation[2]
@@ -148,7 +148,7 @@ def _find_scale(
     first, second = (_find(cameras, name) for name in (distance.first, distance.second))
     found = float(np.linalg.norm(_center(first) - _center(second)))
     if found < 1e-9:
-        message = f"cameras {distance.first} and {distance.second} are in one place"
+        message = f"cameras {distance.first} and {distance.second} are at the same position"
         raise CalibrationError(message)
     return distance.meters / found
 
@@ -166,7 +166,7 @@ def _find(cameras: Sequence[CalibratedCamera], name: str) -> CalibratedCamera:
         if camera.name == name:
             return camera
     joined = ", ".join(camera.name for camera in cameras)
-    message = f"there is no camera {name} that joined; those are {joined}"
+    message = f"camera {name} was not calibrated; the calibrated cameras are {joined}"
     raise UnknownCameraError(message)
 
 

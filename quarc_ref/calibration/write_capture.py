@@ -1,12 +1,12 @@
-"""A calibrated rig as a capture that `encode` reads, in nerfstudio's layout.
+"""Writes a calibrated rig as a capture in nerfstudio's layout.
 
     CAPTURE/transforms.json         lenses and poses
             points3D.ply            points of frame 0
             quarc-capture.json      offsets, up and scale (`datasets.capture_notes`)
-            cam00.mp4, ...          the recordings of the cameras that joined
+            cam00.mp4, ...          the recordings of the calibrated cameras
             cam00/000000.png, ...   or these
 
-Recordings are hard-linked where the disk supports it, else copied.
+Recordings are hard-linked where the file system supports it, else copied.
 """
 
 import json
@@ -31,8 +31,8 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
     """Write a capture.
 
     Args:
-        calibration: What to write; cameras that did not join are left out.
-        folder: Folder that is filled.
+        calibration: Calibration to write; cameras without a pose are left out.
+        folder: Output folder.
 
     Raises:
         OSError: A file cannot be read or written.
@@ -52,7 +52,7 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
 def _add_recording(
     camera: CalibratedCamera, calibration: Calibration, folder: OutputFolder
 ) -> list[Values]:
-    """Put the recording of a camera in the folder, and return its entries."""
+    """Add the recording of a camera to the folder, and return its entries."""
     paths = calibration.recordings.pictures.paths[calibration.recordings.index(camera.name)]
     described = _describe(camera)
     if len(paths) == 1 and is_video(paths[0]):

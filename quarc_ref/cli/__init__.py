@@ -1,1 +1,1 @@
-"""The `quarc-ref` command: options, paths, output and exit codes. The work is done elsewhere."""
+"""The `quarc-ref` command: options, paths, output and exit codes, but no processing."""

@@ -1,7 +1,7 @@
-"""The command: its verbs, `--version`, and how it exits.
+"""The application: its commands, `--version`, and its exit.
 
-Verbs import heavy modules themselves, so that `--help` is fast and `info`, `verify` and `decode`
-need neither torch nor OpenCV.
+Commands import heavy modules inside their functions, so that `--help` is fast and `info`,
+`verify` and `decode` need neither torch nor OpenCV.
 """
 
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""A verb of the command line, with the tool's own messages for usage errors."""
+"""A subcommand with its own messages for usage errors."""
 
 import typer
 from typer.core import TyperCommand
@@ -9,11 +9,12 @@ RENAMED_OPTIONS = {
     "--play": "--autoplay",
     "--no-play": "--no-autoplay",
 }
-_VALIDATOR_PREFIX = "Value error, "  # of pydantic, with which newer releases of typer check values
+# raised by pydantic, which newer releases of typer use to check values
+_VALIDATOR_PREFIX = "Value error, "
 
 
 class Verb(TyperCommand):
-    """A verb whose usage errors name the new names of renamed options."""
+    """A subcommand whose usage errors give the new names of renamed options."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts
         self, context: typer.Context, arguments: list[str]

@@ -1,4 +1,4 @@
-"""Values that shells complete for options."""
+"""Shell completion of option values."""
 
 
 def complete_preset() -> list[str]:

@@ -1,4 +1,4 @@
-"""Input and output of `decode`: scenes of a stream, and files in the format chosen."""
+"""Input and output of `decode`: scenes of a stream, and files in the chosen format."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -23,8 +23,8 @@ class Decoding:
 
     Args:
         source: The stream.
-        follow: How long to wait for more; None not to wait.
-        gaps: If given, decoding continues past damage, and gaps are appended.
+        follow: How long to wait for more data; None not to wait.
+        gaps: List to which gaps are appended; if given, decoding continues after damage.
     """
 
     def __init__(self, source: "Source", follow: "Follow | None", gaps: "list[Gap] | None") -> None:
@@ -45,12 +45,12 @@ class Decoding:
         return Clip(decoder.header, decoder.cameras, decoder.metadata)
 
     def scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
-        """Yield the scenes from one ordinal up to, and without, another."""
+        """Yield the scenes with ordinals from `start` to `stop` - 1."""
         from quarc_ref.streams import Gap, decode, recover
         from quarc_ref.streams.prologue import read_prologue
 
         if self._gaps is None:
-            if start > 0 and self._source.size() is not None:  # the decoder will pass it over
+            if start > 0 and self._source.size() is not None:  # the decoder skips it
                 self._prologue = read_prologue(self._source)
             yield from decode(self._source, start, stop, self._follow, self._decoder)
             return
@@ -65,7 +65,7 @@ class Decoding:
 
 
 class Written:
-    """Files written by `decode`, and frames that are missing.
+    """Files written by `decode`, and missing frames.
 
     Args:
         export: The format.

@@ -1,4 +1,4 @@
-"""The whole pipeline on the built-in capture: trace, encode, decode, measure, report."""
+"""Runs the whole pipeline on the built-in capture: trace, encode, decode, measure, report."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -21,7 +21,7 @@ class Demo:
     Attributes:
         stream: The stream's file.
         report: The report's page.
-        evaluation: What the report shows.
+        evaluation: Measurements shown in the report.
     """
 
     stream: Path
@@ -35,7 +35,7 @@ def run_demo(
     """Make a capture, a stream and a report in a folder.
 
     Args:
-        folder: Folder that is filled.
+        folder: Output folder.
         options: Options of the capture.
         config: Settings of the encoder.
         progress: Called after every step.

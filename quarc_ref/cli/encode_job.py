@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EncodeJob:
-    """A capture and how to encode it.
+    """A capture, and options to encode it.
 
     Attributes:
         folder: Folder of the capture.
         opening: How to open it.
         config: All settings of training and stream.
-        frames: How many, from the first; None for all.
-        device: As `--device` has it.
+        frames: Number of frames; None for all.
+        device: Value of `--device`.
         progress: Called after every step.
-        warnings: Receives all findings: reasons to expect poor quality.
+        warnings: Receives all findings, which are reasons to expect poor quality.
         checks: Whether to check the capture before it is encoded.
         monitor: Called for every training step and every frame.
     """
@@ -78,11 +78,11 @@ class EncodeJob:
 
 @dataclass(frozen=True, slots=True)
 class WriteMode:
-    """How a file is to be written.
+    """How to write a file.
 
     Attributes:
-        force: Whether to replace one.
-        live: Whether to write it in place, under its final name.
+        force: Whether to replace an existing file.
+        live: Whether to write in place, under the final name.
         resume: Whether to resume an interrupted encode.
     """
 
@@ -101,7 +101,7 @@ def encode_to_pipe(work: EncodeJob, target: Path) -> None:
 
 
 def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
-    """Encode into a file, or resume one.
+    """Encode to a file, or resume a partial one.
 
     Raises:
         UsageError: The file cannot be written in this way.
@@ -119,11 +119,11 @@ def encode_to_file(work: EncodeJob, target: Path, wanted: WriteMode) -> None:
 def encode_to_joined_file(
     work: EncodeJob, target: Path, wanted: WriteMode, segment_count: int, pool: "WorkerPool"
 ) -> None:
-    """Encode segments independently, and join them into a file.
+    """Encode segments independently and join them into one file.
 
     Raises:
         UsageError: The file cannot be written in this way, or there are fewer frames than segments.
-        UnusableCaptureError: The capture cannot be encoded to anything useful.
+        UnusableCaptureError: The capture cannot be encoded with useful quality.
         ResumeError: The existing file is from a different encode.
         JobsError: Some segments could not be encoded; the others are kept.
     """
@@ -151,8 +151,8 @@ def choose_pool(
 ) -> "WorkerPool":
     """The worker pool that encodes segments.
 
-    A process of this machine has an even share of its processors, a task of a
-    cluster one processor, and a GPU if the device is CUDA.
+    Processes on this machine share its CPU cores evenly. A task on a cluster has one
+    core, and a GPU if the device is CUDA.
     """
     from quarc_ref.jobs import WorkerPool
 
@@ -165,7 +165,7 @@ def choose_pool(
 def _cut(
     work: EncodeJob, capture: "Capture", options: "EncodeOptions", into: tuple[Path, int]
 ) -> "list[Segment]":
-    """Split a capture into segments, with a file each in a folder."""
+    """Split a capture into segments, each with its own file in a folder."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
     folder, segment_count = into

@@ -73,7 +73,7 @@ def _opened_log(path: Path, logs: LogsWanted) -> Iterator[TextIO]:
 
 
 def _announce(progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate") -> None:
-    """Print the estimate of an encode, if it takes long enough for that to be of use."""
+    """Print the estimated time and size of an encode if it takes long."""
     from quarc_ref.encoder.monitoring.status import format_duration
 
     if estimate.seconds < _WORTH_TELLING:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
-    """A preset with settings changed.
+    """Return a preset with changed settings.
 
     Raises:
         UsageError: No such preset, setting or value.
@@ -26,7 +26,7 @@ def configure(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
         for setting in settings:
             key, equals, value = setting.partition("=")
             if not equals:
-                message = f"--set takes KEY=VALUE, such as motion.lr=5e-4; this is {setting!r}"
+                message = f"--set takes KEY=VALUE, such as motion.lr=5e-4, not {setting!r}"
                 raise UsageError(message)
             config = change_setting(config, key, value)
     except SettingError as error:
@@ -38,7 +38,7 @@ def require_positive(asked: dict[str, float | None]) -> None:
     """Raise UsageError if a given option is not a number above 0."""
     for option, value in asked.items():
         if value is not None and not 0 < value < math.inf:
-            message = f"{option} takes a number above 0; this is {value}"
+            message = f"{option} takes a number above 0, not {value}"
             raise UsageError(message)
 
 
@@ -56,7 +56,8 @@ def print_settings() -> None:
     rows = [("KEY", "in main", "values", "description")]
     rows += [(each.name, each.text, each.values, each.description) for each in described]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for *cells, meaning in rows:  # the last is not filled up: a terminal would break what is blank
+    # the last column is not padded: a terminal would wrap trailing blanks
+    for *cells, meaning in rows:
         filled = [f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False)]
         sys.stdout.write("  ".join([*filled, meaning]) + "\n")
 
@@ -97,5 +98,5 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
         message = f"--start {options.start}: {error}"
         raise UsageError(message) from error
     for name in (capture.name, *(camera.name for camera in capture.cameras)):
-        name.encode()  # or the stream could not be written when all is trained
+        name.encode()  # otherwise the stream could not be written after training
     return capture

@@ -1,8 +1,9 @@
-"""Turns exceptions into messages and exit codes.
+"""Converts exceptions to messages and exit codes.
 
-0: success. 1: the stream is invalid. 2: the command line is invalid. 3: anything else failed: an
-unreadable capture, a full disk, a bug. After a signal, 128 and its number, as in a shell: 130
-after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe has gone (SIGPIPE).
+0: success. 1: the stream is invalid. 2: the command line is invalid. 3: anything else
+failed: an unreadable capture, a full disk, a bug. After a signal, 128 plus its number, as
+in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe has
+closed it (SIGPIPE).
 """
 
 import os
@@ -34,7 +35,7 @@ STREAM_IS_BAD = 1
 USAGE = 2
 TOOL_FAILED = 3
 _BY_SIGNAL = 128
-_SIGPIPE = 13  # a name of `signal` that Windows lacks
+_SIGPIPE = 13  # missing from `signal` on Windows
 _EXTRAS = {
     "gsplat": "gpu",
     "ray": "ray",
@@ -49,7 +50,7 @@ class UsageError(Exception):
 
 
 class Termination(KeyboardInterrupt):
-    """SIGTERM was received: work ends as after Ctrl-C, with another exit code."""
+    """SIGTERM was received: work ends as after Ctrl-C, but with a different exit code."""
 
 
 @contextmanager
@@ -57,7 +58,7 @@ def report_errors() -> Iterator[None]:
     """Convert exceptions of a command to a line on stderr and an exit code."""
     try:
         yield
-        sys.stdout.flush()  # Python itself would find out too late, and leave with 120
+        sys.stdout.flush()  # Python itself would notice only at exit, and use exit code 120
     except typer.Exit:
         _let_go_of(sys.stdout)
         raise
@@ -91,18 +92,21 @@ def _let_go_of(output: TextIO) -> None:
     try:
         output.flush()
     except OSError:
-        with suppress(OSError):  # where it is no file at all
+        with suppress(OSError):  # the output is not a file
             os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
 
 
 def _name_extra(error: ImportError) -> str:
     extra = _EXTRAS.get(error.name or "", "encode")
-    return f"{error.name or error} cannot be imported: pip install 'quarc-ref[{extra}]' installs it"
+    return (
+        f"{error.name or error} cannot be imported; install it with: pip install "
+        f"'quarc-ref[{extra}]'"
+    )
 
 
 def _ask_for_another_name(error: UnicodeEncodeError) -> str:
     encoding = error.encoding.upper()
-    return f"the name {error.object!r} is not {encoding}: rename the file or folder that has it"
+    return f"the name {error.object!r} is not valid {encoding}: rename the file or folder"
 
 
 def _offer_no_checks(error: UnusableCaptureError) -> str:
@@ -146,7 +150,7 @@ def _judge(error: BaseException) -> tuple[str, int]:
     for kinds, code, say in _FAULTS:
         if isinstance(error, kinds):
             return say(error), code
-    traceback.print_exception(error)  # Python's own code for it, 1, would blame the stream
+    traceback.print_exception(error)  # Python's own exit code 1 would mean an invalid stream
     return f"internal error: {error!r}", TOOL_FAILED
 
 
@@ -166,7 +170,7 @@ def _has_lost_reader(output: TextIO) -> bool:
     watch = select.poll()
     try:
         watch.register(output, 0)
-    except OSError:  # it is no file at all
+    except OSError:  # the output is not a file
         return False
     return bool(watch.poll(0))
 
@@ -174,7 +178,7 @@ def _has_lost_reader(output: TextIO) -> bool:
 def _leave(message: str, code: int) -> NoReturn:
     _let_go_of(sys.stdout)
     if message:
-        with suppress(OSError):  # the code is left to tell
+        with suppress(OSError):  # only the exit code can report it
             print_message(message)
     _let_go_of(sys.stderr)
     raise typer.Exit(code)

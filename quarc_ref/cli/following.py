@@ -1,4 +1,4 @@
-"""Options of verbs that follow a growing stream."""
+"""Options of commands that follow a growing stream."""
 
 import time
 from pathlib import Path
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PATIENCE = 60.0
 _POLL_SECONDS = 0.1
 
-# Whether it is there, `follow_stream` looks.
+# `follow_stream` checks whether the file exists.
 FollowedName = Annotated[
     str,
     typer.Argument(
@@ -41,13 +41,13 @@ Patience = Annotated[
 
 
 def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
-    """How to wait for a growing stream; None for a pipe, whose reads wait anyway.
+    """Return how to wait for a growing stream; None for a pipe, whose reads block anyway.
 
-    With `follow`, a file that does not exist yet is waited for.
+    With `follow`, the file need not exist yet.
 
     Args:
         name: Name of the stream.
-        patience: Seconds.
+        patience: Timeout in seconds.
         follow: Whether to wait at all.
 
     Raises:
@@ -59,7 +59,7 @@ def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None
     try:
         check_file(name)
     except typer.BadParameter as error:
-        error.param_hint = "'FILE'"  # which a check by the argument itself would know
+        error.param_hint = "'FILE'"  # only now is it known whether --follow was given
         raise
     if not follow or name == STANDARD_STREAM:
         return None

@@ -1,4 +1,4 @@
-"""Options and arguments that several verbs share, and their parsing."""
+"""Options and arguments that several commands share, and their parsing."""
 
 import os
 import stat
@@ -11,7 +11,7 @@ from quarc_ref.cli.completion import complete_setting
 from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
-_DIGITS = 20  # more than any ordinal has
+_DIGITS = 20  # more digits than any ordinal has
 
 
 def is_file(name: str) -> bool:
@@ -42,7 +42,7 @@ def check_path(name: str) -> str:
         BadParameter: It is not a path, or the path of a folder.
     """
     if not is_file(name):
-        _reject(name, "is not a file, and this verb takes only a file")
+        _reject(name, "is not a file; this command accepts only files")
     _find_file_mode(name)
     return name
 
@@ -75,7 +75,7 @@ def _find_file_mode(path: str) -> int:
 
 
 def _find_mode(path: str) -> int:
-    """The mode of a path as `stat` has it; raise BadParameter if there is nothing."""
+    """Return the mode of a path from `stat`; raise BadParameter if it does not exist."""
     try:
         return os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -119,10 +119,10 @@ CaptureFolder = Annotated[
     Path,
     typer.Argument(
         metavar="CAPTURE",
-        help="A capture: N3DV, COLMAP, nerfstudio, EasyMocap or Panoptic layout; "
-        "docs/guides/captures.md lists them.",
+        help="Folder of a capture, in the layout of N3DV, COLMAP, nerfstudio, EasyMocap or "
+        "Panoptic Studio (docs/guides/captures.md).",
         show_default=False,
-        readable=False,  # found out when it is read, and then no fault of the command line
+        readable=False,  # reading it reports the error, which is not one of the command line
         callback=check_folder,
     ),
 ]
@@ -153,14 +153,14 @@ Force = Annotated[
     typer.Option(
         "--force",
         "-f",
-        help="Replace an existing file, or a folder that only has files of quarc-ref.",
+        help="Replace an existing file, or a folder that holds only files written by quarc-ref.",
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Do not show progress.")]
 
 
 def parse_frames(text: str | None) -> tuple[int, int | None]:
-    """First frame of a range, and the one after its last.
+    """Return the first frame of a range and the frame after its end.
 
     Args:
         text: `A:B`, where either may be omitted, or `A` for that frame alone; None for all.
@@ -173,7 +173,7 @@ def parse_frames(text: str | None) -> tuple[int, int | None]:
     first, colon, last = text.partition(":")
     numbers = [first or "0", last or "0"] if colon else [first]
     if not all(number.isdecimal() and len(number) < _DIGITS for number in numbers):
-        message = f"--frames takes A:B, such as 0:10, or one frame, such as 7; this is {text!r}"
+        message = f"--frames takes A:B, such as 0:10, or one frame, such as 7, not {text!r}"
         raise UsageError(message)
     start = int(numbers[0])
     if not colon:

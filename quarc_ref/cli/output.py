@@ -1,4 +1,4 @@
-"""Output of the command: JSON and tables on stdout, progress on stderr."""
+"""Output of commands: JSON and tables on stdout, progress on stderr."""
 
 import json
 import sys
@@ -22,14 +22,14 @@ from rich.text import Text
 
 _SECONDS_BETWEEN_LINES = 5.0
 _REFERENCE_ENGINE = (
-    "quarc_core is not installed, and scenes of this size decode many times faster with it: "
-    "see core/README.md"
+    "quarc_core is not installed; scenes of this size decode many times faster with it (see "
+    "core/README.md)"
 )
 _AS_WIDE_AS_IT_IS = 1 << 12
 
 
 class _Output(Console):
-    """Standard output that prints text literally: streams may contain anything."""
+    """Standard output that prints text without markup, because streams may contain any text."""
 
     def __init__(self, width: int | None = None) -> None:
         super().__init__(markup=False, emoji=False, width=width)
@@ -43,8 +43,7 @@ def print_json(schema: str, values: dict[str, object]) -> None:
     """Print values as JSON on standard output.
 
     Args:
-        schema: What they are, and in which version: `info/2` is what docs/schemas/info.json
-            describes.
+        schema: Name and version of the schema; `info/2` is described by docs/schemas/info.json.
         values: Values by their names in the schema.
     """
     said = {"schema": f"quarc-ref/{schema}", **values}
@@ -57,7 +56,7 @@ def print_message(message: str) -> None:
 
 
 def print_table(title: str, rows: dict[str, str]) -> None:
-    """Print names and values on standard output, literally: streams may contain anything."""
+    """Print names and values on standard output, without markup: streams may contain any text."""
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(style="dim")
     table.add_column(overflow="fold")
@@ -72,9 +71,9 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
     """Print a table with headings on standard output, without wrapping.
 
     Args:
-        title: Above the table.
-        headings: One to a column. A leading `<`, which is not printed, marks a column of text;
-            other columns are numbers.
+        title: Text above the table.
+        headings: Heading of each column. A leading `<`, which is not printed, marks a
+            column of text; other columns are numbers.
         rows: Unescaped cells, because names in a stream can be any text.
     """
     table = Table(title=escape_controls(title), title_justify="left", box=None, pad_edge=False)
@@ -109,10 +108,10 @@ def warn_of_reference_engine() -> bool:
 
 
 class TerminalProgress:
-    """Shows progress on stderr: bars on a terminal, elsewhere a line now and then.
+    """Shows progress on stderr: bars on a terminal, otherwise occasional lines.
 
-    Use as a context. Stages of a few seconds and stages that repeat in every frame have no line of
-    their own; the line of the frames is sufficient.
+    Used as a context manager. Short stages and stages that repeat in every frame have no
+    separate line; the line for frames is sufficient.
 
     Args:
         quiet: Whether to show nothing.
@@ -171,7 +170,7 @@ class TerminalProgress:
             self._warns = not warn_of_reference_engine()
 
     def follow(self, status: "Callable[[], str]") -> None:
-        """Show the result of a function beside the common stages.
+        """Show the result of a function next to the common stages.
 
         Args:
             status: Returns the progress, including the time left.
@@ -199,7 +198,7 @@ class TerminalProgress:
 
 
 class _TimeLeft(TimeRemainingColumn):
-    """The time left of a bar, if there is no better estimate."""
+    """Estimated remaining time of a bar."""
 
     def render(self, task: Task) -> Text:
         """See `ProgressColumn.render`."""

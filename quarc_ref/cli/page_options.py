@@ -1,4 +1,4 @@
-"""Options of the verbs that show a stream on a page: `view` and `publish`."""
+"""Options of the commands that show a stream on a page: `view` and `publish`."""
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,25 +12,25 @@ if TYPE_CHECKING:
 
 Title = Annotated[
     str | None,
-    typer.Option("--title", help="Of the page.", show_default="name of the stream"),
+    typer.Option("--title", help="Title of the page.", show_default="name of the stream"),
 ]
 CameraName = Annotated[
     str | None,
     typer.Option(
         "--camera",
         metavar="NAME",
-        help="Camera of the stream to look through at first.",
+        help="Camera of the stream that sets the initial view.",
         show_default="the first",
     ),
 ]
 Up = Annotated[
     Literal["x", "-x", "y", "-y", "z", "-z"] | None,
-    typer.Option("--up", help="Axis that points up.", show_default="as the stream says"),
+    typer.Option("--up", help="Axis that points up.", show_default="from the stream"),
 ]
 
 
 def name_page(stream: str) -> str:
-    """Return the title of the page of a stream that the command line names."""
+    """Return the default page title for a stream."""
     return name_stream(stream).removesuffix(".quarc")
 
 

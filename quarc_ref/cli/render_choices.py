@@ -1,4 +1,4 @@
-"""Choices of `render`: the camera, size and format of its pictures."""
+"""Chooses the camera, picture size and video format of `render`."""
 
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
 
-_MOST_OF_A_RATE = (1 << 31) - 1  # FFmpeg's rationals are two of 32 bits
-# Hardly a loss: who wants a small file can code it again from this one.
+_MOST_OF_A_RATE = (1 << 31) - 1  # FFmpeg's rationals have 32-bit numerators and denominators
+# Nearly lossless, so that smaller files can be encoded from this one.
 _X264 = {"crf": "6", "preset": "medium"}
-# x264 holds dozens of pictures to look ahead, at ten bytes a pixel; of large ones it holds few.
+# x264 looks ahead at dozens of pictures of ten bytes per pixel; fewer for large pictures.
 _LARGE = 1 << 21
 _X264_LARGE = _X264 | {
     "x264-params": "rc-lookahead=0:sync-lookahead=0:mbtree=0:ref=1:bframes=0:sliced-threads=1"
@@ -33,7 +33,7 @@ def choose_camera(outline: "Outline", name: str | None, width: int | None, kind:
     """Return the requested camera, with pictures `width` pixels wide.
 
     Raises:
-        UsageError: There is no such camera, or its pictures cannot be made.
+        UsageError: There is no such camera, or its pictures cannot be rendered.
     """
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
     from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
@@ -54,7 +54,7 @@ def require_pixels(camera: "Camera", most: int) -> None:
     if pixels > most:
         message = (
             f"pictures of {camera.width} x {camera.height} have {pixels:,} pixels, more than "
-            f"the {most:,} of --max-pixels: choose a smaller --width, or --max-pixels {pixels}"
+            f"the limit of {most:,}: choose a smaller --width, or --max-pixels {pixels}"
         )
         raise UsageError(message)
 
@@ -62,11 +62,11 @@ def require_pixels(camera: "Camera", most: int) -> None:
 def choose_form(
     outline: "Outline", camera: "Camera", pixels: str, container: Literal["mp4", "webm"]
 ) -> "VideoForm":
-    """Return the form of a video of a camera's pictures, at the stream's pace.
+    """Choose the video format for a camera's pictures, at the stream's frame rate.
 
     Raises:
-        UsageError: Pictures of this size cannot have these pixels, or a video
-            not this pace.
+        UsageError: The pixel format does not allow this size, or videos do not allow this
+            frame rate.
     """
     from quarc_ref.datasets.video_writer import VideoForm
 

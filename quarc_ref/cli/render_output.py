@@ -24,10 +24,10 @@ _SCHEMA = "depth/1"
 
 
 def choose_kind(output: Path, *, depth: bool) -> Kind:
-    """Return the kind of output that a file name implies, if --to does not give it.
+    """Return the output type that a file name implies, for use without --to.
 
     Raises:
-        UsageError: The name implies none.
+        UsageError: The name implies no output type.
     """
     suffix = output.suffix.lower()
     video = _VIDEO_SUFFIXES.get(suffix)
@@ -35,9 +35,9 @@ def choose_kind(output: Path, *, depth: bool) -> Kind:
         return video
     if suffix not in ("", _ONE_PICTURE) or (depth and suffix):
         message = (
-            f"the name {output} does not say what to write: end it in .mp4 or .webm for a video, "
-            "in .png for one frame, without a suffix for a folder of files (the only choice with "
-            "--depth), or choose with --to"
+            f"the output type is not clear from the name {output}: use the suffix .mp4 or "
+            ".webm for a video, .png for one frame, no suffix for a folder of files (the "
+            "only choice with --depth), or choose the type with --to"
         )
         raise UsageError(message)
     return "png"
@@ -77,13 +77,13 @@ def write_depths(
     *,
     force: bool,
 ) -> dict[str, object]:
-    """Write depth as PNG files of 16 bits or NumPy archives, and a sidecar about them.
+    """Write depth as 16-bit PNG files or NumPy archives, with a sidecar that describes them.
 
     Args:
         drawn: Each shot with its depth and opacity, `[H, W]`, in order.
         output: The folder.
         kind: `png` or `npz`.
-        force: Whether to replace a folder that the command has made before.
+        force: Whether to replace a folder that quarc-ref created.
     """
     from quarc_ref.datasets.video_writer import build_depth_png
     from quarc_ref.viewing.depth_levels import quantize_depth

@@ -16,7 +16,7 @@ _PIECE_BYTES = 1 << 16
 
 
 class _Sink(Protocol):
-    """Accepts bytes like a raw file: all of them, or the number it returns."""
+    """Accepts bytes like a raw file, which may write only some of them."""
 
     def write(self, piece: bytes, /) -> int:
         """Write bytes, and return how many were written."""
@@ -28,7 +28,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
     """Yield a stream that can be read repeatedly; a pipe is copied to a temporary file.
 
     Raises:
-        SourceError: The disk has no room for the file.
+        SourceError: The disk is full.
     """
     from quarc_ref.streams import FileSource
 
@@ -41,7 +41,7 @@ def seekable_stream(source: "Source") -> "Iterator[Source]":
 
 
 def _copy(source: "Source", file: _Sink) -> None:
-    """Copy a stream chunk by chunk; input that is not a stream might never end."""
+    """Copy a stream chunk by chunk, because input that is not a stream might be endless."""
     from quarc_ref.streams.chunk_reader import ChunkReader
 
     copying = _Copying(source, file)
@@ -78,7 +78,7 @@ class _GrowingCopy:
     """A stream in a file that one thread writes and others read.
 
     Args:
-        file: Empty, opened to be written and read.
+        file: Empty file, open for writing and reading.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -88,7 +88,7 @@ class _GrowingCopy:
         self._is_closed = False
 
     def write(self, piece: bytes) -> int:
-        """Append bytes, and return how many; all are taken for written once it is closed."""
+        """Append bytes, and return their number; after `close`, bytes are discarded."""
         with self._lock:
             if self._is_closed:
                 return len(piece)
@@ -98,7 +98,7 @@ class _GrowingCopy:
             return written
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end of the received bytes."""
+        """Read `length` bytes at `offset`, fewer at the end of the received bytes."""
         with self._lock:
             missing = max(0, min(length, self._size - offset))
             self._file.seek(offset if missing else 0)
@@ -115,7 +115,7 @@ class _GrowingCopy:
 
 
 class _Copying:
-    """Copies a stream as far as it is read.
+    """A source that copies what is read from it to a file.
 
     Args:
         source: The stream.
@@ -128,12 +128,12 @@ class _Copying:
         self._copied = 0
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end."""
+        """Read `length` bytes at `offset`, fewer at the end."""
         self.go_to(offset + length)
         return self._source.read(offset, length)
 
     def size(self) -> None:
-        """None: the size is unknown."""
+        """Return None, because the size is unknown."""
         return
 
     def go_to(self, offset: int) -> None:
@@ -152,7 +152,7 @@ class _Copying:
                 piece = piece[self._file.write(piece) :]
         except OSError as error:
             message = (
-                f"the stream does not fit in {gettempdir()}: {error.strerror}; "
-                "save it in a file, or set TMPDIR to a folder with more room"
+                f"the stream does not fit into {gettempdir()}: {error.strerror}; save it to a "
+                "file, or set TMPDIR to a folder with more space"
             )
             raise SourceError(message) from error

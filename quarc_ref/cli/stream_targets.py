@@ -1,4 +1,4 @@
-"""Where `encode` writes a stream, so that an interrupted encode can be resumed."""
+"""Output files of `encode`, which keep an interrupted encode so that it can be resumed."""
 
 import sys
 from collections.abc import Iterator
@@ -18,23 +18,24 @@ _SEGMENTS = ".segments"
 def growing_stream(
     target: Path, *, force: bool, live: bool, resume: bool
 ) -> Iterator[tuple[Path, BinaryIO]]:
-    """Open the file to write a stream to, exclusively; it may hold a partial stream.
+    """Open the output file of a stream exclusively; it may contain a partial stream.
 
-    The file is `<target>.part` and replaces the target when the stream is complete. If the work is
-    interrupted, it remains unless it is empty, and so does the checkpoint of frame 0 beside it.
+    The file is `<target>.part` and replaces the target when the stream is complete. After
+    an interruption it remains unless it is empty, together with the checkpoint of frame
+    0.
 
     Args:
         target: Path of the stream.
-        force: Whether to replace a target, or a part that is not resumed.
-        live: Whether to write the target directly, so that others can follow the stream.
-        resume: Whether to continue the part, or the target if the stream is complete.
+        force: Whether to replace an existing target, or a partial stream that is not resumed.
+        live: Whether to write the target directly, so that other programs can follow the stream.
+        resume: Whether to continue the partial stream, or the target if the stream is complete.
 
     Yields:
-        Where the file is, and the file, opened to be read and written.
+        Path of the file, and the file, open for reading and writing.
 
     Raises:
         UsageError: The target cannot be written in this way.
-        ResumeError: Another process writes it.
+        ResumeError: Another process is writing the file.
     """
     from quarc_ref.encoder.stream_file import open_exclusively
 
@@ -59,16 +60,16 @@ def growing_stream(
 
 @contextmanager
 def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[OutputFolder]:
-    """Make the folder `<target>.segments`; it is removed on success and kept otherwise.
+    """Create the folder `<target>.segments`, which is removed on success and kept otherwise.
 
     Args:
         target: Path of the joined stream.
-        force: Whether to replace a target, or segments that are not resumed.
+        force: Whether to replace an existing target, or segments that are not resumed.
         resume: Whether to continue with existing segments.
 
     Raises:
-        UsageError: The target cannot be written, or segments are left of another encode.
-        OutputPathError: The folder has files that quarc-ref did not make, or is in use.
+        UsageError: The target cannot be written, or there are segments of another encode.
+        OutputPathError: The folder has files that quarc-ref did not create, or is in use.
     """
     reject_target(target, force=force)
     path = target.with_name(target.name + _SEGMENTS)
@@ -82,7 +83,7 @@ def kept_segments(target: Path, *, force: bool, resume: bool) -> Iterator[Output
 
 @contextmanager
 def _said_to_stay(place: Path) -> Iterator[None]:
-    """Mention in the message of an interruption which files were kept."""
+    """Add to the message of an interruption which files were kept."""
     try:
         yield
     except KeyboardInterrupt as error:
@@ -108,7 +109,7 @@ def _choose_resumed(target: Path, *, live: bool) -> Path:
 
 
 def _remove(place: Path) -> None:
-    """Remove a file and its leftovers, unless another process writes it."""
+    """Remove a file and its temporary files, unless another process is writing it."""
     from quarc_ref.encoder.resume.checkpoint import remove_checkpoint
     from quarc_ref.encoder.stream_file import open_exclusively
 
@@ -118,7 +119,7 @@ def _remove(place: Path) -> None:
 
 
 def _drop(place: Path, file: BinaryIO) -> None:
-    """Remove an open file, or truncate it where open files cannot be removed."""
+    """Remove an open file, or truncate it on systems that cannot remove open files."""
     if sys.platform == "win32":
         file.truncate(0)
     else:
@@ -133,7 +134,7 @@ def _reject_begun(place: Path) -> None:
 
 def _reject_left(place: Path) -> NoReturn:
     message = (
-        f"{place} is left from an interrupted encode: --resume continues it, --force starts over"
+        f"{place} remains from an interrupted encode: --resume continues it, --force starts over"
     )
     raise UsageError(message)
 

@@ -14,7 +14,7 @@ from quarc_ref.cli.output import print_message
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.files import OutputFolder
 
-# A folder whose name ends so would be taken for a file.
+# A folder with such a suffix would look like a file.
 _FILE_SUFFIXES = {
     *(f".{suffix}" for suffix in EXPORTS),
     *(".quarc", ".splat", ".ksplat", ".gltf", ".usd", ".usda", ".usdz", ".html", ".json"),
@@ -29,10 +29,10 @@ def written_file(target: Path, *, force: bool, durable: bool = False) -> Iterato
     Args:
         target: Path of the file.
         force: Whether to replace a file.
-        durable: As for `files.atomic_file`.
+        durable: Whether to flush to disk; see `files.atomic_file`.
 
     Raises:
-        UsageError: The target is `-`, or exists and is not to be replaced.
+        UsageError: The target is `-`, or exists and must not be replaced.
     """
     reject_target(target, force=force)
     files.remove_leftovers(target)
@@ -63,11 +63,11 @@ def written_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
 
 @contextmanager
 def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Fill a folder that replaces a target once it is complete.
+    """Yield a folder to fill, which replaces the target once it is complete.
 
     Args:
         target: Path of the folder.
-        force: Whether to replace a folder that the command has made before.
+        force: Whether to replace a folder that quarc-ref created.
 
     Raises:
         UsageError: The target is `-`, or has the name of a file.
@@ -77,17 +77,20 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
     with files.written_folder(target, replace=force) as made:
         yield made
     if made.kept_aside:
-        message = f"other files were put into {target} meanwhile: they are in {made.kept_aside}"
+        message = (
+            f"other files were added to {target} in the meantime; they were moved to "
+            f"{made.kept_aside}"
+        )
         print_message(message)
 
 
 @contextmanager
 def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
-    """Fill a folder whose files are visible at once and stay after an interruption.
+    """Yield a folder to fill, whose files are visible immediately and always kept.
 
     Args:
         target: Path of the folder.
-        force: Whether to replace earlier output of the command.
+        force: Whether to replace earlier output of quarc-ref.
 
     Raises:
         UsageError: As for `written_folder`.
@@ -103,7 +106,7 @@ class OneFrame:
 
     Args:
         target: Path of the file.
-        sink: Binary file that the frame is written to.
+        sink: Binary file for the frame.
     """
 
     def __init__(self, target: Path, sink: BinaryIO) -> None:
@@ -112,15 +115,15 @@ class OneFrame:
         self._has_one = False
 
     def write(self, _name: str, data: bytes) -> Path:
-        """Write the frame, and return the file's path.
+        """Write the frame and return the path of the file.
 
         Raises:
             UsageError: A frame has been written already.
         """
         if self._has_one:
             message = (
-                f"{self._target} is one file, and there are several frames: choose one, such as "
-                "--frames 0:1, or name a folder"
+                f"{self._target} is a single file, but there are several frames: choose one "
+                "frame, such as --frames 0:1, or give a folder"
             )
             raise UsageError(message)
         self._has_one = True
@@ -140,7 +143,7 @@ def written_frame(target: Path, *, force: bool) -> Iterator[OneFrame]:
 
 
 def reject_target(target: Path, *, force: bool) -> None:
-    """Raise UsageError if a file may not be written to a path."""
+    """Raise UsageError if a path must not be written."""
     _reject_standard_output(target, "this file")
     _reject_missing_parent(target)
     if os.path.lexists(target) and not force:
@@ -150,17 +153,17 @@ def reject_target(target: Path, *, force: bool) -> None:
         message = f"{target} is a folder"
         raise UsageError(message)
     if target.exists() and not target.is_file():
-        message = f"{target} is a device or a pipe, and not a regular file"
+        message = f"{target} is a device or a pipe, not a regular file"
         raise UsageError(message)
 
 
 def _reject_folder(target: Path) -> None:
-    """Raise UsageError if a folder may not be made at a path."""
+    """Raise UsageError if a folder must not be created at a path."""
     _reject_standard_output(target, "a folder")
     _reject_missing_parent(target)
     if target.suffix.lower() in _FILE_SUFFIXES:
         message = (
-            f"{target} must be a folder, but its name ends like that of a file: choose a name "
+            f"{target} must be a folder, but its name has the suffix of a file: choose a name "
             f"without {target.suffix}"
         )
         raise UsageError(message)
@@ -168,7 +171,7 @@ def _reject_folder(target: Path) -> None:
 
 def _reject_standard_output(target: Path, what: str) -> None:
     if str(target) == STANDARD_STREAM:
-        message = f"-: {what} cannot go to standard output"
+        message = f"-: {what} cannot be written to standard output"
         raise UsageError(message)
 
 
@@ -180,7 +183,7 @@ def _reject_missing_parent(target: Path) -> None:
 
 @contextmanager
 def _said_to_stay(made: OutputFolder) -> Iterator[None]:
-    """Mention in the message of an interruption that the frames so far are kept."""
+    """Add to the message of an interruption that the finished frames are kept."""
     try:
         yield
     except KeyboardInterrupt as error:

@@ -1,1 +1,1 @@
-"""The decoder as conformance/run.py calls it."""
+"""Adapter through which conformance/run.py tests the decoder."""

@@ -1,8 +1,8 @@
-"""The contract of conformance tests: `python -m quarc_ref.conformance < stream`.
+"""Decodes a stream for conformance tests: `python -m quarc_ref.conformance < stream`.
 
-Bytes come in on standard input; a JSON line goes out for every frame, as soon
-as it is decoded, with the SHA-256 of its state, and one for the rejection if there is one.
-conformance/RUNNER.md says the rest.
+Reads bytes from standard input. Writes a JSON line with the SHA-256 of the state as soon
+as each frame is decoded, and one for a rejection. conformance/RUNNER.md describes the
+protocol.
 """
 
 import argparse
@@ -39,8 +39,14 @@ def main() -> int:
 
 def _parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m quarc_ref.conformance", description=__doc__)
-    parser.add_argument("--capabilities", action="store_true", help="say what can be tested")
-    parser.add_argument("--jobs", action="store_true", help="do jobs in place of one stream")
+    parser.add_argument(
+        "--capabilities", action="store_true", help="print which capabilities can be tested"
+    )
+    parser.add_argument(
+        "--jobs",
+        action="store_true",
+        help="run jobs from standard input instead of decoding one stream",
+    )
     coders = ("fastest", "python")
     parser.add_argument("--coder", choices=coders, default="fastest", help="entropy decoder")
     return parser.parse_args()

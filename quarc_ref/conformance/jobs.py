@@ -1,7 +1,7 @@
-"""Many streams in one process: the jobs of conformance/RUNNER.md.
+"""Decodes many streams in one process: the jobs of conformance/RUNNER.md.
 
-A job is a line of JSON on standard input, followed by bytes if it declares any; the answer is
-lines of JSON, the last of which has `done`.
+A job is a JSON line on standard input, followed by bytes if it declares any. The answer
+consists of JSON lines; the last one has the key `done`.
 """
 
 import hashlib
@@ -70,8 +70,8 @@ def describe_stream(
     Args:
         stream: A stream.
         start: Ordinal of the first frame.
-        more: Additional output: `numbers`, a hash of the dequantized values, and `values`, all of
-            them.
+        more: Additional output: `numbers` for a hash of the dequantized values, `values`
+            for all of them.
     """
     scenes = decode(as_source(stream), start)
     yield from _rejecting(_describe(scene, more) for scene in scenes)

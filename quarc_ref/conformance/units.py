@@ -1,7 +1,7 @@
-"""Runs single building blocks: the functions of conformance/unit.
+"""Runs single building blocks for the unit vectors in conformance/unit.
 
-Each takes the input fields of a case by name and returns the result of the code that decodes
-streams. Integers may come as decimal strings.
+Each function takes the input fields of a case by name and calls the code that decodes
+streams. Integers may be decimal strings.
 """
 
 import zlib
@@ -30,7 +30,7 @@ from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import OPACITY, Section, StreamHeader
 
-_Answer = Any  # what JSON holds
+_Answer = Any  # JSON values
 _MODEL = "n"
 
 
@@ -38,7 +38,7 @@ def answer_unit(function: str, given: dict[str, Any]) -> Iterator[dict[str, Any]
     """Yield the answer to one case.
 
     Raises:
-        BitstreamError: The case is one of a rejection.
+        BitstreamError: The case expects a rejection.
     """
     yield {"output": UNITS[function](**given)}
 
@@ -81,7 +81,7 @@ def _bind(positions: list[list[int]], anchors: list[list[int]]) -> list[int]:
     held = np.array(anchors, dtype=np.int32).T
     answers = bind(places, held, 0)
     if not np.array_equal(answers, bind_exhaustively(places, held)):
-        message = "two searches for the nearest anchor do not agree"
+        message = "two searches for the nearest anchor disagree"
         raise AssertionError(message)
     return _list(answers)
 

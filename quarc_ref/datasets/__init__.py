@@ -1,1 +1,1 @@
-"""Captures: calibrated multi-view video as users have it on disk."""
+"""Loads captures, which are calibrated multi-view videos in common folder layouts."""

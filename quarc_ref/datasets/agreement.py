@@ -1,4 +1,4 @@
-"""Whether the videos of a capture belong together: frame rates, lengths and rotation flags."""
+"""Checks that the videos of a capture agree in frame rate, length and rotation flags."""
 
 import math
 from collections import Counter
@@ -11,8 +11,9 @@ from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.video import VideoReader
 
-_RATE_TOLERANCE = 1e-3  # 29.97 and 30 differ by as much, and are taken for one
-_TIME_TOLERANCE = 0.25  # of a frame's duration; a frame that was left out is off by half of one
+_RATE_TOLERANCE = 1e-3  # 29.97 and 30 differ by this much and count as equal
+# relative to a frame's duration; a missing frame causes an error of one half
+_TIME_TOLERANCE = 0.25
 _MOST_NAMED = 5
 
 
@@ -20,10 +21,10 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
     """Check that the n-th frames of all videos show the same moment if the first ones do.
 
     Args:
-        videos: At least one.
+        videos: Videos, at least one.
 
     Raises:
-        FrameRateError: A video has a variable frame rate, or another one than most have.
+        FrameRateError: A video has a variable frame rate, or a rate that differs from most.
     """
     for video in videos:
         _require_constant_rate(video)
@@ -42,7 +43,7 @@ def require_one_rate(videos: Sequence[VideoReader]) -> None:
 
 
 def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | None:
-    """Return which cameras have more or fewer frames than most; None if all are equal.
+    """Find cameras with more or fewer frames than most; return None if all are equal.
 
     Args:
         names: Names of the cameras, at least one.
@@ -54,14 +55,14 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
         return None
     listed = [f"{names[i]} has {lengths[i]} frames" for i in odd]
     message = (
-        f"{_shorten(listed)}, the others have {usual}: every camera is cut to the {min(lengths)} "
-        "frames that all have"
+        f"{_shorten(listed)}, the others have {usual}: every camera is cut to its first "
+        f"{min(lengths)} frames"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in odd))
 
 
 def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding | None:
-    """Return which cameras' videos have a rotation flag different from most; None if all are equal.
+    """Find cameras whose rotation flag differs from most; return None if all are equal.
 
     Args:
         names: Names of the cameras, at least one.
@@ -73,9 +74,9 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
         return None
     listed = [f"{names[i]} by {rotations[i] % 360} degrees counterclockwise" for i in odd]
     message = (
-        f"a rotation flag turns the pictures of {_shorten(listed)}, those of the others by "
-        f"{usual % 360}: if these cameras were not mounted otherwise, remove the flag (ffmpeg "
-        "-display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
+        f"rotation flags differ: {_shorten(listed)}, the others by {usual % 360} degrees. If "
+        "all cameras were mounted the same way, remove the flag (ffmpeg -display_rotation 0 "
+        "-i OLD.mp4 -c copy NEW.mp4)"
     )
     return Finding("rotation-flags", message, tuple(names[i] for i in odd))
 
@@ -90,8 +91,8 @@ def _require_constant_rate(video: VideoReader) -> None:
         shortest, *_, longest = sorted(np.diff(times) * 1000)
         message = (
             f"{video.path} has a variable frame rate: its frames last from {shortest:.1f} to "
-            f"{longest:.1f} ms, {1 / duration:.2f} of them a second on average; convert it "
-            f"(ffmpeg -i {video.path.name} -vf fps={max(1, round(1 / duration))} NEW.mp4)"
+            f"{longest:.1f} ms, {1 / duration:.2f} per second on average; convert it (ffmpeg "
+            f"-i {video.path.name} -vf fps={max(1, round(1 / duration))} NEW.mp4)"
         )
         raise FrameRateError(message)
 

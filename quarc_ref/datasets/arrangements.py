@@ -1,7 +1,7 @@
-"""Common arrangements of the pictures of a capture's cameras, in one table.
+"""Finds the pictures of a capture's cameras in one of the common arrangements.
 
-A layout knows its cameras by name, from its poses; `find_pictures` looks for their videos or
-picture files in every arrangement and takes the first one that has all of them.
+A layout gives the camera names from its poses. `find_pictures` searches for their videos
+or picture files in every arrangement and returns the first complete one.
 """
 
 import re
@@ -17,7 +17,7 @@ from quarc_ref.datasets.video import VideoReader
 VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".qt", ".3gp", ".3g2", ".mkv", ".webm")
 STILL_SUFFIXES = (".png", ".jpg", ".jpeg")
 
-Files = Mapping[str, Sequence[Path]]  # of every camera, by its name: one video, or its pictures
+Files = Mapping[str, Sequence[Path]]  # by camera name: one video, or the pictures
 
 
 def is_video(path: Path) -> bool:
@@ -31,12 +31,12 @@ def is_still(path: Path) -> bool:
 
 
 def list_videos(folder: Path) -> Files:
-    """Return the videos in a folder, each named after its file without suffix."""
+    """Return the videos in a folder, by file name without suffix."""
     return {path.stem: (path,) for path in _list(folder) if is_video(path) and path.is_file()}
 
 
 def list_picture_folders(folder: Path, inside: str = "") -> Files:
-    """Return the pictures in each folder of a folder, named after it, in the order of frames.
+    """Return the pictures in each subfolder of a folder, by subfolder name, in frame order.
 
     Args:
         folder: Folder that contains the cameras' folders.
@@ -47,7 +47,7 @@ def list_picture_folders(folder: Path, inside: str = "") -> Files:
 
 
 def list_single_pictures(folder: Path) -> Files:
-    """Return the pictures in a folder, each the only one of a camera, named after the file."""
+    """Return the pictures in a folder that has one picture per camera, by file name."""
     return {path.stem: (path,) for path in _list_stills(folder)}
 
 
@@ -56,7 +56,7 @@ def list_frame_folders(folder: Path) -> Files:
 
     Raises:
         CountMismatchError: The numbers of the frames have a gap.
-        MissingCameraError: A frame lacks the picture of a camera that earlier and later ones have.
+        MissingCameraError: A frame lacks the picture of a camera that other frames have.
     """
     frames = sorted((p for p in _list(folder) if p.name.isdecimal()), key=lambda p: int(p.name))
     _require_steady(folder, [frame.name for frame in frames])
@@ -83,7 +83,7 @@ ARRANGEMENTS: tuple[tuple[str, Lister], ...] = (
 
 
 def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
-    """Return the pictures of cameras, wherever they are in a folder.
+    """Find the pictures of cameras in a folder, in any known arrangement.
 
     Args:
         folder: Folder of the capture.
@@ -91,8 +91,8 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
 
     Raises:
         MissingFileError: No camera has a picture or a video in any arrangement.
-        MissingCameraError: Some cameras have no pictures, and others do.
-        CaptureError: A file cannot be read, or they do not fit together.
+        MissingCameraError: Some cameras have no pictures.
+        CaptureError: A file cannot be read, or the files are inconsistent.
     """
     best: tuple[str, Files] = ("", {})
     for pattern, list_files in ARRANGEMENTS:
@@ -106,25 +106,25 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS)
         message = (
             f"{folder} has no pictures of the cameras {_shorten(names)} that its poses name; "
-            f"looked for {patterns} (or another suffix of videos and pictures)"
+            f"looked for {patterns} (or another suffix of a video or picture)"
         )
         raise MissingFileError(message)
     message = (
-        f"{folder} has no {best[0]} for camera {_shorten(missing)}, but it has poses: add the "
-        "files, or remove the cameras from the poses"
+        f"camera {_shorten(missing)} has a pose, but {folder} has no {best[0]} for it: add "
+        "the files, or remove the cameras from the poses"
     )
     raise MissingCameraError(message)
 
 
 def open_pictures(paths: Sequence[Sequence[Path]], *, numbered: bool = True) -> Pictures:
-    """Return the pictures in files.
+    """Open picture or video files as a source of pictures.
 
     Args:
-        paths: `[camera]` of one video, or `[camera][frame]` of picture files.
+        paths: `[camera]` video files, or `[camera][frame]` picture files.
         numbered: Whether the names of a camera's pictures must have numbers without a gap.
 
     Raises:
-        CaptureError: A file cannot be read, or they do not fit together.
+        CaptureError: A file cannot be read, or the files are inconsistent.
     """
     if all(len(row) == 1 and is_video(row[0]) for row in paths):
         return VideoPictures([VideoReader(row[0]) for row in paths])
@@ -154,10 +154,10 @@ def _list_stills(folder: Path) -> list[Path]:
 
 
 def _require_steady(folder: Path, names: Sequence[str]) -> None:
-    """Check that the last numbers of names go up in equal steps, such as 1.
+    """Check that the last numbers in file names increase in equal steps, such as 1.
 
     Raises:
-        CountMismatchError: They do not: pictures are missing.
+        CountMismatchError: The steps differ, so pictures are missing.
     """
     matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
     numbers = [int(match[1]) for match in matches if match]
@@ -166,5 +166,8 @@ def _require_steady(folder: Path, names: Sequence[str]) -> None:
     steps = [second - first for first, second in pairwise(numbers)]
     for index, step in enumerate(steps):
         if step != min(steps):
-            message = f"{folder} goes from {names[index]} to {names[index + 1]}: frames are missing"
+            message = (
+                f"{folder} has no frames between {names[index]} and {names[index + 1]}: add the "
+                "missing files"
+            )
             raise CountMismatchError(message)

@@ -1,8 +1,9 @@
-"""Pose and lens of a camera, as capture layouts give them.
+"""Pose and lens of a camera, in the form that capture layouts are converted to.
 
-Loaders convert their files to `CalibratedCamera`s; `open_capture` converts these to pinholes and
-then to `Camera`s. Axes are OpenCV's (x right, y down, z forward), and pixel centers are at +0.5,
-in lenses too: calls to OpenCV and poses with OpenGL axes are converted at the boundary.
+Loaders convert their files to `CalibratedCamera`s; `open_capture` converts these to
+pinholes and then to `Camera`s. Axes are OpenCV's (x right, y down, z forward). Pixel
+centers are at +0.5, also in lenses. Calls to OpenCV and poses with OpenGL axes are
+converted at the boundary.
 """
 
 import math
@@ -17,10 +18,10 @@ from quarc_ref.format.cameras import Camera
 
 Numbers = NDArray[np.float64]
 
-_ORTHONORMAL_TOLERANCE = 1e-3  # poses are often written with four digits
-# Before there is a picture, its size is only said: by it, maps of pixels are allocated.
-_MOST_SIDE = (1 << 15) - 1  # of cv2.remap
-_MOST_VIDEO_SIDE = 1 << 14  # of x264
+_ORTHONORMAL_TOLERANCE = 1e-3  # poses are often stored with four digits
+# The declared size of a picture determines allocations before the picture is read.
+_MOST_SIDE = (1 << 15) - 1  # limit of cv2.remap
+_MOST_VIDEO_SIDE = 1 << 14  # limit of x264
 MOST_PIXELS = 1 << 27
 _NEAR_QUANTILE = 0.01
 
@@ -49,19 +50,19 @@ class Lens:
     """Size, focal lengths, principal point and distortion of a camera.
 
     Attributes:
-        width: Pixels.
-        height: Pixels.
+        width: Picture width, pixels.
+        height: Picture height, pixels.
         fx: Focal length, pixels.
         fy: Focal length, pixels.
         cx: Principal point, pixels.
         cy: Principal point, pixels.
         coefficients: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV's radial and
-            tangential model, as many as matter; k1 to k4 of its fisheye model.
+            tangential model, without trailing zeros; k1 to k4 of its fisheye model.
         fisheye: Whether the model is the fisheye one.
 
     Raises:
-        ValueError: A number is not finite, a size or focal length not positive,
-            or the size too large.
+        ValueError: A number is not finite, a size or focal length is not positive, or the
+            size is too large.
     """
 
     width: int
@@ -76,7 +77,7 @@ class Lens:
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy, *self.coefficients)
         if not all(math.isfinite(number) for number in numbers):
-            message = "an intrinsic number is not finite"
+            message = "a camera intrinsic is not finite"
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy) <= 0:
             message = "sizes and focal lengths must be positive"
@@ -85,7 +86,7 @@ class Lens:
 
     @property
     def is_pinhole(self) -> bool:
-        """Whether straight lines stay straight; a fisheye without coefficients bends them."""
+        """Whether straight lines stay straight, as they do not in any fisheye lens."""
         return not self.fisheye and not any(self.coefficients)
 
 
@@ -110,7 +111,7 @@ class CalibratedCamera:
         name: Name in the capture.
         lens: Lens of the pictures on disk, or of the pinhole pictures made from them.
         pose: Pose of the camera.
-        near: Least depth of the scene, world units; None to find it from the points.
+        near: Minimum depth of the scene in world units; None to derive it from the points.
     """
 
     name: str
@@ -124,18 +125,18 @@ def make_pose(axes: ArrayLike, center: ArrayLike) -> Pose:
 
     Args:
         axes: `[3, 3]` camera to world; columns right, down, forward.
-        center: `[3]` where the camera is, world units.
+        center: `[3]` camera position, world units.
 
     Returns:
-        The pose; the rotation is the nearest to `axes` that is exactly one.
+        The pose, with the rotation matrix that is nearest to `axes`.
 
     Raises:
-        ValueError: The numbers are not finite, or the axes no rotation.
+        ValueError: A number is not finite, or the axes are not a rotation.
     """
     columns = np.asarray(axes, dtype=np.float64)
     origin = np.asarray(center, dtype=np.float64)
     if not (np.isfinite(columns).all() and np.isfinite(origin).all()):
-        message = "the pose has a number that is not finite"
+        message = "the pose has a non-finite number"
         raise ValueError(message)
     with np.errstate(over="ignore", invalid="ignore"):
         skew = np.abs(columns.T @ columns - np.eye(3)).max()
@@ -159,11 +160,11 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
     """Return the depths of the points that a pinhole camera can see.
 
     Args:
-        camera: Its lens a pinhole.
-        positions: `[P, 3]` world units.
+        camera: Camera with a pinhole lens.
+        positions: `[P, 3]` points, world units.
 
     Returns:
-        `[V]` depths of those in front of the camera and inside its picture.
+        `[V]` depths of the points in front of the camera and inside its picture.
     """
     lens = camera.lens
     x, y, z = (positions @ camera.pose.rotation.T + camera.pose.translation).T
@@ -176,7 +177,7 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 
 
 def choose_near(depths: Numbers) -> float:
-    """Return the near bound of a camera: the first percentile of at least one depth."""
+    """Return the near plane of a camera: the first percentile of at least one depth."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
 
@@ -188,14 +189,14 @@ class DownscaleError(ValueError):
 
 
 def shrink(pinhole: _Pinhole, factor: int) -> _Pinhole:
-    """Return a lens or camera for pictures that are `factor` times smaller.
+    """Return a lens or camera for pictures that are downscaled by `factor`.
 
     Raises:
         DownscaleError: No pixel would be left.
     """
     width, height = pinhole.width, pinhole.height
     if not 1 <= factor <= min(width, height):
-        message = f"pictures of {width}x{height} cannot be made {factor} times smaller"
+        message = f"pictures of {width}x{height} cannot be downscaled by {factor}"
         raise DownscaleError(message)
     return replace(
         pinhole,

@@ -12,7 +12,7 @@ Float64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointProjection:
-    """Points in a camera's picture.
+    """Points projected into a camera's picture.
 
     Attributes:
         columns: `[P]` horizontal position, pixels; undefined behind the camera.
@@ -28,12 +28,12 @@ class PointProjection:
 
 
 def rotation_matrix(camera: Camera) -> Float64:
-    """World to camera, `[3, 3]`."""
+    """Return the `[3, 3]` rotation from world to camera."""
     return np.array(camera.rotation, dtype=np.float64).reshape(3, 3)
 
 
 def camera_center(camera: Camera) -> Float64:
-    """Position of a camera in world units, `[3]`."""
+    """Return the `[3]` position of a camera in world units."""
     center: Float64 = -rotation_matrix(camera).T @ np.array(camera.translation)
     return center
 
@@ -43,7 +43,7 @@ def project_points(camera: Camera, positions: NDArray[np.floating]) -> PointProj
 
     Args:
         camera: A pinhole camera.
-        positions: `[P, 3]` world units.
+        positions: `[P, 3]` points, world units.
     """
     in_camera = positions.astype(np.float64) @ rotation_matrix(camera).T
     x, y, depths = (in_camera + np.array(camera.translation)).T

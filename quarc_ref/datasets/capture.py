@@ -1,7 +1,8 @@
 """A capture: calibrated cameras and their pictures, frame by frame.
 
-`open_capture` makes a `Capture` of what a loader in `layouts` reads; encoder and evaluation do not
-depend on its layout. Pictures are decoded on demand and kept in a cache of bounded size.
+`open_capture` converts the output of a loader in `layouts` to a `Capture`, so that
+encoder and evaluation do not depend on the layout. Pictures are decoded on demand and
+kept in a cache of bounded size.
 """
 
 from collections import OrderedDict
@@ -28,8 +29,8 @@ class Points:
     """Initial points of a scene.
 
     Attributes:
-        positions: `[P, 3]` world units.
-        colors: `[P, 3]` sRGB, 0 to 255.
+        positions: `[P, 3]` positions, world units.
+        colors: `[P, 3]` sRGB colors, 0 to 255.
     """
 
     positions: NDArray[np.float32]
@@ -37,16 +38,16 @@ class Points:
 
 
 def join_points(parts: Sequence[Points]) -> Points:
-    """Return the points of all parts, at least one."""
+    """Concatenate sets of points, of which there must be at least one."""
     positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])
     return Points(positions, np.concatenate([part.colors for part in parts]))
 
 
 class PictureSource(Protocol):
-    """Where pictures come from."""
+    """Interface of a source of pictures."""
 
     def read(self, camera: int, frame: int) -> Image:
-        """Return `[H, W, 3]` sRGB of a camera's frame, an array of its own.
+        """Return `[H, W, 3]` sRGB of a camera's frame as a new array.
 
         Raises:
             CaptureError: The picture cannot be read.
@@ -55,10 +56,10 @@ class PictureSource(Protocol):
 
 
 class MaskSource(Protocol):
-    """Where masks come from."""
+    """Interface of a source of masks."""
 
     def read(self, camera: int, frame: int) -> Mask | None:
-        """Return `[H, W]`, true for the pixels that count; None if all of them do.
+        """Return the `[H, W]` mask, true for pixels to use; None to use all pixels.
 
         Raises:
             CaptureError: The mask cannot be read.
@@ -71,18 +72,18 @@ class Capture:
 
     Args:
         name: Name for reports.
-        cameras: In the order of their names; undistorted, at the size of `image`.
+        cameras: Undistorted cameras, in the order of their names, for the size of `image`.
         frame_count: Frames that every camera has.
         frames_per_second: Frame rate of all cameras.
         points: Initial points, from frame 0.
-        source: Where pictures come from.
-        fingerprint: A digest of the files that the capture is made of, hex.
-        cache_bytes: Pictures kept, at most.
-        whole: The capture that this is a part of; None if it is not a part.
-        findings: What its loader found wrong, or assumed.
+        source: Source of the pictures.
+        fingerprint: Hex digest of the capture's files.
+        cache_bytes: Size of the cache of pictures.
+        whole: The capture that this is a part of; None if this is a whole capture.
+        findings: Problems that the loader found, and its assumptions.
         start: Frame of the synchronized footage that is frame 0 here.
-        notes: Which way is up, and how long a unit is.
-        masks: Where masks come from; None for none.
+        notes: Up direction and scale.
+        masks: Source of the masks; None without masks.
     """
 
     def __init__(  # noqa: PLR0913, what a capture is cannot be said with less
@@ -118,16 +119,16 @@ class Capture:
 
     @property
     def training(self) -> tuple[int, ...]:
-        """Indices of the cameras to train with."""
+        """Indices of the training cameras."""
         return tuple(i for i, camera in enumerate(self.cameras) if not camera.held_out)
 
     @property
     def held_out(self) -> tuple[int, ...]:
-        """Indices of the cameras kept for evaluation."""
+        """Indices of the cameras held out for evaluation."""
         return tuple(i for i, camera in enumerate(self.cameras) if camera.held_out)
 
     def require_frames(self, asked: int | None) -> int:
-        """Return the number of frames to use, from the first on.
+        """Return the number of frames to use.
 
         Args:
             asked: Requested number; None for all.
@@ -139,7 +140,7 @@ class Capture:
             return self.frame_count
         if not 1 <= asked <= self.frame_count:
             found = self.frame_count
-            message = f"{asked} frames are asked for, but capture {self.name} has {found}"
+            message = f"{asked} frames are requested, but capture {self.name} has {found}"
             raise TooFewFramesError(message)
         return asked
 
@@ -151,7 +152,7 @@ class Capture:
             ValueError: The frame does not exist.
         """
         if not 0 <= frame < self.frame_count:
-            message = f"frame {frame} of a capture of {self.frame_count}"
+            message = f"frame {frame} is not among the {self.frame_count} frames of the capture"
             raise ValueError(message)
         key = (camera, frame)
         if key not in self._cache:
@@ -164,7 +165,7 @@ class Capture:
         return self._cache[key]
 
     def mask(self, camera: int, frame: int) -> Mask | None:
-        """Return `[H, W]`, true for the pixels of a picture that count; None if all do.
+        """Return the `[H, W]` mask of a picture, true for pixels to use; None to use all pixels.
 
         Raises:
             CaptureError: The mask cannot be read.

@@ -1,11 +1,11 @@
-"""`quarc-capture.json`: properties of a capture that its layout cannot hold.
+"""Reads and writes `quarc-capture.json`: properties of a capture that layouts cannot store.
 
 The file is in the folder of a capture, beside the files of any layout:
 
     {"offsets": {"cam03": 4, "cam07": 0.5}, "up": [0, -1, 0], "meters_per_unit": 1}
 
-Every key may be left out. `calibrate` writes the file; loading applies the
-offsets, and encoding writes direction and scale into the stream.
+Every key is optional. `calibrate` writes the file. Loading a capture applies the offsets,
+and encoding writes up direction and scale into the stream.
 """
 
 import json
@@ -20,20 +20,20 @@ from quarc_ref.files import write_file
 NOTES_NAME = "quarc-capture.json"
 _KEYS = ("offsets", "up", "meters_per_unit")
 _MOST_BYTES = 1 << 20
-_MOST_FRAMES = 1e7  # of an offset: a day at 100 frames per second
-_MOST_METERS = 1e6  # of `meters_per_unit`, as in the header of a stream (SPEC 5.3)
+_MOST_FRAMES = 1e7  # largest offset: a day at 100 frames per second
+_MOST_METERS = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
 
 Direction = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class CaptureNotes:
-    """Offsets, direction and scale of a capture.
+    """Time offsets, up direction and scale of a capture.
 
     Attributes:
-        offsets: Frames by the name of the camera: frame `t` of the capture is
-            frame `t + offset` of the camera's own recording. A camera that is
-            not named has an offset of 0. Only differences count.
+        offsets: Offsets in frames by camera name: frame `t` of the capture is frame
+            `t + offset` of the camera's recording. Cameras that are not listed have an
+            offset of 0. Only differences between cameras matter.
         up: Unit vector that points up in the world; None if it is unknown.
         meters_per_unit: Size of a world unit; None if it is unknown.
 
@@ -53,13 +53,15 @@ class CaptureNotes:
         if self.up is not None:
             object.__setattr__(self, "up", _normalize(self.up))
         if self.meters_per_unit is not None and not 0 < self.meters_per_unit <= _MOST_METERS:
-            message = f"meters_per_unit is {self.meters_per_unit}, not above 0 and at most 1000000"
+            message = (
+                f"meters_per_unit is {self.meters_per_unit}; it must be above 0 and at most 1000000"
+            )
             raise ValueError(message)
 
     def first_frames(self, cameras: Iterable[str]) -> dict[str, int]:
         """Return the frame of each camera's recording that is frame 0 of the capture.
 
-        Offsets are rounded to whole frames, and shifted so that the least is 0.
+        Offsets are rounded to whole frames, and shifted so that the smallest is 0.
 
         Args:
             cameras: Names of all cameras of the capture, at least one.
@@ -71,8 +73,8 @@ class CaptureNotes:
         unknown = sorted(set(self.offsets) - set(names))
         if unknown:
             message = (
-                f"{NOTES_NAME} has an offset for camera {', '.join(unknown)}, but the cameras are "
-                f"{', '.join(names)}: correct the name, or remove the offset"
+                f"{NOTES_NAME} has an offset for camera {', '.join(unknown)}, which does not "
+                f"exist; the cameras are {', '.join(names)}"
             )
             raise MissingCameraError(message)
         rounded = {name: round(self.offsets.get(name, 0)) for name in names}
@@ -81,7 +83,7 @@ class CaptureNotes:
 
 
 def read_capture_notes(folder: Path) -> CaptureNotes:
-    """Return the notes of a capture; empty ones if the folder has no such file.
+    """Read the notes of a capture; they are empty if the folder has no such file.
 
     Args:
         folder: Folder of the capture.
@@ -106,11 +108,11 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
 
 
 def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
-    """Write notes to a file for `read_capture_notes`, replacing an existing one.
+    """Write notes to a file, replacing an existing one.
 
     Args:
         path: Path of the file, named `NOTES_NAME`.
-        notes: Notes to write; unknown values are left out.
+        notes: Notes to write; unknown values are omitted.
 
     Raises:
         OSError: The file cannot be written.
@@ -133,11 +135,13 @@ def _parse(data: bytes) -> CaptureNotes:
         raise TypeError(message)
     unknown = sorted(set(document) - set(_KEYS))
     if unknown:
-        message = f"unknown key {', '.join(map(repr, unknown))}; known are {', '.join(_KEYS)}"
+        message = (
+            f"unknown key {', '.join(map(repr, unknown))}; the known keys are {', '.join(_KEYS)}"
+        )
         raise ValueError(message)
     offsets = document.get("offsets", {})
     if not isinstance(offsets, dict):
-        message = "'offsets' is not an object of cameras and frames"
+        message = "'offsets' is not an object that maps cameras to frames"
         raise TypeError(message)
     return CaptureNotes(
         {name: _number(offset, f"the offset of {name}") for name, offset in offsets.items()},
@@ -168,6 +172,6 @@ def _normalize(up: Direction) -> Direction:
     if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
         message = f"'up' is {list(up)}, which is not a direction"
         raise ValueError(message)
-    x, y, z = (number / largest for number in up)  # so that no square overflows
+    x, y, z = (number / largest for number in up)  # scaled so that no square overflows
     length = math.hypot(x, y, z)
     return x / length, y / length, z / length

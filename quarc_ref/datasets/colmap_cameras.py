@@ -1,7 +1,7 @@
-"""Lenses as COLMAP has them and as this package has them, and a quiet COLMAP.
+"""Converts lenses from and to COLMAP cameras, and silences COLMAP's log.
 
 COLMAP's camera models are documented at colmap.github.io/cameras.html; their parameters
-after the principal point are the first of OpenCV's coefficients, in its order.
+after the principal point are OpenCV's first coefficients in the same order.
 """
 
 from collections.abc import Iterator
@@ -26,20 +26,20 @@ _FULL_COEFFICIENTS = 8
 
 
 def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
-    """Return the lens of a camera of a model.
+    """Return the lens of a COLMAP camera.
 
     Args:
         name: Name of the camera, for messages.
-        camera: As COLMAP has it.
+        camera: Camera of pycolmap.
 
     Raises:
-        UnsupportedCameraError: Its camera model cannot be made a pinhole.
+        UnsupportedCameraError: Its camera model cannot be undistorted to a pinhole.
         ValueError: A number is out of range.
     """
     if camera.model.name not in CAMERA_MODELS:
         message = (
-            f"camera {name} is a {camera.model.name}: undistort its pictures by COLMAP first, or "
-            f"use one of {', '.join(sorted(CAMERA_MODELS))}"
+            f"camera {name} is a {camera.model.name}: undistort its pictures with COLMAP "
+            f"first, or use one of {', '.join(sorted(CAMERA_MODELS))}"
         )
         raise UnsupportedCameraError(message)
     return Lens(
@@ -55,11 +55,11 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
 
 
 def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
-    """Return the camera of a model that has a lens.
+    """Return a COLMAP camera with a lens.
 
     Args:
-        lens: Any.
-        camera_id: Id of the camera in the model.
+        lens: Any lens.
+        camera_id: Id of the camera in the COLMAP model.
     """
     coefficients = list(lens.coefficients)
     if lens.fisheye:
@@ -82,7 +82,7 @@ def build_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep pycolmap's log off the terminal."""
+    """Keep pycolmap's log from the terminal."""
     before = pycolmap.logging.minloglevel
     pycolmap.logging.minloglevel = pycolmap.logging.FATAL.value
     try:

@@ -1,8 +1,8 @@
-"""Dense initial points: depth maps of neighboring cameras, where three cameras agree.
+"""Computes dense initial points by plane sweep, where the depth maps of three cameras agree.
 
-Features are found at corners only, and training from few initial points gives lower quality. A
-pixel's depth becomes a point if the depth maps of three cameras agree on it, its own among
-them, and fewer cameras see something behind it.
+Features are found at corners only, and training from few initial points gives lower
+quality. The depth of a pixel becomes a point if the depth maps of three cameras,
+including its own, agree on it, and fewer cameras see a surface behind it.
 """
 
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ from quarc_ref.datasets.calibration import CalibratedCamera, Numbers, measure_de
 from quarc_ref.datasets.capture import Image, Points, join_points
 from quarc_ref.datasets.plane_sweep import Depths, View, find_depths, find_neighbors, make_view
 
-_AGREEMENT = 0.01  # of a depth
-_BEHIND = 0.05  # of a depth, by which what another camera sees lies behind a point
+_AGREEMENT = 0.01  # tolerance relative to a depth
+_BEHIND = 0.05  # relative to a depth: a surface this much farther is behind the point
 _LEAST_AGREEING = 3  # cameras
 _MOST_POINTS = 40_000
 _SEED = 0
@@ -25,17 +25,17 @@ _SEED = 0
 def densify(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], sparse: Points
 ) -> Points:
-    """Return points on the surfaces that at least three cameras see, and the sparse ones.
+    """Add dense points on surfaces that at least three cameras see to sparse points.
 
-    The same pictures give the same points. A camera takes half a second of a processor.
+    The result is deterministic. It takes about half a second of CPU time per camera.
 
     Args:
-        cameras: Pinholes.
+        cameras: Pinhole cameras.
         pictures: `[camera]` of `[H, W, 3]` sRGB.
-        sparse: Points of the scene; they give the depths between which to search.
+        sparse: Sparse points of the scene, which determine the range of depths to search.
 
     Returns:
-        Up to 40 000 dense points, and the sparse ones, except those that cameras see through.
+        Up to 40 000 dense points, and the sparse ones except those that contradict depth maps.
     """
     views = [
         make_view(camera, picture, depths)
@@ -55,7 +55,7 @@ def densify(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Surface:
-    """What a view sees."""
+    """Depth map of a view."""
 
     view: View
     depths: Depths
@@ -68,7 +68,7 @@ class _Verdict:
     Attributes:
         agreeing: `[P]` number of cameras that see a surface at the point.
         behind: `[P]` number of cameras that see a surface behind the point.
-        ratios: `[P]` mean of the agreeing cameras' depths, by the point's.
+        ratios: `[P]` mean depth of the agreeing cameras, relative to the point's depth.
     """
 
     agreeing: NDArray[np.int64]
@@ -77,7 +77,7 @@ class _Verdict:
 
 
 def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
-    """Return points for those pixels of a view whose depths other views confirm."""
+    """Return points for the pixels of a view whose depths other views confirm."""
     view, depths = surface.view, surface.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
@@ -89,7 +89,7 @@ def _keep_agreeing(surface: _Surface, surfaces: Sequence[_Surface]) -> Points:
 
 
 def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Verdict:
-    """Return the agreement of all cameras at points, including the cameras of the points."""
+    """Return the agreement of all cameras at points, including the points' own cameras."""
     agreeing, behind = np.zeros((2, len(positions)), np.int64)
     total = np.zeros(len(positions))
     for surface in surfaces:
@@ -102,7 +102,7 @@ def _judge(positions: NDArray[np.floating], surfaces: Sequence[_Surface]) -> _Ve
 
 
 def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbers:
-    """Return `[P]` the depth that a view sees in a point's direction by the point's, or 0."""
+    """Return `[P]` depth of a view in the direction of each point, relative to its depth, or 0."""
     view, depths = surface.view, surface.depths
     places = view.rotation @ positions.T + view.translation[:, None]
     ahead = np.flatnonzero(places[2] > 0)
@@ -116,7 +116,7 @@ def _compare_depths(positions: NDArray[np.floating], surface: _Surface) -> Numbe
 
 
 def _thin(points: Points) -> Points:
-    """Return at most as many points as training can use, drawn at random."""
+    """Draw a random subset of the points that is small enough for training."""
     count = len(points.positions)
     if count <= _MOST_POINTS:
         return points

@@ -1,15 +1,15 @@
-"""Errors of captures, by name; each message says what to fix.
+"""Errors of captures, whose messages say what to fix.
 
     CaptureError
     ├── UnknownLayoutError      the folder has no capture in a known layout
     ├── MissingFileError        a file that the layout needs is missing
-    ├── OutsideFileError        a description names a file outside of its folder
+    ├── OutsideFileError        a description names a file outside its folder
     ├── MissingCameraError      poses and pictures do not name the same cameras
-    │   └── HeldOutError        cameras to hold out are missing, or are all cameras
-    ├── CountMismatchError      cameras differ in frames, or poses in cameras
-    │   └── FrameRateError      videos differ in frame rate, or one varies in it
-    ├── TooFewFramesError       more frames are asked for than every camera has
-    │   └── StartError          the first frame asked for is after the last
+    │   └── HeldOutError        cameras to hold out do not exist, or are all cameras
+    ├── CountMismatchError      cameras differ in frame count, or poses in camera count
+    │   └── FrameRateError      videos differ in frame rate, or have a variable one
+    ├── TooFewFramesError       more frames are requested than the capture has
+    │   └── StartError          the first requested frame is after the last one
     ├── TruncatedVideoError     a video ends before it should
     ├── UnreadableVideoError    a video or picture cannot be decoded
     ├── MaskError               masks do not fit the pictures
@@ -18,10 +18,10 @@
     │   └── MaskCountError      a camera has several masks, but not one for each frame
     ├── UnreadablePoseError     a pose file is malformed, or holds no valid pose
     ├── UnreadableNotesError    quarc-capture.json is malformed
-    ├── UnsupportedCameraError  a camera model that cannot be made a pinhole
+    ├── UnsupportedCameraError  a camera model that cannot be undistorted
     └── UnreadablePointsError   initial points are malformed, or cannot be found
 
-None of them is an error of the program: catch `CaptureError` and show its message.
+They report problems of the input: catch `CaptureError` and show its message.
 """
 
 
@@ -34,11 +34,11 @@ class UnknownLayoutError(CaptureError):
 
 
 class MissingFileError(CaptureError):
-    """A file that the layout needs is not there."""
+    """A file that the layout needs is missing."""
 
 
 class OutsideFileError(CaptureError):
-    """A description names a file outside of the folder that it is in."""
+    """A description names a file outside its own folder."""
 
 
 class MissingCameraError(CaptureError):
@@ -46,11 +46,11 @@ class MissingCameraError(CaptureError):
 
 
 class HeldOutError(MissingCameraError):
-    """Cameras to hold out do not exist, or no others are left."""
+    """Cameras to hold out do not exist, or no training cameras are left."""
 
 
 class CountMismatchError(CaptureError):
-    """Cameras differ in their number of frames, or poses in their number of cameras."""
+    """Cameras have different numbers of frames, or poses do not match the number of cameras."""
 
 
 class FrameRateError(CountMismatchError):
@@ -58,15 +58,15 @@ class FrameRateError(CountMismatchError):
 
 
 class TooFewFramesError(CaptureError):
-    """More frames are asked for than every camera has."""
+    """More frames are requested than the capture has."""
 
 
 class StartError(TooFewFramesError):
-    """The first frame asked for is after the last that every camera has."""
+    """The first requested frame is after the last one of the capture."""
 
 
 class TruncatedVideoError(CaptureError):
-    """A video ends before its header says, or before the frame asked for."""
+    """A video ends before the end that its header states, or before a requested frame."""
 
 
 class UnreadableVideoError(CaptureError):
@@ -98,7 +98,7 @@ class UnreadableNotesError(CaptureError):
 
 
 class UnsupportedCameraError(CaptureError):
-    """A camera model that cannot be turned into a pinhole."""
+    """A camera model that cannot be undistorted to a pinhole."""
 
 
 class UnreadablePointsError(CaptureError):

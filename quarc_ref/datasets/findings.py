@@ -1,4 +1,4 @@
-"""Findings of loading, checks and an encode: what is wrong with a capture."""
+"""Findings: problems of a capture, reported by loading, checks and encoding."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ class Finding:
     """A reason to expect poor quality.
 
     Attributes:
-        kind: A name that does not change between versions.
-        message: A sentence: what is wrong, and what to do.
-        cameras: Names of the cameras that it is about; empty if it is about all of them.
+        kind: Stable name of the kind of finding.
+        message: A sentence that describes the problem and its remedy.
+        cameras: Names of the affected cameras; empty if all are affected.
     """
 
     kind: str
@@ -30,7 +30,7 @@ def ignore(finding: Finding) -> None:
 
 
 def list_names(names: Sequence[str]) -> str:
-    """Return names for a sentence: the first five, and how many more there are."""
+    """Format names for a sentence: the first five, and the number of further ones."""
     named = ", ".join(names[:_MOST_NAMED])
     more = len(names) - _MOST_NAMED
     return f"{named} and {more} more" if more > 0 else named

@@ -1,7 +1,7 @@
-"""Output of a loader: calibrated cameras, and pictures as stored on disk.
+"""The output of a loader: calibrated cameras, and pictures as stored on disk.
 
-`open_capture` converts it to a `Capture`. The fingerprint tells two captures
-apart without reading all of their pictures.
+`open_capture` converts it to a `Capture`. The fingerprint identifies a capture without
+reading all of its pictures.
 """
 
 import hashlib
@@ -23,12 +23,14 @@ _SAMPLE_BYTES = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class CaptureFiles:
-    """The files that a capture is made of.
+    """The files of a capture.
 
     Attributes:
-        descriptions: Poses and points: files that count byte for byte.
-        pictures: Videos, or picture files of all frames, and masks: names and sizes count.
-        sampled: Videos, or picture files of frame 0, and masks: their ends count as well.
+        descriptions: Files of poses and points, which are hashed completely.
+        pictures: Videos, or picture files of all frames, and masks, whose names and sizes
+            are hashed.
+        sampled: Videos, or picture files of frame 0, and masks, whose first and last
+            bytes are hashed as well.
     """
 
     descriptions: tuple[Path, ...]
@@ -38,16 +40,16 @@ class CaptureFiles:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Footage:
-    """A capture as it is on disk.
+    """A capture as stored on disk.
 
     Attributes:
-        cameras: In the order of their names.
-        source: Their pictures as they are on disk.
+        cameras: Cameras in the order of their names.
+        source: Pictures as stored on disk.
         points: Initial points; None to triangulate them.
-        descriptions: Files of poses and points, which count byte for byte.
-        stated_rate: Frames per second, if a description says so; None for that of `source`.
-        findings: What may be wrong, and what was assumed.
-        masks: Masks of the pictures as they are on disk; None if there are none.
+        descriptions: Files of poses and points.
+        stated_rate: Frames per second from a description; None for that of `source`.
+        findings: Possible problems and assumptions.
+        masks: Masks of the pictures on disk; None if there are none.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -60,17 +62,17 @@ class Footage:
 
     @property
     def frame_count(self) -> int:
-        """Frames that every camera has."""
+        """Number of frames that all cameras have."""
         return min(self.source.lengths)
 
     @property
     def frames_per_second(self) -> float:
-        """Of all cameras."""
+        """Frame rate of all cameras."""
         return self.stated_rate or self.source.frames_per_second
 
     @property
     def files(self) -> CaptureFiles:
-        """The files that this was read from."""
+        """Files that this was read from."""
         masks = self.masks.paths if self.masks else ()
         return CaptureFiles(
             self.descriptions,
@@ -80,11 +82,11 @@ class Footage:
 
 
 def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
-    """Return the SHA-256 of a capture's files, hex.
+    """Compute the SHA-256 of a capture's files as hex digits.
 
     Args:
-        folder: Folder of the capture; names are relative to it, so that it can be moved.
-        files: As the loader lists them.
+        folder: Folder of the capture; names are relative to it, so that the capture can be moved.
+        files: Files that the loader lists.
 
     Raises:
         MissingFileError: A file was removed.

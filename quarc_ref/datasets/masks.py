@@ -1,7 +1,7 @@
-"""Masks of a capture: which pixels of its pictures count.
+"""Masks of a capture, which select the pixels of its pictures to use.
 
-White keeps a pixel and black leaves it out, as in COLMAP and nerfstudio. A camera has one
-mask for all frames, a mask for every frame, or none, which keeps all pixels.
+White pixels are used and black ones are ignored, as in COLMAP and nerfstudio. A camera
+has one mask for all frames, one mask per frame, or none, which means all pixels are used.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,14 +25,14 @@ from quarc_ref.datasets.video import VideoReader
 
 MASKS_NAME = "masks"
 _LOSSLESS = ".png"
-_HALF = 127  # of 255: lossy compression does not keep black at 0
+_HALF = 127  # of 255: lossy compression does not preserve black as 0
 
 
 class FileMasks:
-    """Masks as they are on disk.
+    """Masks as stored on disk.
 
     Args:
-        files: Per camera one file for all frames, the files of all frames, or none.
+        files: For each camera, one file for all frames, one file per frame, or none.
         sizes: `[camera]` width and height of the pictures, pixels.
         lengths: `[camera]` number of frames of the pictures.
 
@@ -40,8 +40,8 @@ class FileMasks:
         paths: All files.
 
     Raises:
-        MaskSizeError: The first mask of a camera has another size than its pictures.
-        MaskCountError: A camera has more than one mask, but not one for every frame.
+        MaskSizeError: The first mask of a camera differs from its pictures in size.
+        MaskCountError: A camera has several masks, but not one per frame.
         CaptureError: A mask cannot be read.
     """
 
@@ -61,8 +61,8 @@ class FileMasks:
             if source is not None and source.lengths[0] not in (1, length):
                 path, count = source.paths[0][0], source.lengths[0]
                 message = (
-                    f"there are {count} masks like {path}, but {length} frames: a camera has "
-                    "one mask for all frames, or one for each"
+                    f"there are {count} masks like {path}, but {length} frames: a camera "
+                    "needs one mask for all frames, or one mask per frame"
                 )
                 raise MaskCountError(message)
 
@@ -78,12 +78,12 @@ class FileMasks:
 
 
 class RectifiedMasks:
-    """Masks that belong to rectified pictures.
+    """Masks for rectified pictures.
 
     Args:
         source: Masks of the pictures on disk.
-        firsts: `[camera]` frame on disk that is frame 0 here.
-        rectifiers: `[camera]` of the pictures.
+        firsts: `[camera]` frame on disk that becomes frame 0.
+        rectifiers: `[camera]` rectifiers of the pictures.
     """
 
     def __init__(
@@ -112,10 +112,10 @@ def find_masks(
         names: `[camera]` names of the cameras.
 
     Returns:
-        The masks, and a finding if some of them are named after no camera.
+        The masks, and a finding if some of them are not named after a camera.
 
     Raises:
-        MaskNameError: There are masks, and none of them is of a camera.
+        MaskNameError: There are masks, but none of them matches a camera.
     """
     inside = folder / MASKS_NAME
     listed: list[Files] = [
@@ -139,7 +139,7 @@ def find_masks(
 
 
 def explain_names(folder: Path, unused: Sequence[str], names: Sequence[str]) -> str:
-    """Return a sentence on masks that are named after no camera.
+    """Return a message about masks that are not named after a camera.
 
     Args:
         folder: Folder of the masks.
@@ -147,8 +147,8 @@ def explain_names(folder: Path, unused: Sequence[str], names: Sequence[str]) -> 
         names: Names of the cameras.
     """
     return (
-        f"{folder} has masks named {list_names(unused)}, and no camera has such a name: name "
-        f"masks after the cameras ({list_names(names)}), such as {names[0]}.png"
+        f"{folder} has masks named {list_names(unused)}, which match no camera: name masks "
+        f"after the cameras ({list_names(names)}), such as {names[0]}.png"
     )
 
 

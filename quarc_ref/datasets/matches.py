@@ -1,6 +1,6 @@
-"""Points of two pictures that show the same thing: SIFT features of pycolmap, matched.
+"""Matches SIFT features of pycolmap between two pictures.
 
-Nothing here depends on poses, so that matches can be used to check poses.
+Matching does not depend on poses, so that matches can be used to check poses.
 """
 
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.colmap_cameras import quiet
 
 _MOST_FEATURES = 2000
-_NUMBERS = 128  # of a descriptor
-_RATIO = 0.8  # of Lowe's test
+_NUMBERS = 128  # dimension of a descriptor
+_RATIO = 0.8  # ratio of Lowe's test
 _LEAST_MATCHES = 16
-_MOST_PIXELS_OFF = 1.5  # of an inlier, from the epipolar line of the matrix that fits all
+_MOST_PIXELS_OFF = 1.5  # pixels: maximum distance of an inlier from its epipolar line
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Features:
-    """Features of a picture, the largest first.
+    """Features of a picture in descending order of size.
 
     Attributes:
-        positions: `[n, 2]` pixels, pixel centers at +0.5.
-        descriptors: `[n, 128]` of length 1.
+        positions: `[n, 2]` positions in pixels, pixel centers at +0.5.
+        descriptors: `[n, 128]` unit vectors.
     """
 
     positions: Numbers
@@ -35,7 +35,7 @@ class Features:
 
 
 def find_features(picture: Image) -> Features:
-    """Return the features of a picture.
+    """Detect the features of a picture.
 
     Args:
         picture: `[H, W, 3]` sRGB.
@@ -53,10 +53,10 @@ def find_features(picture: Image) -> Features:
 
 
 def match(first: Features, second: Features) -> tuple[Numbers, Numbers]:
-    """Return `[m, 2]` and `[m, 2]` the positions of features that are the same, outliers dropped.
+    """Return the `[m, 2]` positions of matching features in both pictures, without outliers.
 
-    A match is one for both of its features, and much better than any other of the
-    first; all of them fit one fundamental matrix. There are no matches if too few features do.
+    Matches are mutual nearest neighbors, pass Lowe's ratio test and fit one fundamental
+    matrix. There are no matches if too few of them fit.
     """
     none = np.empty((0, 2))
     if min(len(first.positions), len(second.positions)) < _LEAST_MATCHES:

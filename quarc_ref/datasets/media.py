@@ -1,9 +1,9 @@
 """Opens every picture and video file that FFmpeg reads.
 
-FFmpeg opens more than files. It takes names for addresses, and text for
-playlists that name other files and hosts. From here it gets regular files of
-this machine alone, in the formats that captures have; and its decoders decline
-pictures that are too large before they allocate them, in mid-stream as well.
+FFmpeg also opens URLs, and playlists that refer to other files and hosts. This module
+restricts it to regular local files in the formats that captures use, and lets its
+decoders reject too large pictures before they allocate memory, also in the middle of a
+stream.
 """
 
 import stat
@@ -18,9 +18,9 @@ from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, Unr
 from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_header
 
 _DEMUXERS = "mov,matroska"  # mp4, mov, m4v; mkv, webm
-_THREADS = 4  # every camera has a decoder of its own, so a few each are plenty
+_THREADS = 4  # every camera has its own decoder, so a few threads each are enough
 _MOST_STILL_BYTES = 1 << 29
-# Decoders pad both sides before they ask; the size itself is checked by the header.
+# Decoders pad both sides before they check; the header gives the actual size.
 _DECODER_LIMITS = {"max_pixels": str(MOST_PIXELS * 9 // 8)}
 _STRICT = {"err_detect": "crccheck+explode"}
 
@@ -32,22 +32,22 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
         path: Path of an mp4, mov, mkv or webm file.
 
     Returns:
-        The container, and the stream in it.
+        The container and its first video stream.
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        TruncatedVideoError: The file breaks off before its table of frames.
+        TruncatedVideoError: The file ends before its frame table.
         UnreadableVideoError: The path is not a regular file, not a supported video, or its
             pictures are too large.
     """
     _require_regular_file(path)
-    # After "file:", no part of a name means anything. Demuxers that would open
-    # further files are not allowed; if one did all the same, no host is reached.
+    # After "file:", no part of a name has a special meaning. Demuxers that would open
+    # further files are not allowed, and network protocols are disabled as well.
     options = {"format_whitelist": _DEMUXERS, "protocol_whitelist": "file", **_DECODER_LIMITS}
     try:
         container = av.open(f"file:{path}", options=options)
     except av.EOFError as error:
-        message = f"{path} breaks off before its table of frames: copy or export it again"
+        message = f"{path} is truncated (its frame table is missing): copy or export it again"
         raise TruncatedVideoError(message) from error
     except av.FFmpegError as error:
         reason = error.strerror
@@ -57,7 +57,7 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
 
 
 def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFrame:
-    """Return the picture of a PNG or JPEG file.
+    """Decode a PNG or JPEG file.
 
     Args:
         path: Path of the file.
@@ -65,12 +65,12 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        UnreadableVideoError: The path is not a regular file, not a supported picture, of another
-            size, damaged, or has an EXIF orientation.
+        UnreadableVideoError: The path is not a regular file or supported picture, has a
+            different size, is damaged, or has an EXIF orientation.
     """
     data = _read_still(path)
     header = _require_usable(path, data, size)
-    # A decoder by itself: no demuxer sees the file, and no protocol its name.
+    # Only a decoder is used: no demuxer reads the file, and no protocol sees its name.
     decoder = av.CodecContext.create(header.codec, "r")
     decoder.options = _DECODER_LIMITS | _STRICT
     try:
@@ -79,13 +79,13 @@ def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFra
         message = f"{path} cannot be decoded as a picture ({error.strerror}): export it again"
         raise UnreadableVideoError(message) from error
     if not frames:
-        message = f"{path} cannot be decoded as a picture (it holds none): export it again"
+        message = f"{path} cannot be decoded as a picture (it contains none): export it again"
         raise UnreadableVideoError(message)
     return frames[0]
 
 
 def read_still_size(path: Path) -> tuple[int, int]:
-    """Return width and height of a PNG or JPEG file, pixels, by its header.
+    """Read width and height in pixels from the header of a PNG or JPEG file.
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
@@ -96,7 +96,7 @@ def read_still_size(path: Path) -> tuple[int, int]:
 
 
 def _require_regular_file(path: Path) -> int:
-    """Return the size of a file, bytes, which has an end and can be opened without waiting."""
+    """Return the size of a regular file in bytes; raise if opening the path could block."""
     try:
         status = path.stat()
     except (OSError, ValueError) as error:
@@ -110,16 +110,16 @@ def _require_regular_file(path: Path) -> int:
 
 def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
     if not container.streams.video:
-        message = f"{path} has no video in it"
+        message = f"{path} contains no video"
         raise UnreadableVideoError(message)
     stream = container.streams.video[0]
-    if not hasattr(stream, "width"):  # which is the decoder's
-        message = f"{path} has a video that there is no decoder for: export it again as H.264"
+    if not hasattr(stream, "width"):  # only a decoder has this attribute
+        message = f"no decoder is available for the video in {path}: export it again as H.264"
         raise UnreadableVideoError(message)
     if not (stream.average_rate and stream.width and stream.height):
         message = (
-            f"{path} does not say its frame rate or size, or has more than {MOST_PIXELS:,} pixels "
-            "a frame: export it again as mp4"
+            f"{path} does not state its frame rate or size, or has more than {MOST_PIXELS:,} "
+            "pixels per frame: export it again as mp4"
         )
         raise UnreadableVideoError(message)
     try:
@@ -155,12 +155,12 @@ def _require_usable(path: Path, data: bytes, size: tuple[int, int] | None) -> St
     if size is not None and size != (header.width, header.height):
         message = (
             f"{path} is {header.width}x{header.height}, but its calibration is for "
-            f"{size[0]}x{size[1]}: scale one to the other"
+            f"{size[0]}x{size[1]}: resize the pictures, or scale the calibration"
         )
         raise UnreadableVideoError(message)
     if header.orientation != UPRIGHT:
-        # COLMAP and nerfstudio calibrate the pixels as stored, OpenCV as shown. Which of
-        # them the poses are for, no file says, and half a turn does not change the size.
+        # COLMAP and nerfstudio calibrate pixels as stored, OpenCV as displayed. No file states
+        # which of them the poses are for, and a rotation by 180 degrees keeps the size.
         message = (
             f"{path} has EXIF orientation {header.orientation}, which some tools apply and some "
             "ignore: remove the tag if the poses are for the pixels as stored (exiftool "

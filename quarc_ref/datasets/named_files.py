@@ -1,4 +1,4 @@
-"""Files that a description of a capture names: they must be in the folder that it is in.
+"""Resolves files named by a description of a capture, which must be in the same folder.
 
 Opening a capture from someone else must not read other files of the machine through `..`, an
 absolute path or a link.
@@ -14,7 +14,7 @@ class NamedFiles:
     """The files that a description names.
 
     Args:
-        description: A file; names in it are relative to its folder.
+        description: A file whose names are relative to its folder.
     """
 
     def __init__(self, description: Path) -> None:
@@ -27,21 +27,22 @@ class NamedFiles:
 
         Raises:
             MissingFileError: The file does not exist.
-            OutsideFileError: It is outside of the folder.
+            OutsideFileError: The file is outside the folder.
         """
         path = self._folder / name
         try:
             is_inside = path.resolve().is_relative_to(self._real_folder)
-        except (OSError, RuntimeError, ValueError) as error:  # links in a circle; a null character
+        # raised by cyclic links and null characters
+        except (OSError, RuntimeError, ValueError) as error:
             message = f"{self._description} names {name!r}, which cannot be a file: {error}"
             raise MissingFileError(message) from error
         if not is_inside:
             message = (
-                f"{self._description} names {name}, which is outside of its folder: move the file "
-                "into the folder, and name it relative to that"
+                f"{self._description} names {name}, which is outside its folder: move the "
+                "file into the folder, and use a relative path"
             )
             raise OutsideFileError(message)
-        if not os.path.isfile(path):  # raises nothing, whatever the name
+        if not os.path.isfile(path):  # does not raise for any name
             message = f"{path}, which {self._description} names, is missing or not a regular file"
             raise MissingFileError(message)
         return path

@@ -1,4 +1,4 @@
-"""The order of names in which numbers count as numbers."""
+"""Natural sort order, in which digits compare as numbers."""
 
 import re
 
@@ -6,5 +6,5 @@ import re
 def natural_order(name: str) -> list[str | tuple[int, str]]:
     """Return a sort key by which `cam_2` comes before `cam_10`."""
     parts = re.split(r"0*([0-9]+)", name)
-    # A number by its digits: `int` rejects thousands of them.
+    # Numbers are compared by their digits, because `int` rejects thousands of them.
     return [(len(part), part) if index % 2 else part for index, part in enumerate(parts)]

@@ -1,8 +1,8 @@
-"""From a folder to a `Capture`: the way in for encoder and evaluation.
+"""Opens a folder as a `Capture`, for encoder and evaluation.
 
-The files in the folder decide on the layout. Its loader returns the footage as stored on disk.
-Here pictures are converted to pinholes at the requested size, and missing values are computed:
-initial points, and each camera's near bound.
+The files in the folder determine the layout, whose loader returns the footage as stored
+on disk. This module converts pictures to pinhole cameras at the requested size, and
+computes missing initial points and near planes.
 """
 
 from collections.abc import Sequence
@@ -29,13 +29,13 @@ from quarc_ref.datasets.undistortion import Rectifier
 
 @dataclass(frozen=True, slots=True)
 class CaptureOptions:
-    """How to open a capture.
+    """Options for opening a capture.
 
     Attributes:
         downscale: Factor by which pictures are downscaled.
         held_out: Names of the cameras to keep for evaluation; empty for the first one.
-        max_frames: Frames taken at most, from `start` on; None for all.
-        start: Frame of the capture, once its offsets are applied, that is frame 0 here.
+        max_frames: Maximum number of frames, from `start` on; None for all.
+        start: Frame of the capture, after offsets are applied, that becomes frame 0.
 
     Raises:
         ValueError: A number is not positive, or `start` is negative.
@@ -51,7 +51,7 @@ class CaptureOptions:
             message = "downscale and max_frames must be at least 1"
             raise ValueError(message)
         if self.start < 0:
-            message = f"start is {self.start}, not a frame from 0 on"
+            message = f"start is {self.start}, but it must be at least 0"
             raise ValueError(message)
 
 
@@ -59,11 +59,11 @@ _DEFAULTS = CaptureOptions()
 
 
 def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
-    """Return the capture in a folder.
+    """Open the capture in a folder.
 
     Args:
         path: Path of the folder, in a layout of `layouts.table`.
-        options: How to open it.
+        options: Options of the result.
 
     Raises:
         CaptureError: The folder is not a usable capture; the message names the file and the
@@ -101,7 +101,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
 
 
 def _add_masks(path: Path, footage: Footage) -> Footage:
-    """Return footage with the masks in the capture's folder, unless its loader found some."""
+    """Add the masks in the capture's folder, unless the loader has found masks."""
     if footage.masks is not None:
         return footage
     rows, findings = find_masks(path, [camera.name for camera in footage.cameras])
@@ -113,12 +113,13 @@ def _add_masks(path: Path, footage: Footage) -> Footage:
 
 
 def _require_sizes(footage: Footage) -> None:
-    """Check that the pictures have the sizes that the calibration is for."""
+    """Check that the sizes of the pictures match the calibration."""
     for camera, size in zip(footage.cameras, footage.source.sizes, strict=True):
         if size != (camera.lens.width, camera.lens.height):
             message = (
-                f"frame 0 of camera {camera.name} is {size[0]}x{size[1]}, but its calibration is "
-                f"for {camera.lens.width}x{camera.lens.height}: scale one to the other"
+                f"frame 0 of camera {camera.name} is {size[0]}x{size[1]}, but its calibration "
+                f"is for {camera.lens.width}x{camera.lens.height}: resize the pictures, or "
+                "scale the calibration"
             )
             raise UnreadableVideoError(message)
 
@@ -126,15 +127,15 @@ def _require_sizes(footage: Footage) -> None:
 def _line_up(
     path: Path, footage: Footage, options: CaptureOptions
 ) -> tuple[Footage, LaterPictures]:
-    """Return the pictures from the first frame that is wanted on, each camera's by its offset.
+    """Apply the cameras' time offsets, and drop the frames before the requested start.
 
     Args:
         path: Path of the capture.
         footage: Its contents.
-        options: Which frames are wanted.
+        options: Requested frames.
 
     Returns:
-        The footage, to which the notes of the capture belong now, and the pictures.
+        The footage with the notes of the capture, and the synchronized pictures.
 
     Raises:
         CaptureError: The notes are malformed, or no frame is left.
@@ -143,8 +144,8 @@ def _line_up(
     offsets = read_capture_notes(path).first_frames(names)
     later = LaterPictures(footage.source, [start + offsets[name] for name in names])
     if later.frame_count < 1:
-        has = f"{later.frame_count + start} frames that all cameras have"
-        message = f"the capture has {has}, so that none is left from frame {start} on"
+        has = f"{later.frame_count + start} frames common to all cameras"
+        message = f"the capture has {has}, none of them from frame {start} on"
         raise StartError(message)
     findings = [
         *footage.findings,
@@ -162,13 +163,11 @@ def _choose_held_out(names: Sequence[str], asked: Sequence[str]) -> frozenset[st
     """Return the names of the held-out cameras."""
     unknown = sorted(set(asked) - set(names))
     if unknown:
-        message = (
-            f"there is no camera {', '.join(unknown)} to hold out; there are {', '.join(names)}"
-        )
+        message = f"cannot hold out camera {', '.join(unknown)}: the cameras are {', '.join(names)}"
         raise HeldOutError(message)
     held_out = frozenset(asked or names[:1])
     if len(held_out) == len(names):
-        message = f"no camera is left to train with, of {', '.join(names)}"
+        message = f"all cameras ({', '.join(names)}) are held out: none is left to train with"
         raise HeldOutError(message)
     return held_out
 
@@ -184,7 +183,7 @@ def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:
 def _find_points(
     cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
 ) -> Points:
-    """Return points triangulated without the held-out cameras."""
+    """Triangulate points without the held-out cameras."""
     training = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
     pictures = [source.read(index, 0) for index in training]
     return triangulate([cameras[index] for index in training], pictures)

@@ -1,4 +1,4 @@
-"""Files that OpenCV's FileStorage has written as YAML: matrices, numbers and lists of names."""
+"""Reads YAML files of OpenCV's FileStorage: matrices, numbers and lists of names."""
 
 import cv2
 import numpy as np
@@ -8,19 +8,19 @@ from quarc_ref.datasets.calibration import Numbers
 Node = Numbers | float | str | list[str]
 
 _MOST_BYTES = 1 << 22
-_MOST_NUMBERS = 1 << 10  # of a matrix; those of a calibration have 16 at most
+_MOST_NUMBERS = 1 << 10  # maximum size of a matrix; those of a calibration have at most 16 numbers
 _MOST_NODES = 1 << 14
 _ALLOWED = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
 
 
 def parse_yaml(data: bytes) -> dict[str, Node]:
-    """Return the contents of an OpenCV file, by name; matrices as flat float64 arrays.
+    """Parse an OpenCV file into values by name; matrices become flat float64 arrays.
 
     Args:
         data: The whole file.
 
     Raises:
-        ValueError: The file is not of that kind, or too large.
+        ValueError: The file is not of this format, or too large.
     """
     if len(data) > _MOST_BYTES:
         message = f"it has more than {_MOST_BYTES:,} bytes"
@@ -42,7 +42,7 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
 
 def _convert(node: cv2.FileNode) -> Node:
     if node.isMap():
-        # The matrix is read number by number: rows and cols are only what the file says.
+        # The matrix is read number by number, because rows and cols may be wrong.
         return _read_numbers(node.getNode("data"))
     if node.isSeq():
         return [_read_name(node.at(index)) for index in range(min(node.size(), _MOST_NUMBERS))]

@@ -1,8 +1,8 @@
 """Sources of the pictures of a capture: videos, picture files, and rectified pictures.
 
-Each is a `PictureSource`; `RectifiedPictures` wraps one of the others.
-Pictures whose size differs from the calibration are rejected: files by their
-headers, frames of videos once they are decoded.
+Each class is a `PictureSource`; `RectifiedPictures` wraps another source. Pictures whose
+size differs from the calibration are rejected: files by their headers, video frames after
+decoding.
 """
 
 from collections.abc import Sequence
@@ -16,18 +16,18 @@ from quarc_ref.datasets.media import read_still_size
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader, read_still
 
-USUAL_FRAMES_PER_SECOND = 30.0  # where pictures are files and nothing tells
+USUAL_FRAMES_PER_SECOND = 30.0  # for picture files without a stated frame rate
 Size = tuple[int, int]
 
 
 class Pictures(PictureSource, Protocol):
-    """Pictures as they are on disk.
+    """Pictures as stored on disk.
 
     Attributes:
-        paths: `[camera]` of one video, or `[camera][frame]` of picture files.
+        paths: `[camera]` video files, or `[camera][frame]` picture files.
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
-        rotations: `[camera]` degrees by which the rotation flag of the file turns the pictures.
+        rotations: `[camera]` degrees by which the file's rotation flag rotates the pictures.
         frames_per_second: Frame rate of all cameras.
     """
 
@@ -39,13 +39,13 @@ class Pictures(PictureSource, Protocol):
 
 
 class VideoPictures:
-    """Pictures of one video per camera: see `Pictures`.
+    """Pictures in one video per camera; see `Pictures`.
 
     Args:
-        readers: `[camera]`, at least one.
+        readers: `[camera]` video readers, at least one.
 
     Raises:
-        FrameRateError: The videos differ in frame rate, or one has a variable one.
+        FrameRateError: The videos differ in frame rate, or have a variable one.
     """
 
     def __init__(self, readers: Sequence[VideoReader]) -> None:
@@ -63,12 +63,12 @@ class VideoPictures:
 
 
 class FilePictures:
-    """Pictures of one file per camera and frame: see `Pictures`.
+    """Pictures in one file per camera and frame; see `Pictures`.
 
     Args:
-        paths: `[camera][frame]`, at least one frame each.
-        sizes: `[camera]` width and height; files of other sizes are not decoded.
-            None for those of frame 0.
+        paths: `[camera][frame]` picture files, at least one frame per camera.
+        sizes: `[camera]` width and height; files with other sizes are rejected. None for
+            the sizes of frame 0.
 
     Raises:
         CaptureError: `sizes` is None, and the first picture of a camera cannot be read.
@@ -89,15 +89,15 @@ class FilePictures:
 
 
 class LaterPictures:
-    """Pictures from a frame of each camera on, so that cameras that began apart are together.
+    """Pictures from a given first frame of each camera on, which synchronizes the cameras.
 
     Args:
         source: Source of the pictures on disk.
-        firsts: `[camera]` frame of `source` that is frame 0 here.
+        firsts: `[camera]` frame of `source` that becomes frame 0.
 
     Attributes:
-        firsts: As given.
-        frame_count: Frames that every camera has; 0 or less if one has none.
+        firsts: First frames of the cameras.
+        frame_count: Number of frames that all cameras have; 0 or less if there are none.
     """
 
     def __init__(self, source: Pictures, firsts: Sequence[int]) -> None:
@@ -113,12 +113,12 @@ class LaterPictures:
 
 
 class RectifiedPictures:
-    """Pictures of another source, made pinhole pictures.
+    """Pictures of another source, converted to pinhole pictures.
 
     Args:
         source: Source of the pictures on disk.
-        names: `[camera]` for messages.
-        rectifiers: `[camera]`.
+        names: `[camera]` names for messages.
+        rectifiers: `[camera]` rectifiers.
     """
 
     def __init__(
@@ -136,7 +136,8 @@ class RectifiedPictures:
         if (width, height) != (lens.width, lens.height):
             message = (
                 f"frame {frame} of camera {self._names[camera]} is {width}x{height}, but its "
-                f"calibration is for {lens.width}x{lens.height}: scale one to the other"
+                f"calibration is for {lens.width}x{lens.height}: resize the pictures, or "
+                "scale the calibration"
             )
             raise UnreadableVideoError(message)
         return self._rectifiers[camera].rectify(picture)

@@ -1,7 +1,8 @@
-"""Depth maps of posed pictures by plane sweep (Collins 1996; Yang and Pollefeys 2003).
+"""Computes depth maps of posed pictures by plane sweep (Collins 1996; Yang and Pollefeys 2003).
 
-A picture is compared with its neighbors, painted on planes of many depths, by the normalized
-cross-correlation of small windows; each pixel takes the depth at which two neighbors fit best.
+Neighboring pictures are warped through planes at many depths and compared with a picture
+by normalized cross-correlation of small windows. Each pixel gets the depth at which two
+neighbors fit best.
 """
 
 import math
@@ -16,16 +17,16 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.calibration import CalibratedCamera, Numbers
 from quarc_ref.datasets.capture import Image
 
-_LONGER_SIDE = 320  # pixels of the pictures that are compared
-_PLANES = 96  # at equal steps of inverse depth
+_LONGER_SIDE = 320  # maximum number of pixels of the compared pictures
+_PLANES = 96  # number of planes, at equal steps of inverse depth
 _WINDOW = 7  # pixels
 _NEIGHBORS = 4
-_FITTING = 2  # neighbors; others may see something in front
-_LEAST_ANGLE = 2.0  # degrees between the lines of sight of neighbors
+_FITTING = 2  # neighbors that must fit; others may be occluded
+_LEAST_ANGLE = 2.0  # degrees: range of angles between the lines of sight of neighbors
 _MOST_ANGLE = 60.0
 _LEAST_CORRELATION = 0.5
-_NOISE = 2e-6  # variance that rounding alone makes, about, of grays from 0 to 1
-_OUTSIDE = -10.0  # gray beyond a picture's border: no window that reaches there fits
+_NOISE = 2e-6  # approximate variance of the rounding error of gray levels from 0 to 1
+_OUTSIDE = -10.0  # gray level outside the picture, so that no window across the border fits
 _RANGE_QUANTILES = (0.01, 0.99)
 _RANGE_MARGIN = 1.3
 
@@ -35,15 +36,15 @@ Depths = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """A small picture and its camera.
+    """A downscaled picture and its camera.
 
     Attributes:
         picture: `[H, W, 3]` sRGB.
         gray: `[H, W]` from 0 to 1.
-        matrix: `[3, 3]` of the lens; pixel centers are at whole numbers, as in cv2.
+        matrix: `[3, 3]` intrinsic matrix; pixel centers are at whole numbers, as in cv2.
         rotation: `[3, 3]` world to camera.
         translation: `[3]` world to camera, world units.
-        inverse_depths: `[D]` of the planes, the farthest first, 1 / world units.
+        inverse_depths: `[D]` inverse depths of the planes in ascending order, 1 / world units.
     """
 
     picture: Image
@@ -54,18 +55,18 @@ class View:
     inverse_depths: Numbers
 
     def to_world(self, positions: Numbers) -> Numbers:
-        """Return `[P, 3]` where positions `[P, 3]` in the camera's axes are, world units."""
+        """Convert positions `[P, 3]` from the camera's axes to world units."""
         world: Numbers = (positions - self.translation) @ self.rotation
         return world
 
 
 def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View:
-    """Return the downscaled picture of a camera.
+    """Make a view from the picture of a camera.
 
     Args:
-        camera: A pinhole.
+        camera: A pinhole camera.
         picture: `[H, W, 3]` sRGB.
-        depths: `[V]` some that the camera sees, at least one; planes cover these.
+        depths: `[V]` depths of points in the picture, at least one; the planes cover them.
     """
     lens = camera.lens
     scale = min(1.0, _LONGER_SIDE / max(lens.width, lens.height))
@@ -81,11 +82,11 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Numbers) -> View
 
 
 def find_neighbors(views: Sequence[View], middle: Numbers) -> list[list[int]]:
-    """Return for each view the indices of those nearest to it, by angle.
+    """Return the indices of the nearest views of each view, by angle.
 
     Args:
-        views: All.
-        middle: `[3]` of the scene, world units; the angle is between lines of sight to it.
+        views: All views.
+        middle: `[3]` center of the scene, world units; angles are between lines of sight to it.
     """
     found: list[list[tuple[float, int]]] = [[] for _ in views]
     sights = [view.to_world(np.zeros(3)) - middle for view in views]
@@ -99,11 +100,11 @@ def find_neighbors(views: Sequence[View], middle: Numbers) -> list[list[int]]:
 
 
 def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
-    """Return `[H, W]` depths, world units; 0 where none fits.
+    """Return the `[H, W]` depth map of a view in world units; 0 where no depth fits.
 
     Args:
-        view: To find the depths of.
-        neighbors: To compare it with; fewer than two give no depths.
+        view: View whose depths are computed.
+        neighbors: Views to compare it with; fewer than two give no depths.
     """
     if len(neighbors) < _FITTING:
         return np.zeros(view.gray.shape, np.float32)
@@ -127,7 +128,7 @@ def find_depths(view: View, neighbors: Sequence[View]) -> Depths:
 
 
 def _warp(neighbor: View, view: View, inverse_depth: float) -> Gray:
-    """Return a neighbor's picture as the view would see it, painted on a plane at a depth."""
+    """Warp a neighbor's picture to a view through a plane at a depth."""
     rotation = neighbor.rotation @ view.rotation.T
     shift = neighbor.translation - rotation @ view.translation
     induced = rotation + np.outer(shift, (0, 0, inverse_depth))

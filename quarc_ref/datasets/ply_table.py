@@ -1,6 +1,6 @@
-"""PLY files as tables: a row per vertex, a column per property.
+"""Reads and writes PLY files as tables with a row per vertex and a column per property.
 
-Reads ascii and little-endian binary files whose first element is the vertex. The size of every
+Supports ascii and little-endian binary files whose first element is `vertex`. The size of every
 array is checked against the available bytes before it is allocated.
 """
 
@@ -39,12 +39,12 @@ Columns = dict[str, NDArray[np.generic]]
 
 @dataclass(frozen=True, slots=True)
 class PlyHeader:
-    """How the vertices of a file are written, and where they begin.
+    """Layout and start of the vertices in a file.
 
     Attributes:
-        is_ascii: Whether they are text.
-        count: How many there are.
-        row: The properties of a vertex: names and types.
+        is_ascii: Whether vertices are text.
+        count: Number of vertices.
+        row: Names and types of a vertex's properties.
         start: Offset of the first vertex, bytes.
     """
 
@@ -55,12 +55,12 @@ class PlyHeader:
 
     @property
     def types(self) -> dict[str, str]:
-        """The type of each property as NumPy has it without byte order, such as `f4`."""
+        """NumPy type of each property without byte order, such as `f4`."""
         return {name: self.row[name].str[1:] for name in self.row.names or ()}
 
 
 def build_ply_table(rows: NDArray[np.void]) -> bytes:
-    """A binary little-endian PLY file of vertices.
+    """Build a binary little-endian PLY file of vertices.
 
     Args:
         rows: `[n]` structured array of little-endian `f4` and `u1` properties.
@@ -72,7 +72,7 @@ def build_ply_table(rows: NDArray[np.void]) -> bytes:
 
 
 def parse_ply_header(data: bytes) -> PlyHeader:
-    """Return the header of a PLY file.
+    """Parse the header of a PLY file.
 
     Args:
         data: The whole file, or its beginning.
@@ -90,24 +90,24 @@ def parse_ply_header(data: bytes) -> PlyHeader:
         message = "its format is neither ascii nor binary_little_endian"
         raise ValueError(message)
     if len(lines) < 2 or lines[1][:2] != ["element", "vertex"]:
-        message = "its first element is not the vertex"
+        message = "its first element is not 'vertex'"
         raise ValueError(message)
     count = " ".join(lines[1][2:])
     if not count.isdecimal() or not int(count):
-        message = f"it has no points: its vertex count is '{count}'"
+        message = f"it has no points: its vertex count is {count!r}"
         raise ValueError(message)
     return PlyHeader(lines[0][1] == "ascii", int(count), _parse_row(lines[2:]), head.end())
 
 
 def read_ply_columns(data: bytes, header: PlyHeader) -> Columns:
-    """Return the vertices of a PLY file.
+    """Read the vertices of a PLY file.
 
     Args:
         data: The whole file.
         header: Its header.
 
     Returns:
-        `[n]` for each property, by name: of its own type, or float64 from text.
+        `[n]` values of each property, by name, of the stored type, or float64 from text.
 
     Raises:
         ValueError: The file ends before its last vertex, or a number cannot be read.
@@ -135,11 +135,11 @@ def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
 
 
 def _parse_row(lines: list[list[str]]) -> np.dtype[np.void]:
-    """Return the layout of a vertex from the lines after its element's."""
+    """Parse the layout of a vertex from the lines after the element."""
     fields: list[tuple[str, str]] = []
     for words in takewhile(lambda words: words[0] != "element", lines):
         if len(words) != 3 or words[0] != "property" or words[1] not in _TYPES:
-            message = f"a point cannot have the property '{' '.join(words[1:])}'"
+            message = f"a property of its points is not supported: '{' '.join(words[1:])}'"
             raise ValueError(message)
         fields.append((words[2], _TYPES[words[1]]))
     return np.dtype(fields)

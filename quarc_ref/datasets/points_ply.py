@@ -1,8 +1,8 @@
-"""Points with colors in PLY files: `x y z` and `red green blue`.
+"""Reads and writes colored points in PLY files: `x y z` and `red green blue`.
 
-Reads ascii and little-endian binary files, whatever other properties a point
-has, and writes little-endian binary ones. The size of every array is checked against the available
-bytes before it is allocated.
+Reads ascii and little-endian binary files, ignoring other properties, and writes
+little-endian binary files. The size of every array is checked against the available bytes
+before it is allocated.
 """
 
 from pathlib import Path
@@ -21,11 +21,11 @@ _WRITTEN = np.dtype([(name, "<f4") for name in _AXES] + [(name, "u1") for name i
 
 
 def read_points_ply(path: Path) -> Points:
-    """Return the points of a PLY file.
+    """Read the points of a PLY file.
 
     Args:
-        path: Path of an ascii or little-endian binary file, its vertices first, with
-            floating-point x, y, z and uchar red, green, blue among the properties.
+        path: Path of an ascii or little-endian binary file whose first element is
+            `vertex`, with floating-point x, y, z and uchar red, green, blue.
 
     Raises:
         MissingFileError: The file cannot be read.
@@ -48,7 +48,7 @@ def write_points_ply(path: Path, points: Points) -> None:
 
     Args:
         path: Path of the file; an existing one is replaced.
-        points: To write.
+        points: Points to write.
     """
     rows = np.empty(len(points.positions), dtype=_WRITTEN)
     for index, name in enumerate(_AXES):
@@ -69,7 +69,7 @@ def _parse(data: bytes) -> Points:
         raise ValueError(message)
     colors = np.stack([columns[name] for name in _COLORS], axis=1).astype(np.float64)
     if not ((colors >= 0) & (colors <= _BRIGHTEST)).all():
-        message = f"a color is not within 0 to {_BRIGHTEST}"
+        message = f"a color is not between 0 and {_BRIGHTEST}"
         raise ValueError(message)
     return Points(positions, colors.astype(np.uint8))
 

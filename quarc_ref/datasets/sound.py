@@ -1,4 +1,4 @@
-"""The sound of a video, on the clock of its pictures."""
+"""Reads the sound of a video, with the time of its start relative to the pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +13,11 @@ from quarc_ref.datasets.media import open_video
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sound:
-    """Sound of one channel.
+    """Sound with one channel.
 
     Attributes:
-        samples: `[S]` from -1 to 1.
-        start: Seconds on the clock of the container at which the first sample is heard.
+        samples: `[S]` samples from -1 to 1.
+        start: Time of the first sample in seconds, on the clock of the container.
         samples_per_second: Sample rate of `samples`.
     """
 
@@ -27,12 +27,12 @@ class Sound:
 
 
 def read_sound(path: Path, samples_per_second: int, most_seconds: float) -> Sound | None:
-    """Return the sound of a video, its channels mixed to one; None if it has none.
+    """Read the sound of a video, mixed to one channel; return None if it has none.
 
     Args:
         path: Path of the video.
-        samples_per_second: To which the sound is resampled.
-        most_seconds: How much of the sound is read at most.
+        samples_per_second: Sample rate of the result.
+        most_seconds: Maximum duration that is read.
 
     Raises:
         MissingFileError: The file does not exist.

@@ -7,16 +7,17 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Literal, NamedTuple
 
-UPRIGHT = 1  # of EXIF's orientations
+UPRIGHT = 1  # EXIF orientation of an upright picture
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8\xff"
 _EXIF = b"Exif\0\0"
 _MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
 _APP1, _SCAN = 0xE1, 0xDA
-_BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # without a length
+_BARE_MARKERS = {0x01, *range(0xD0, 0xDA)}  # markers without a length
 _FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _ORIENTATION_TAG, _SHORT = 0x0112, 3
-_MOST_PARTS = 4096  # chunks or segments before the picture; real files have dozens at most
+# maximum number of chunks or segments before the picture; real files have dozens
+_MOST_PARTS = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +25,10 @@ class StillHeader:
     """The header of a picture file.
 
     Attributes:
-        codec: FFmpeg's name of its decoder.
-        width: Pixels, as stored.
-        height: Pixels, as stored.
-        orientation: EXIF's, 1 to 8; `UPRIGHT` if the file has none.
+        codec: FFmpeg's name of the decoder.
+        width: Width of the stored picture, pixels.
+        height: Height of the stored picture, pixels.
+        orientation: EXIF orientation, 1 to 8; `UPRIGHT` if the file has none.
     """
 
     codec: Literal["png", "mjpeg"]
@@ -44,7 +45,7 @@ class _Part(NamedTuple):
 
 
 def read_still_header(data: bytes) -> StillHeader:
-    """Return the header of a picture file.
+    """Read the header of a picture file.
 
     Args:
         data: The whole file.
@@ -58,7 +59,7 @@ def read_still_header(data: bytes) -> StillHeader:
         if data.startswith(_JPEG):
             return _read_jpeg(list(islice(_split_jpeg(data), _MOST_PARTS)))
     except (IndexError, struct.error) as error:
-        message = "its header breaks off"
+        message = "its header is truncated"
         raise ValueError(message) from error
     message = "it is neither PNG nor JPEG"
     raise ValueError(message)
@@ -85,7 +86,7 @@ def _read_png(chunks: list[_Part]) -> StillHeader:
 
 
 def _split_jpeg(data: bytes) -> Iterator[_Part]:
-    """Yield the segments before the picture; bytes between segments are passed over."""
+    """Yield the segments before the picture; bytes between segments are skipped."""
     position = 2
     while (found := _MARKER.search(data, position)) is not None:
         marker, position = found[1][0], found.end()
@@ -113,7 +114,7 @@ def _read_jpeg(segments: list[_Part]) -> StillHeader:
 
 
 def _find_orientation(exif: list[bytes]) -> int:
-    """Return the orientation that the first EXIF block has; a malformed one has none."""
+    """Return the orientation in the first EXIF block, or `UPRIGHT` if the block is malformed."""
     try:
         found = _read_orientation(exif[0])
     except (IndexError, KeyError, struct.error):
@@ -122,7 +123,7 @@ def _find_orientation(exif: list[bytes]) -> int:
 
 
 def _read_orientation(exif: bytes) -> int:
-    """Return the orientation of a TIFF structure's first directory."""
+    """Read the orientation in the first directory of a TIFF structure."""
     order = {b"II*\0": "<", b"MM\0*": ">"}[exif[:4]]
     (directory,) = struct.unpack_from(f"{order}I", exif, 4)
     (count,) = struct.unpack_from(f"{order}H", exif, directory)

@@ -1,10 +1,9 @@
-"""Initial points by triangulation: where a capture brings none.
+"""Triangulates initial points for captures that have none.
 
-pycolmap finds SIFT features in frame 0 of every camera and matches all pairs.
-The poses are known, so matches are verified with them and not with poses
-estimated from the matches; then points are triangulated. Poses and lenses stay
-as they are. These points give the depths between which `dense_points` searches
-for more. Every seed is fixed: the same pictures give the same points.
+pycolmap detects SIFT features in frame 0 of every camera and matches all pairs. Matches
+are verified with the known poses, and points are triangulated without changing poses and
+lenses. The points determine the range of depths that `dense_points` searches. All seeds
+are fixed, so the result is deterministic.
 """
 
 import tempfile
@@ -21,7 +20,7 @@ from quarc_ref.datasets.dense_points import densify
 from quarc_ref.datasets.errors import UnreadablePointsError
 
 _LEAST_POINTS = 100
-_LEAST_MATCHES = 10  # between two cameras
+_LEAST_MATCHES = 10  # minimum number of matches between two cameras
 _EPIPOLAR_LIMIT = 2.0  # pixels
 _MATCH_RATIO = 0.9
 _SEED = 0
@@ -31,10 +30,10 @@ _REMEDY = (
 
 
 def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) -> Points:
-    """Return points of a scene at one time.
+    """Triangulate points of a scene at one time.
 
     Args:
-        cameras: Pinholes.
+        cameras: Pinhole cameras.
         pictures: `[camera]` of `[H, W, 3]` sRGB.
 
     Raises:
@@ -45,12 +44,12 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
         try:
             found = _reconstruct(cameras, pictures, folder)
         except (RuntimeError, ValueError) as error:
-            message = f"initial points cannot be triangulated: {error}; {_REMEDY}"
+            message = f"the initial points cannot be triangulated: {error}; {_REMEDY}"
             raise UnreadablePointsError(message) from error
     if len(found) < _LEAST_POINTS:
         message = (
             f"only {len(found)} initial points could be triangulated from frame 0: check that "
-            f"poses and pictures belong together, or {_REMEDY}"
+            f"poses and pictures match, or {_REMEDY}"
         )
         raise UnreadablePointsError(message)
     positions = np.array([point.xyz for point in found], dtype=np.float32)
@@ -61,7 +60,7 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
 def _reconstruct(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], folder: Path
 ) -> list[pycolmap.Point3D]:
-    """Return the points, working in an empty folder."""
+    """Triangulate the points, using an empty folder for temporary files."""
     database = folder / "database.db"
     model = _pose_images(cameras, database)
     for index, picture in enumerate(pictures, start=1):
@@ -93,7 +92,7 @@ def _match(model: pycolmap.Reconstruction, database: Path) -> None:
 
 
 def _pose_images(cameras: Sequence[CalibratedCamera], database: Path) -> pycolmap.Reconstruction:
-    """Return a model of posed images without points, its cameras and images also in a database."""
+    """Return a model of posed images without points, which are also added to a database."""
     model = pycolmap.Reconstruction()
     with pycolmap.Database.open(database) as rows:
         for index, camera in enumerate(cameras, start=1):

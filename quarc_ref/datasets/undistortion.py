@@ -1,8 +1,8 @@
 """Undistorts and downscales pictures.
 
-The pinhole sees the largest upright rectangle that lies inside the picture, so that no pixel is
-made up. OpenCV has pixel centers at whole numbers; half a pixel is taken off a principal point on
-the way in and put back on the way out.
+The pinhole camera shows the largest upright rectangle inside the picture, so that all its
+pixels are defined. OpenCV has pixel centers at whole numbers: half a pixel is subtracted
+from principal points before calls and added afterwards.
 """
 
 import cv2
@@ -14,27 +14,27 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import UnsupportedCameraError
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-_WIDEST = 6.0  # tangent of what a pinhole may see to a side: 80 degrees and a half
-_HALF = 128  # of 255: a mask covers half of a pixel
-_STRAY_LIMIT = 1.0  # pixels that the inverse of a distortion may be off at the border
+_WIDEST = 6.0  # tangent of the largest half field of view of a pinhole: 80.5 degrees
+_HALF = 128  # of 255: the mask covers half of a pixel
+_STRAY_LIMIT = 1.0  # pixels: maximum error of the inverse distortion at the border
 
 
 class Rectifier:
     """Converts the pictures of one camera to pinhole pictures.
 
-    The maps are computed for the first picture, and kept.
+    The maps are computed for the first picture and cached.
 
     Args:
         lens: Lens of the pictures on disk.
-        downscale: Pixels across and down that are averaged to one. What does
-            not fill a pixel on the right and at the bottom is cut off.
+        downscale: Factor of downscaling by averaging. Incomplete pixels on the right and
+            at the bottom are dropped.
 
     Attributes:
-        source: As given.
-        lens: Lens of the resulting pictures; a pinhole.
+        source: Lens of the pictures on disk.
+        lens: Pinhole lens of the resulting pictures.
 
     Raises:
-        UnsupportedCameraError: The lens sees too wide for a pinhole.
+        UnsupportedCameraError: The field of view is too wide for a pinhole camera.
         DownscaleError: `downscale` leaves no pixel.
     """
 
@@ -46,13 +46,13 @@ class Rectifier:
         self._maps: tuple[cv2.typing.MatLike, cv2.typing.MatLike] | None = None
 
     def rectify(self, picture: Image) -> Image:
-        """Return `[H, W, 3]` sRGB as `lens` sees it.
+        """Convert a picture to `[H, W, 3]` sRGB with the lens `lens`.
 
         Args:
-            picture: `[H, W, 3]` sRGB as `source` sees it.
+            picture: `[H, W, 3]` sRGB with the lens `source`.
         """
         if self._pinhole is not self.source:
-            border = cv2.BORDER_REPLICATE  # for the filter, which reaches beyond its pixel
+            border = cv2.BORDER_REPLICATE  # margin for the filter, which extends beyond its pixel
             straight = cv2.remap(picture, *self._find_maps(), cv2.INTER_CUBIC, borderMode=border)
             picture = _as_image(straight)
         if self._downscale == 1:
@@ -62,10 +62,10 @@ class Rectifier:
         return _as_image(cv2.resize(kept, size, interpolation=cv2.INTER_AREA))
 
     def rectify_mask(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return the mask `[H, W]` of what `lens` sees: a pixel counts if all that make it do.
+        """Convert a mask `[H, W]`; pixels are true if all their source pixels are.
 
         Args:
-            mask: `[H, W]` of a picture as `source` sees it.
+            mask: `[H, W]` mask of a picture with the lens `source`.
         """
         kept = np.where(mask, np.uint8(255), np.uint8(0))
         if self._pinhole is not self.source:
@@ -81,17 +81,20 @@ class Rectifier:
 
 
 def rotate_by_vector(vector: Numbers) -> Numbers:
-    """Return `[3, 3]` the rotation about a vector `[3]` by its length, radians."""
+    """Return the `[3, 3]` rotation about a vector `[3]` by its length in radians."""
     return np.asarray(cv2.Rodrigues(vector)[0], dtype=np.float64)
 
 
 def _fit_pinhole(lens: Lens) -> Lens:
-    """Return the pinhole of the same size whose every pixel the lens covers."""
+    """Return a pinhole lens of the same size all of whose pixels the lens covers."""
     left, right = _straighten_border(lens, axis=0)
     top, bottom = _straighten_border(lens, axis=1)
     widest = max(map(abs, (left, right, top, bottom)))
     if not (right > left and bottom > top and widest < _WIDEST):
-        message = "the lens sees too wide for a pinhole: crop the pictures, or leave the camera out"
+        message = (
+            "the field of view is too wide for a pinhole camera: crop the pictures, or remove "
+            "the camera"
+        )
         raise UnsupportedCameraError(message)
     fx, fy = (lens.width - 1) / (right - left), (lens.height - 1) / (bottom - top)
     cx, cy = 0.5 - left * fx, 0.5 - top * fy
@@ -101,11 +104,11 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return between which directions both borders across an axis reach, at depth 1.
+    """Return the interval at depth 1 that lies between both borders across an axis.
 
     Args:
-        lens: A bent one.
-        axis: 0 for the left and right border, 1 for the upper and lower one.
+        lens: A lens with distortion.
+        axis: 0 for the left and right border, 1 for the top and bottom border.
     """
     size = (lens.width, lens.height)
     along = np.arange(size[1 - axis], dtype=np.float64)
@@ -118,7 +121,7 @@ def _straighten_border(lens: Lens, axis: int) -> tuple[float, float]:
 
 
 def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
-    """Return `[n, 1, 2]` the directions at depth 1 that pixels of the lens look in."""
+    """Return the `[n, 1, 2]` undistorted positions of pixels at depth 1."""
     matrix, coefficients = _matrix(lens), _coefficients(lens)
     if lens.fisheye:
         directions = cv2.fisheye.undistortPoints(pixels, matrix, coefficients, criteria=_CRITERIA)
@@ -129,7 +132,7 @@ def _straighten(lens: Lens, pixels: Numbers) -> Numbers:
 
 
 def _require_cover(lens: Lens, pinhole: Lens) -> None:
-    """Check that the pinhole's border is in the picture: the inverse may not converge."""
+    """Check that the pinhole's border is inside the picture, as the inverse may not converge."""
     across, down = _map_pixels(lens, pinhole, cv2.CV_32FC1)
     border = np.ones(across.shape, dtype=bool)
     border[1:-1, 1:-1] = False
@@ -138,7 +141,10 @@ def _require_cover(lens: Lens, pinhole: Lens) -> None:
         for values, size in ((across, lens.width), (down, lens.height))
     ]
     if not max(strays) <= _STRAY_LIMIT:
-        message = "the distortion cannot be undone: its coefficients fit no lens of this size"
+        message = (
+            "the distortion cannot be inverted: its coefficients are not those of a lens with "
+            "this picture size"
+        )
         raise UnsupportedCameraError(message)
 
 
@@ -156,7 +162,7 @@ def _matrix(lens: Lens) -> Numbers:
 
 
 def _coefficients(lens: Lens) -> Numbers:
-    """Return `[4]` or `[8]` coefficients, zeros after the given ones."""
+    """Return `[4]` or `[8]` coefficients, padded with zeros."""
     padded = np.zeros(4 if lens.fisheye else 8)
     padded[: len(lens.coefficients)] = lens.coefficients
     return padded

@@ -1,9 +1,9 @@
-"""Decodes pictures of videos and picture files, which `media` opens.
+"""Decodes pictures of videos and picture files that `media` opens.
 
-The one documented path to ground truth is `frame.to_ndarray(format="rgb24")`
-of PyAV: chroma is brought up and yuv turned to RGB by FFmpeg's scaler with its
-defaults. Frames are numbered in the order of their time stamps, and counted by their packets,
-since headers can be wrong. A reader serves one thread.
+Ground truth is defined as `frame.to_ndarray(format="rgb24")` of PyAV: FFmpeg's scaler
+upsamples chroma and converts to RGB with its default settings. Frames are numbered in the
+order of their time stamps, and counted by their packets, because headers can be wrong. A
+reader must be used by one thread at a time.
 """
 
 import math
@@ -27,27 +27,26 @@ from quarc_ref.datasets.orientation import rotate_upright
 class VideoReader:
     """The frames of one video, decoded on demand.
 
-    Going on from the last frame is cheapest; any other frame is reached from
-    the key frame before it.
+    Sequential reading is fastest; any other frame is decoded from the preceding key frame.
 
     Args:
         path: Path of a file with time stamps: mp4, mov, mkv, webm.
 
     Attributes:
-        path: As given.
-        width: Pixels, of the pictures the right way up.
-        height: Pixels, of the pictures the right way up.
-        frames_per_second: The average.
-        rotation: Degrees counterclockwise by which its pictures were turned upright.
+        path: Path of the file.
+        width: Width of the upright pictures, pixels.
+        height: Height of the upright pictures, pixels.
+        frames_per_second: Average frame rate.
+        rotation: Degrees counterclockwise by which pictures are rotated upright.
         frame_count: Number of frames in the file.
-        frame_times: `[frame_count]` seconds, ascending.
-        tick: Seconds that frame times are whole multiples of.
+        frame_times: `[frame_count]` times in seconds, ascending.
+        tick: Duration in seconds of which frame times are multiples.
 
     Raises:
         MissingFileError: The file does not exist.
-        TruncatedVideoError: The file breaks off.
-        UnreadableVideoError: The file is not a decodable video, or its
-            pictures cannot be turned the right way up.
+        TruncatedVideoError: The file is truncated.
+        UnreadableVideoError: The file is not a decodable video, or its pictures cannot be
+            rotated upright.
     """
 
     def __init__(self, path: Path) -> None:
@@ -74,7 +73,7 @@ class VideoReader:
 
         Raises:
             TruncatedVideoError: The video has no such frame.
-            UnreadableVideoError: The frame is damaged, or cannot be turned the right way up.
+            UnreadableVideoError: The frame is damaged, or cannot be rotated upright.
         """
         if not 0 <= frame < self.frame_count:
             message = f"{self.path} has {self.frame_count} frames, but no frame {frame}"
@@ -108,7 +107,7 @@ class VideoReader:
         if not bisect_left(self._times, key.time) <= self._next <= frame:
             self._container.seek(key.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
-        # Until the frame is found the position is unknown, which makes the next read seek.
+        # If decoding fails, the unknown position makes the next read seek.
         self._next = self.frame_count
         for found in self._frames:
             if found.pts is not None and found.pts >= wanted:
@@ -117,7 +116,7 @@ class VideoReader:
 
 
 def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
-    """Return `[H, W, 3]` sRGB of a PNG or JPEG file; transparency is left out.
+    """Read `[H, W, 3]` sRGB of a PNG or JPEG file, ignoring transparency.
 
     Args:
         path: Path of the file.
@@ -125,19 +124,19 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 
     Raises:
         MissingFileError: The file does not exist.
-        UnreadableVideoError: The file is not a picture that can be used as it is
-            stored, or one of another size.
+        UnreadableVideoError: The file is not a picture, needs to be rotated, or has a
+            different size.
     """
     frame = decode_still(path, size)
     try:
         return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
     except (av.FFmpegError, ValueError) as error:
-        message = f"{path} cannot be turned into RGB ({error}): export it again"
+        message = f"{path} cannot be converted to RGB ({error}): export it again"
         raise UnreadableVideoError(message) from error
 
 
 class _Packet(NamedTuple):
-    """A coded frame; packets sort by presentation. Trimmed ones are decoded, not shown."""
+    """A coded frame. Packets sort by presentation time; trimmed ones are decoded but not shown."""
 
     time: int
     decode_time: int
@@ -155,16 +154,16 @@ def _list_packets(container: InputContainer, stream: VideoStream, path: Path) ->
             if packet.size and not packet.is_corrupt
         ]
     except av.FFmpegError as error:
-        message = f"{path} breaks off ({error}): copy or export it again"
+        message = f"{path} is truncated ({error}): copy or export it again"
         raise TruncatedVideoError(message) from error
     if not packets or _is_cut_short(packets, stream):
         message = (
-            f"{path} breaks off: it holds {len(packets)} of the {max(1, stream.frames)} frames "
-            "that its header promises; copy or export it again"
+            f"{path} is truncated: it has {len(packets)} of the {max(1, stream.frames)} "
+            "frames that its header states; copy or export it again"
         )
         raise TruncatedVideoError(message)
     if len({packet.time for packet in packets}) < len(packets) or not packets[0].is_key:
-        message = f"{path} has two frames of one time, or no key frame: export it again"
+        message = f"{path} has two frames with the same time, or no key frame: export it again"
         raise UnreadableVideoError(message)
     return packets
 
@@ -179,9 +178,9 @@ def _describe(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
 
 
 def _is_cut_short(packets: list[_Packet], stream: VideoStream) -> bool:
-    """Return whether the header promises more frames and a longer duration.
+    """Return whether the header states more frames and a longer duration than the file has.
 
-    In a video that was trimmed without recoding it only promises more frames.
+    In a video that was trimmed without re-encoding, it states more frames only.
     """
     shown = [packet.duration for packet in packets if packet.is_shown]
     most = sum(shown) + max(shown, default=0) / 2

@@ -1,7 +1,7 @@
-"""Pictures to an H.264 video that decodes to the same colors, and to PNG and JPEG files.
+"""Writes pictures as H.264 or VP9 videos with exact color metadata, and as PNG and JPEG files.
 
-FFmpeg's scaler assumes BT.601 at limited range for videos without color metadata; it is written
-explicitly anyway.
+FFmpeg's scaler assumes BT.601 at limited range for videos without color metadata; this
+metadata is written explicitly anyway.
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Image
 
-_BT709_PRIMARIES = 1  # which are sRGB's
+_BT709_PRIMARIES = 1  # those of sRGB
 _SRGB_TRANSFER = 13
 _ENCODERS = {"mp4": "libx264", "webm": "libvpx-vp9"}
 _CODECS = {"mp4": "H.264", "webm": "VP9"}
-_JPEG_QUANTIZER = 3  # from 2, the best, to 31
+_JPEG_QUANTIZER = 3  # 2 (best) to 31
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +29,13 @@ class VideoForm:
     """Format of a video.
 
     Attributes:
-        width: Pixels.
-        height: Pixels.
-        frames_per_second: Its pace.
+        width: Picture width, pixels.
+        height: Picture height, pixels.
+        frames_per_second: Frame rate.
         options: Options of the encoder.
         pixel_format: `yuv444p`, or `yuv420p`, which needs even sizes and
             halves the resolution of colors.
-        container: `mp4` holds H.264, `webm` VP9.
+        container: `mp4` for H.264, `webm` for VP9.
     """
 
     width: int
@@ -50,15 +50,15 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm)
     """Write pictures as a video file.
 
     Args:
-        sink: Binary file that is written; must be seekable.
-        pictures: `[H, W, 3]` sRGB each.
+        sink: Seekable binary file to write to.
+        pictures: Pictures, each `[H, W, 3]` sRGB.
         form: Format of the video.
 
     Returns:
         Number of frames written.
 
     Raises:
-        OSError: FFmpeg has no such encoder, or cannot write there.
+        OSError: FFmpeg has no such encoder, or cannot write.
     """
     count = 0
     try:
@@ -82,19 +82,19 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], form: VideoForm)
 
 
 def build_png(picture: Image) -> bytes:
-    """Return the bytes of a PNG file of a picture `[H, W, 3]` sRGB."""
+    """Encode a picture `[H, W, 3]` sRGB as PNG."""
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
     return _encode_still(av.CodecContext.create("png", "w"), frame)
 
 
 def build_depth_png(levels: NDArray[np.uint16]) -> bytes:
-    """Return the bytes of a PNG file of `[H, W]` levels of 16 bits."""
+    """Encode `[H, W]` 16-bit levels as PNG."""
     frame = av.VideoFrame.from_ndarray(levels, format="gray16le").reformat(format="gray16be")
     return _encode_still(av.CodecContext.create("png", "w"), frame)
 
 
 def build_jpeg(picture: Image) -> bytes:
-    """Return the bytes of a JPEG file of a picture `[H, W, 3]` sRGB, of good quality."""
+    """Encode a picture `[H, W, 3]` sRGB as JPEG of high quality."""
     frame = av.VideoFrame.from_ndarray(picture, format="rgb24").reformat(
         format="yuvj444p", dst_colorspace=Colorspace.ITU601, dst_color_range=ColorRange.JPEG
     )
@@ -123,7 +123,7 @@ def _to_frame(picture: Image, index: int, form: VideoForm) -> av.VideoFrame:
         format=form.pixel_format,
         dst_colorspace=Colorspace.ITU601,
         dst_color_range=ColorRange.MPEG,
-        interpolation=Interpolation.AREA,  # the mean of four pixels is what decoding repeats
+        interpolation=Interpolation.AREA,  # decoders repeat the mean of four pixels
     )
     frame.pts, frame.time_base = index, 1 / form.frames_per_second
     return frame

@@ -1,11 +1,10 @@
-"""The reference decoder's state: what SPEC 6, 7, 9 and 10 make of a stream's chunks.
+"""The reference decoder: states of frames from the chunks of a stream (SPEC 6, 7, 9, 10).
 
-`StreamDecoder` takes chunks and returns the state of every frame, which an engine computes.
-`dequantize` turns their integers into floats. Bytes, files and URLs are read in
-`quarc_ref.streams`.
+`StreamDecoder` takes chunks and returns the state of every frame, which an engine
+computes. `dequantize` converts the integers of a state to floats. `quarc_ref.streams`
+reads bytes, files and URLs.
 
-Neither this package nor `quarc_ref.format` under it imports torch, OpenCV or
-matplotlib.
+Neither this package nor `quarc_ref.format` imports torch, OpenCV or matplotlib.
 """
 
 from quarc_ref.decoder.dequantize import Splats, dequantize

@@ -1,9 +1,9 @@
-"""The anchors of a scene, drawn by integers alone: SPEC 6.
+"""Samples the anchors of a scene in integer arithmetic: SPEC 6.
 
-An anchor is a Gaussian chosen to carry a residual. Of each level, every
-occupied cell of a grid gives the Gaussian of least rank, and the least ranks
-of the rest make up the number; so every Gaussian has an anchor in its own
-cell, which bounds the search of `binding`.
+An anchor is a Gaussian that is chosen to carry a residual. At each level, the Gaussian of
+lowest rank in every occupied cell of a grid is an anchor, and the lowest ranks among the
+others complete the number. Every Gaussian therefore has an anchor in its own cell, which
+bounds the search of `binding`.
 """
 
 from dataclasses import dataclass
@@ -49,11 +49,11 @@ class Anchors:
     binding: Int32
 
     def without(self, gone: Int64) -> "Anchors":
-        """Return the same after Gaussians of indices `[g]` have left; anchors stay (SPEC 6.5)."""
+        """Return the anchors without bindings of deleted Gaussians `[g]` (SPEC 6.5)."""
         return Anchors(self.levels, np.delete(self.binding, gone, axis=1))
 
     def with_births(self, positions: Int32) -> "Anchors":
-        """Return the same with Gaussians bound that were born since, at `[3, n]` (SPEC 6.5)."""
+        """Return the anchors after binding new Gaussians at `[3, n]` (SPEC 6.5)."""
         newborn = [bind_exhaustively(positions, level.positions) for level in self.levels]
         return Anchors(self.levels, np.hstack([self.binding, np.array(newborn, dtype=np.int32)]))
 
@@ -90,10 +90,10 @@ def sample_anchors(scene: Scene) -> Anchors:
 
 
 def rank(scene: Scene) -> Int64:
-    """Return `[4, N]` the rank of each Gaussian at each level: (word, id) as one number (SPEC 6.2).
+    """Return `[4, N]` ranks of the Gaussians at each level: (word, id) as one number (SPEC 6.2).
 
-    A word is 32 bits and an id 32, so that a rank fits 64 only as an unsigned
-    number; halving the words' range by an offset keeps the order in int64.
+    A word has 32 bits and an id 32, so a rank needs 64 unsigned bits; an offset that
+    centers the words at 0 preserves the order in int64.
     """
     counter = np.zeros((4, scene.count), dtype=np.uint64)
     counter[0] = scene.ids
@@ -104,14 +104,14 @@ def rank(scene: Scene) -> Int64:
 
 
 def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
-    """Return the Gaussians in Morton order, and when each joins its predecessor.
+    """Sort Gaussians in Morton order, and find the shift at which each joins its predecessor.
 
     In this order the Gaussians of a cell are contiguous at every shift, so a single sort finds the
     occupied cells for all shifts.
 
     Returns:
-        `[N]` indices in Morton order, and `[N]` the least shift at which each
-        is in the cell of the one before it (one more than any for the first).
+        `[N]` indices in Morton order, and `[N]` the smallest shift at which each shares
+        the cell of its predecessor (one more than the largest shift for the first).
     """
     biased = positions.astype(np.int64) + LATTICE_OFFSET
     high, low = interleave(biased >> _LOW_BITS), interleave(biased & ((1 << _LOW_BITS) - 1))
@@ -137,4 +137,4 @@ def _choose(rank: Int64, order: Int64, merges: Int64, count: int) -> tuple[Int64
     return np.flatnonzero(chosen), shift
 
 
-_LOW_BITS = 8  # of a coordinate's 24: the keys of the low bits and of the high fit 64 bits each
+_LOW_BITS = 8  # of 24 bits per coordinate: the keys of low and high bits fit 64 bits each

@@ -1,9 +1,9 @@
-"""The nearest anchor of every Gaussian, exactly: SPEC 6.4.
+"""Finds the exact nearest anchor of every Gaussian: SPEC 6.4.
 
-The answer is the anchor of least (squared distance, index), however it is
-found. Here it is found through cells of a grid: the own cell bounds the
-distance, and of the 26 cells around it only those within the bound are
-searched. A Gaussian whose bound extends beyond these cells is compared with every anchor.
+The result is the anchor with the smallest (squared distance, index). It is found through
+a grid: anchors in a Gaussian's own cell bound the distance, and only those of the 26
+cells around it that are within the bound are searched. A Gaussian whose bound extends
+beyond these cells is compared with every anchor.
 """
 
 from itertools import product
@@ -24,11 +24,11 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     Args:
         positions: `[3, N]` Gaussians, lattice units.
         anchors: `[3, A]` anchors, lattice units, A at least 1.
-        shift: Cells of side 2^shift in which anchors are expected to be about
-            as dense as one per cell. It only affects the time taken.
+        shift: Binary logarithm of the cell size, chosen for about one anchor per cell. It
+            affects only the time.
 
     Returns:
-        `[N]` anchor indices; of equally near anchors, the least.
+        `[N]` anchor indices; among equally near anchors, the lowest index.
     """
     first = _first_of_each_place(anchors)
     anchors = anchors[:, first]
@@ -57,13 +57,13 @@ def _first_of_each_place(anchors: Int32) -> Int64:
     The first of several anchors at the same position is always chosen. A few bytes of a stream can
     put all anchors at one position, where comparing each with every Gaussian would take minutes.
     """
-    order = np.lexsort(anchors)  # stable: those of one place ascend
+    order = np.lexsort(anchors)  # a stable sort keeps the indices at one position ascending
     apart = np.any(np.diff(anchors[:, order], axis=1), axis=0)
     return np.sort(order[np.append(True, apart)])
 
 
 class _CellSearch:
-    """Anchors sorted by cell, and the best answer so far of every Gaussian."""
+    """Anchors sorted by cell, and the best anchor so far of every Gaussian."""
 
     def __init__(self, positions: Int32, anchors: Int32, shift: int) -> None:
         self._positions = positions.astype(np.int64) + LATTICE_OFFSET
@@ -77,7 +77,7 @@ class _CellSearch:
         self.distances = np.full(positions.shape[1], _UNBOUND)
 
     def look_into(self, step: Int64) -> None:
-        """Improve the answers with the anchors of the cell one step away."""
+        """Improve the results with the anchors of a neighboring cell."""
         cells = self._cells + step[:, None]
         asked = np.flatnonzero(self._distance_to(cells) <= self.distances)
         keys = _key(cells[:, asked])
@@ -87,20 +87,20 @@ class _CellSearch:
         self._improve(asked[there], starts[there], counts[there])
 
     def nearest_outside(self) -> Int64:
-        """Return `[N]` the squared distance to the nearest point outside the 27 cells."""
+        """Return the `[N]` squared distance to the nearest point outside the 27 cells."""
         low = self._positions - ((self._cells - 1) << self._shift) + 1
         high = ((self._cells + 2) << self._shift) - self._positions
         least: Int64 = np.minimum(low, high).min(axis=0)
         return least * least
 
     def _distance_to(self, cells: Int64) -> Int64:
-        """Return `[N]` the squared distance of each Gaussian to a cell, 0 in its own."""
+        """Return the `[N]` squared distance of each Gaussian to a cell; 0 inside it."""
         below = (cells << self._shift) - self._positions
         above = self._positions - (((cells + 1) << self._shift) - 1)
         return _squared(np.maximum(np.maximum(below, above), 0))
 
     def _improve(self, asked: Int64, starts: Int64, counts: Int64) -> None:
-        """Compare Gaussians `asked` with the runs of anchors that begin at `starts`."""
+        """Compare the Gaussians `asked` with runs of anchors that start at `starts`."""
         ends = np.cumsum(counts)
         first = 0
         while first < asked.size:

@@ -1,4 +1,4 @@
-"""The state of a canonical frame: SPEC 7.2."""
+"""Initializes the state of a canonical frame: SPEC 7.2."""
 
 import numpy as np
 

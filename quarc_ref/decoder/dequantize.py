@@ -1,7 +1,7 @@
-"""From the integer state to the numbers that are drawn: SPEC 10.
+"""Converts the integer state to the floats that are rendered: SPEC 10.
 
-The only floats of the decoder, rounded once from the state; the next frame does not depend on
-them.
+These are the only floats of the decoder, rounded once from the state; the next frame does
+not depend on them.
 """
 
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ Float32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Splats:
-    """A scene in floats, a row per Gaussian; as 3DGS stores it, not activated.
+    """A scene in floats, one row per Gaussian, in the form that 3DGS stores (before activation).
 
     Attributes:
-        positions: `[N, 3]` xyz, world units.
-        rotations: `[N, 4]` wxyz; unit to within 2^-21.
+        positions: `[N, 3]` positions xyz, world units.
+        rotations: `[N, 4]` quaternions wxyz of length 1 within 2^-21.
         log_scales: `[N, 3]` natural logarithm of the standard deviations, world units.
-        opacities: `[N]` logits.
+        opacities: `[N]` opacity logits.
         sh: `[N, 1 or 4, 3]` coefficient, then red, green, blue.
     """
 
@@ -51,6 +51,6 @@ def dequantize(scene: Scene) -> Splats:
 
 
 def _scale(planes: Int16 | Int32, step: float) -> Float32:
-    """Return `[N, r]` planes `[r, N]` times a step; both factors are exact in binary32."""
+    """Return `[N, r]` products of planes `[r, N]` and a step, which are exact in binary32."""
     scaled: Float32 = planes.T.astype(np.float32) * np.float32(step)
     return np.ascontiguousarray(scaled)

@@ -1,7 +1,7 @@
-"""The state as bytes, its CRC and its digest: SPEC 9.
+"""Serializes a state, and computes its CRC and digest: SPEC 9.
 
 Planes are serialized in the order of ids. Every frame carries a CRC-32 of its
-state; the SHA-256 is for comparing decoders.
+state; the SHA-256 is used to compare decoders.
 """
 
 import hashlib
@@ -23,8 +23,8 @@ def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
     """Return the CRC-32 of a scene.
 
     Args:
-        scene: After the births of the frame.
-        all_fields: Whether the codes are covered, too.
+        scene: Scene after the births of the frame.
+        all_fields: Whether the CRC also covers the codes.
     """
     crc = 0
     for plane in _planes(scene, all_fields=all_fields):
@@ -33,7 +33,7 @@ def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
 
 
 def compute_digest(scene: Scene) -> str:
-    """Return the SHA-256 of a frame's whole serialization, as hex (SPEC 9.1)."""
+    """Return the SHA-256 of a frame's complete serialization in hex (SPEC 9.1)."""
     digest = hashlib.sha256()
     for plane in _planes(scene, all_fields=True):
         digest.update(plane)

@@ -1,9 +1,9 @@
-"""The interface of a decoder engine: the steps of a frame, from state to state.
+"""The interface of a decoder engine, which computes each step of a frame.
 
-SPEC defines the state, and the reference engine computes it in plain NumPy: `frames` and the
-modules it calls. A fast engine computes the same integers by other means. The conformance suite
-and tests that run both compare it with the reference; only speed depends on the choice, which
-`engines` makes.
+SPEC defines the state, and the reference engine computes it in plain NumPy: `frames` and
+the modules it calls. A fast engine computes the same integers in another way; the
+conformance suite and tests compare it with the reference. `engines` chooses the engine,
+which affects only speed.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ FAST: Final = "fast"
 
 
 class FrameState(Protocol):
-    """State of a frame as users of an engine see it; see `state.State`."""
+    """State of a frame, for users of an engine; see `state.State`."""
 
     @property
     def frame(self) -> int:
@@ -43,17 +43,17 @@ class FrameState(Protocol):
 
     @property
     def motion(self) -> Int16:
-        """`[c, N]` what moved each Gaussian in the frame."""
+        """`[c, N]` motion of each Gaussian in the frame."""
         ...
 
     @property
     def symbols(self) -> tuple[Int64, ...]:
-        """`[c, a]` of each level's anchors, level 1 first; empty in a canonical frame."""
+        """`[c, a]` symbols of each level's anchors, level 1 first; empty in a canonical frame."""
         ...
 
     @property
     def births(self) -> Births | None:
-        """The newborn of the frame, as coded."""
+        """The new Gaussians of the frame, as coded."""
         ...
 
     @property
@@ -63,7 +63,7 @@ class FrameState(Protocol):
 
     @property
     def next_id(self) -> int:
-        """The id that the next newborn gets."""
+        """The id of the next new Gaussian."""
         ...
 
     @property
@@ -73,7 +73,7 @@ class FrameState(Protocol):
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors of a state that has been through `begin_frame`."""
+        """The anchors of a state after `begin_frame`."""
         ...
 
 
@@ -83,8 +83,8 @@ StateT = TypeVar("StateT", bound=FrameState)
 class Engine(Protocol[StateT]):
     """Decodes sections to states, and codes the choices of an encoder.
 
-    A state belongs to the engine that made it. Every method raises the same errors as the function
-    of the same name in the reference.
+    A state can be used only with the engine that created it. Every method raises the same
+    errors as the reference function of the same name.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Chooses the engine, once for each decoder and encoder."""
+"""Chooses the engine of a decoder or encoder."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -16,28 +16,29 @@ from quarc_ref.format.errors import EnvironmentVariableError
 def choose_engine(threads: int = 1) -> Engine[Any]:
     """Return the fast engine if it is installed, else the reference.
 
-    `QUARC_REF_ENGINE` overrides this: `reference` or `fast`.
+    The environment variable `QUARC_REF_ENGINE`, `reference` or `fast`, overrides the choice.
 
     Args:
-        threads: How many the engine may take for one frame.
+        threads: Number of threads that the engine may use for one frame.
 
     Raises:
-        EnvironmentVariableError: QUARC_REF_ENGINE names no engine, or one that is not installed.
+        EnvironmentVariableError: QUARC_REF_ENGINE names an unknown engine, or one that is
+            not installed.
     """
     wanted = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
     if wanted not in (None, "", REFERENCE, FAST):
-        message = f"QUARC_REF_ENGINE is {wanted!r}; it may be {REFERENCE} or {FAST}"
+        message = f"QUARC_REF_ENGINE is {wanted!r}; it must be {REFERENCE} or {FAST}"
         raise EnvironmentVariableError(message)
     fast = None if wanted == REFERENCE else find_fast_engine()
     if fast is None and wanted == FAST:
-        message = "QUARC_REF_ENGINE is fast, and quarc_core is not installed: see core/README.md"
+        message = "QUARC_REF_ENGINE is fast, but quarc_core is not installed: see core/README.md"
         raise EnvironmentVariableError(message)
     return fast(threads) if fast else ReferenceEngine()
 
 
 @contextmanager
 def use_engine(engine: str) -> Iterator[None]:
-    """Use the engine of this name, as long as this context lasts."""
+    """Use the named engine within this context."""
     token = _engine.set(engine)
     try:
         yield
@@ -47,7 +48,7 @@ def use_engine(engine: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return a function from a number of threads to a fast engine; None if not installed."""
+    """Return a function from a thread count to a fast engine; None if not installed."""
     try:
         module = import_module("quarc_ref.decoder.fast_engine")
     except ImportError:

@@ -1,6 +1,6 @@
-"""The portable core as an engine: `quarc_core`, an extension written in Rust.
+"""The fast engine: `quarc_core`, an extension written in Rust.
 
-Its results equal those of the reference; its arrays are accessed without copies.
+Its results equal those of the reference engine; arrays are shared without copies.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,10 +29,10 @@ from quarc_ref.format.updates import Updates
 
 
 class FastEngine:
-    """The core; see `engine.Engine`.
+    """The Rust core as an engine; see `engine.Engine`.
 
     Args:
-        threads: How many it may take for one frame.
+        threads: Number of threads that it may use for one frame.
     """
 
     name = FAST
@@ -152,7 +152,7 @@ class FastEngine:
         return state.core.state_crc()
 
     def dequantizer(self) -> Callable[[FastState], Splats]:
-        """See `Engine.dequantizer`; the arrays are not to be written to."""
+        """See `Engine.dequantizer`; the arrays are read-only."""
         core = quarc_core.Dequantizer()
         return lambda state: Splats(*core.dequantize(state.core))
 
@@ -178,7 +178,7 @@ def _raising() -> Iterator[None]:
 
 
 def _words(section: Section) -> UInt32:
-    """Return the words aligned for the core, since a chunk may hold them at any byte."""
+    """Return the words in aligned memory, because a chunk may have them at any offset."""
     return np.require(section.words, np.uint32, "A")
 
 

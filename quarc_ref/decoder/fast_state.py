@@ -1,4 +1,4 @@
-"""A state of the portable core, as Python sees it."""
+"""Python view of a state of the Rust core."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ class FastState:
 
     Args:
         header: Header of the stream.
-        core: The state.
+        core: The core's state.
     """
 
     def __init__(self, header: StreamHeader, core: "quarc_core.State") -> None:
@@ -32,7 +32,7 @@ class FastState:
 
     @cached_property
     def scene(self) -> Scene:
-        """The frame's scene; its planes are not to be written to."""
+        """The frame's scene, whose planes are read-only."""
         core = self.core
         return Scene(
             self.header,
@@ -46,17 +46,17 @@ class FastState:
 
     @property
     def motion(self) -> Int16:
-        """`[c, N]` what moved each Gaussian in the frame."""
+        """`[c, N]` motion of each Gaussian in the frame."""
         return self.core.motion()
 
     @property
     def symbols(self) -> tuple[Int64, ...]:
-        """`[c, a]` of each level's anchors, level 1 first; empty in a canonical frame."""
+        """`[c, a]` symbols of each level's anchors, level 1 first; empty in a canonical frame."""
         return tuple(self.core.symbols())
 
     @property
     def births(self) -> Births | None:
-        """The newborn of the frame, as coded."""
+        """The new Gaussians of the frame, as coded."""
         coded = self.core.births()
         return None if coded is None else Births(coded[0], Gaussians(*coded[1]))
 
@@ -68,7 +68,7 @@ class FastState:
 
     @property
     def next_id(self) -> int:
-        """The id that the next newborn gets."""
+        """The id of the next new Gaussian."""
         return self.core.next_id
 
     @property
@@ -81,13 +81,13 @@ class FastState:
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors of a state that has been through `begin_frame`.
+        """The anchors of a state after `begin_frame`.
 
         Raises:
-            ValueError: It has not.
+            ValueError: `begin_frame` has not been called.
         """
         anchors = self.anchors
         if anchors is None:
-            message = "the state has not been through begin_frame"
+            message = "begin_frame has not been called for this state"
             raise ValueError(message)
         return anchors

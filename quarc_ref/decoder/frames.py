@@ -1,4 +1,4 @@
-"""From a frame's chunk to the frame's state: SPEC 7, in the order of the text.
+"""Decodes a frame's chunk to the frame's state: SPEC 7, in the order of the text.
 
 Counts are checked before memory is allocated for them, and the state is
 checked against its CRC before it is returned.
@@ -47,7 +47,7 @@ def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> tuple[State
 
 
 def read_checked(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
-    """Return the Gaussians of a canonical frame as coded; its counts are checked first.
+    """Return the Gaussians of a canonical frame as coded, after checking its counts.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -67,10 +67,10 @@ def decode_snapshot(
     Args:
         header: Header of the stream.
         chunk: Chunk of the frame.
-        canonical: Gaussians, as coded, of the CANO that it is coded against.
+        canonical: Coded Gaussians of the canonical frame that the snapshot refers to.
 
     Returns:
-        The state, and `[N]` the index in the CANO of each survivor; -1 for the other Gaussians.
+        The state, and the `[N]` index of each Gaussian in the canonical frame; -1 for new ones.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -84,7 +84,7 @@ def decode_snapshot(
 def read_checked_snapshot(
     header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
 ) -> Snapshot:
-    """Return the Gaussians of a snapshot as coded; its counts are checked first.
+    """Return the Gaussians of a snapshot as coded, after checking its counts.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -124,12 +124,12 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
 
 
 def decode_motion(state: State, section: Section, *, previous: bool) -> State:
-    """Return the state moved by a section (SPEC 7.5).
+    """Return the state after the motion in a section (SPEC 7.5).
 
     Args:
-        state: After `begin_frame`.
-        section: The frame's motion.
-        previous: Whether the last frame's motion gives contexts.
+        state: State after `begin_frame`.
+        section: Coded motion of the frame.
+        previous: Whether contexts depend on the previous frame's motion.
 
     Raises:
         BitstreamError: The section is invalid.
@@ -140,11 +140,11 @@ def decode_motion(state: State, section: Section, *, previous: bool) -> State:
 
 
 def decode_updates(state: State, section: Section) -> State:
-    """Return the state with the updates of a section (SPEC 7.8).
+    """Return the state after the updates in a section (SPEC 7.8).
 
     Args:
-        state: After `decode_motion`, of a stream with updates.
-        section: The frame's updates.
+        state: State after `decode_motion`, of a stream with updates.
+        section: Coded updates of the frame.
 
     Raises:
         BitstreamError: The section is invalid.
@@ -154,11 +154,11 @@ def decode_updates(state: State, section: Section) -> State:
 
 
 def decode_births(state: State, section: Section, count: int) -> State:
-    """Return the state with the newborn of a section (SPEC 7.6).
+    """Return the state after the births in a section (SPEC 7.6).
 
     Args:
-        state: After `decode_motion` and, in a stream with updates, `decode_updates`.
-        section: The frame's births.
+        state: State after `decode_motion` and, in a stream with updates, `decode_updates`.
+        section: Coded births of the frame.
         count: Number of frames.
 
     Raises:
@@ -174,8 +174,8 @@ def check_state(scene: Scene, stated: int) -> None:
     """Compare a scene with the CRC in its chunk (SPEC 9.2).
 
     Raises:
-        StateCrcError: It is not the scene that was encoded.
+        StateCrcError: The scene differs from the one that was encoded.
     """
     if state_crc(scene) != stated:  # [9.2-1] [9.2-2]
-        message = f"frame {scene.frame} is not the one that was encoded"
+        message = f"the state of frame {scene.frame} differs from the encoder's"
         raise StateCrcError(message)

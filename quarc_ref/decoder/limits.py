@@ -1,4 +1,4 @@
-"""Limits of a stream's level: SPEC 3.2. Counts are checked before memory is allocated."""
+"""Checks the limits of a stream's level before memory is allocated: SPEC 3.2."""
 
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import CountLevelError, LimitError
@@ -6,11 +6,11 @@ from quarc_ref.format.records import StreamHeader
 
 
 def require_gaussians(header: StreamHeader, count: int) -> None:
-    """Reject a canonical frame of too many Gaussians.
+    """Reject a canonical frame with too many Gaussians.
 
     Raises:
-        CountLevelError: More than the level of the stream allows.
-        LimitError: More than this decoder allows at the unlimited level.
+        CountLevelError: The count is above the limit of the stream's level.
+        LimitError: The count is above this decoder's limit at the unlimited level.
     """
     if count > header.limits.gaussians:  # [3.2-1] [3.2-5] [3.2-6]
         message = f"{count} Gaussians are too many for level {header.level}"
@@ -19,16 +19,16 @@ def require_gaussians(header: StreamHeader, count: int) -> None:
 
 
 def require_births(header: StreamHeader, count: int, gaussian_count: int) -> None:
-    """Reject a frame of too many births.
+    """Reject a frame with too many births.
 
     Args:
         header: Header of the stream.
-        count: How many births.
-        gaussian_count: Gaussians of the scene without them.
+        count: Number of births.
+        gaussian_count: Number of Gaussians in the scene without them.
 
     Raises:
-        CountLevelError: More than the level of the stream allows.
-        LimitError: More than this decoder allows at the unlimited level.
+        CountLevelError: The count is above the limit of the stream's level.
+        LimitError: The count is above this decoder's limit at the unlimited level.
     """
     if count > header.limits.births:  # [3.2-3] [3.2-5]
         message = f"{count} births are too many for level {header.level}"
@@ -38,14 +38,14 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
 
 
 def _decline_beyond(most: int, count: int, what: str) -> None:
-    """Decline what exceeds this decoder's own limits, which apply only at the unlimited level.
+    """Decline counts above this decoder's own limits, which apply only at the unlimited level.
 
     Raises:
-        LimitError: It exceeds them; the stream is not at fault.
+        LimitError: The count is above the limit, although the stream is valid.
     """
     if count > most:
-        message = f"{count:,} {what} are more than this decoder takes, {most:,}"
+        message = f"{count:,} {what} exceed this decoder's limit of {most:,}"
         raise LimitError(message)
 
 
-_OWN_LIMITS = LEVELS[30]  # what stands at the unlimited level
+_OWN_LIMITS = LEVELS[30]  # of the unlimited level

@@ -1,7 +1,7 @@
-"""Philox4x32-10, the sampler's source of ranks: SPEC 6.2.
+"""Philox4x32-10, which generates the ranks of the anchor sampler: SPEC 6.2.
 
-Counter-based (Salmon et al., SC 2011): every draw is a function of key and
-counter alone, so that ranks need no state and no order.
+A counter-based generator (Salmon et al., SC 2011): every draw is a function of key and
+counter, so ranks can be computed without state and in any order.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def philox(counter: NDArray[np.uint64], seed: int) -> Int64:
 
     Args:
         counter: `[4, n]` words, each below 2^32.
-        seed: 64 bits: the key's first word is the low half.
+        seed: 64 bits; the low half is the key's first word.
 
     Returns:
         `[4, n]` words, each below 2^32.

@@ -1,4 +1,4 @@
-"""The ranges of the state's numbers: SPEC 7.1."""
+"""Checks the ranges of the state's numbers: SPEC 7.1."""
 
 from quarc_ref.format.arrays import Int16, Int32, Int64
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
@@ -6,7 +6,7 @@ from quarc_ref.format.errors import CodeRangeError, PositionRangeError
 
 
 def narrow_positions(positions: Int64) -> Int32:
-    """Return coordinates in lattice units, in the state's type.
+    """Convert coordinates in lattice units to the state's dtype.
 
     Raises:
         PositionRangeError: A magnitude is above POSITION_LIMIT.
@@ -19,7 +19,7 @@ def narrow_positions(positions: Int64) -> Int32:
 
 
 def narrow_codes(codes: Int64) -> Int16:
-    """Return attribute codes, in the state's type.
+    """Convert attribute codes to the state's dtype.
 
     Raises:
         CodeRangeError: A magnitude is above CODE_LIMIT.

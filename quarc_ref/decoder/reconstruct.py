@@ -23,11 +23,11 @@ from quarc_ref.format.records import OPACITY, Births
 
 
 def begin_frame(state: State, death_count: int) -> State:
-    """Remove the Gaussians that die, and bind the others to anchors (SPEC 7.4).
+    """Remove the deaths of a frame, and bind the other Gaussians to anchors (SPEC 7.4).
 
     Args:
         state: State of the previous frame.
-        death_count: Number of Gaussians to remove: those with the least (opacity code, id).
+        death_count: Number of Gaussians to remove, in ascending order of (opacity code, id).
 
     Raises:
         CountError: No Gaussian would be left.
@@ -58,7 +58,7 @@ def begin_frame(state: State, death_count: int) -> State:
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
-    """Return the indices of the Gaussians of least (opacity code, id) (SPEC 7.4)."""
+    """Return the indices of the lowest (opacity code, id) (SPEC 7.4)."""
     order = np.argsort(scene.codes[OPACITY.start], kind="stable")
     return order[:count]
 
@@ -67,8 +67,8 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
     """Return the contexts of every level's anchors before their symbols (SPEC 8.7).
 
     Args:
-        state: After `begin_frame`.
-        previous: Whether the last frame's motion counts.
+        state: State after `begin_frame`.
+        previous: Whether contexts depend on the previous frame's motion.
     """
     contexts = []
     for level in state.known_anchors.levels:
@@ -78,7 +78,7 @@ def motion_contexts(state: State, *, previous: bool) -> list[LevelContext]:
 
 
 def look_up_motion(state: State, owners: Int64) -> Int16:
-    """Return `[c, a]` the last motion of the Gaussians with ids `[a]`; 0 for dead ones."""
+    """Return the `[c, a]` last motion of the Gaussians with ids `[a]`; 0 for deleted ones."""
     place = np.minimum(np.searchsorted(state.scene.ids, owners), state.scene.count - 1)
     alive = state.scene.ids[place] == owners
     motion: Int16 = state.motion[:, place] * alive
@@ -89,8 +89,8 @@ def move(state: State, symbols: list[Int64]) -> State:
     """Return the state with every Gaussian moved by its anchors (SPEC 7.5, Eq. 2).
 
     Args:
-        state: After `begin_frame`.
-        symbols: `[c, a]` of each level, level 1 first.
+        state: State after `begin_frame`.
+        symbols: `[c, a]` symbols of each level, level 1 first.
 
     Raises:
         PositionRangeError: A Gaussian leaves the lattice.
@@ -113,14 +113,14 @@ def move(state: State, symbols: list[Int64]) -> State:
 
 
 def append_births(state: State, births: Births) -> State:
-    """Return the state with the newborn of a frame appended (SPEC 7.6).
+    """Return the state with the new Gaussians of a frame appended (SPEC 7.6).
 
     Args:
-        state: After `move` and, in a stream with updates, `updates.update`.
-        births: The newborn, in steps.
+        state: State after `move` and, in a stream with updates, `updates.update`.
+        births: New Gaussians, in quantization steps.
 
     Raises:
-        CountLevelError: More Gaussians than the level allows, or more ids than there are.
+        CountLevelError: There are more Gaussians than the level allows, or no ids are left.
         StateError: A parent, a position, a code or a rotation is out of range.
     """
     scene, header, newborn = state.scene, state.scene.header, births.newborn
@@ -130,7 +130,7 @@ def append_births(state: State, births: Births) -> State:
         message = f"{scene.count + newborn.count} Gaussians are too many for the level"
         raise CountLevelError(message)
     if state.next_id + newborn.count > COUNTER_LIMIT + 1:  # [7.6-5]
-        message = "no ids are left for the newborn"
+        message = "no ids are left for new Gaussians"
         raise CountLevelError(message)
     if np.any(births.parents >= scene.count):  # [7.6-1]
         message = "a newborn's parent is not in the scene"
@@ -159,7 +159,7 @@ def append_births(state: State, births: Births) -> State:
 
 
 def _rotate_all(scene: Scene, sums: Int64) -> Int32:
-    """Return every rotation turned by its sum of residuals; a zero sum keeps it (SPEC 7.5)."""
+    """Rotate every rotation by its sum of residuals; a zero sum leaves it unchanged (SPEC 7.5)."""
     header = scene.header
     turning = np.flatnonzero(np.any(sums, axis=0))
     if header.rotation_components == _WITHOUT_W:

@@ -1,4 +1,4 @@
-"""The reference engine: SPEC 6 to 10, literally, behind the interface of `engine`."""
+"""The reference engine, which implements SPEC 6 to 10 literally."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -22,7 +22,7 @@ class ReferenceEngine:
     """The engine that `frames` and the modules it calls implement; see `engine.Engine`.
 
     Attributes:
-        largest: Gaussians of the largest canonical frame that was decoded in this process.
+        largest: Number of Gaussians in the largest canonical frame that this process decoded.
     """
 
     name = REFERENCE

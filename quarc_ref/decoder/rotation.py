@@ -1,7 +1,7 @@
-"""Unit quaternions in Q22, by integers alone: SPEC 7.3.
+"""Unit quaternions in Q22, in integer arithmetic: SPEC 7.3.
 
-A component of a unit quaternion is at most 2^22 in magnitude, so that every
-product and every sum of squares below fits int64 with the guard bits used.
+Components of a unit quaternion are at most 2^22 in magnitude, so all products and sums of
+squares, with the guard bits used here, fit int64.
 """
 
 import numpy as np
@@ -18,13 +18,13 @@ from quarc_ref.format.errors import DegenerateRotationError, RotationRangeError
 
 
 def normalize_sums(sums: Int64) -> Int64:
-    """Return the unit quaternions along sums of residuals.
+    """Normalize sums of residuals to unit quaternions.
 
     Args:
-        sums: `[4, n]` wxyz in rotation steps, below 2^10 in magnitude.
+        sums: `[4, n]` sums wxyz in rotation steps, below 2^10 in magnitude.
 
     Returns:
-        `[4, n]` Q22.
+        `[4, n]` unit quaternions, Q22.
 
     Raises:
         DegenerateRotationError: A sum is zero.
@@ -33,11 +33,11 @@ def normalize_sums(sums: Int64) -> Int64:
 
 
 def rotate(rotations: Int32, residuals: Int64) -> Int32:
-    """Return rotations times residuals, normalized: the residual is on the right (Eq. 2).
+    """Multiply rotations by residuals on the right, and normalize (Eq. 2).
 
     Args:
-        rotations: `[4, n]` wxyz, Q22.
-        residuals: `[4, n]` wxyz, Q22.
+        rotations: `[4, n]` rotations wxyz, Q22.
+        residuals: `[4, n]` residuals wxyz, Q22.
 
     Returns:
         `[4, n]` wxyz, Q22.
@@ -60,11 +60,11 @@ def rotate(rotations: Int32, residuals: Int64) -> Int32:
 
 
 def expand_rotations(coded: Int64, fraction_bits: int) -> Int32:
-    """Return the unit quaternions of rotation codes (SPEC 7.2).
+    """Decode rotation codes to unit quaternions (SPEC 7.2).
 
     Args:
         coded: `[4, n]` index of the largest component, and the other three.
-        fraction_bits: Fraction bits of these three.
+        fraction_bits: Fraction bits of these three components.
 
     Returns:
         `[4, n]` wxyz, Q22.
@@ -87,7 +87,7 @@ def _expand(coded: Int64, fraction_bits: int) -> Int64:
     if np.any(np.abs(coded[1:]) > unity) or np.any(left < 0):  # [7.2-5] [7.2-6]
         message = "three components of a rotation are longer than a unit quaternion"
         raise RotationRangeError(message)
-    # The others stand in their order around the largest: those behind it are one row further.
+    # The other components keep their order; those after the largest move by one row.
     largest, row = coded[0], np.arange(4)[:, None]
     beside = np.where(largest < row, others[[0, 0, 1, 2]], others[[0, 1, 2, 2]])
     return _normalize(np.where(largest == row, isqrt(left), beside), PRODUCT_GUARD_BITS)
@@ -102,4 +102,4 @@ def _normalize(vectors: Int64, guard_bits: int) -> Int64:
     return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norm)
 
 
-_BLOCK = 1 << 13  # whose numbers stay in the cache from step to step
+_BLOCK = 1 << 13  # block size for which intermediate results stay in the cache

@@ -1,7 +1,7 @@
-"""The Gaussians of a frame as integers: the part of the state that is serialized (SPEC 7.1, 9.1).
+"""The Gaussians of a frame as integers, the serialized part of the state (SPEC 7.1, 9.1).
 
-Arrays are plane by plane, `[3, N]` and not `[N, 3]`: the order in which the
-state is serialized, hashed and coded.
+Arrays are stored by plane, `[3, N]` and not `[N, 3]`, in the order in which the state is
+serialized, hashed and coded.
 """
 
 from dataclasses import dataclass
@@ -19,11 +19,12 @@ class Scene:
     Attributes:
         header: Header of the stream.
         frame: Ordinal of the frame in the stream.
-        phase: Frames since the canonical one, 0 there.
-        ids: `[N]` ascending: 0 to N - 1 in the canonical frame, then counted on by birth.
-        positions: `[3, N]` xyz in lattice units, magnitudes below 2^23.
+        phase: Number of frames since the canonical frame, where it is 0.
+        ids: `[N]` ascending ids: 0 to N - 1 in the canonical frame; births get the next numbers.
+        positions: `[3, N]` positions xyz in lattice units, magnitudes below 2^23.
         rotations: `[4, N]` unit quaternions wxyz, Q22.
-        codes: `[code_planes, N]` log-scale 3, opacity logit 1, SH DC 3, SH rest 9.
+        codes: `[code_planes, N]` codes of log-scale (3), opacity logit (1), SH DC (3), SH
+            rest (9).
     """
 
     header: StreamHeader

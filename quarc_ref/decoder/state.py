@@ -16,14 +16,14 @@ class State:
 
     Attributes:
         scene: The frame's scene.
-        motion: `[c, N]` of each Gaussian, the sum of its levels' symbols in
-            the frame; 0 for the newborn.
-        symbols: `[c, a]` of each level's anchors in the frame, level 1 first;
+        motion: `[c, N]` sum of the symbols of all levels for each Gaussian in the frame;
+            0 for new ones.
+        symbols: `[c, a]` symbols of each level's anchors in the frame, level 1 first;
             empty in a canonical frame.
-        anchors: From the last sampling, None before the first.
+        anchors: Anchors of the last sampling; None before the first.
         births: Births of the frame, as coded; None in a canonical frame.
         next_id: Id of the next new Gaussian.
-        motion_counts: Counts of the motion contexts since the last canonical frame.
+        motion_counts: Counts of motion contexts since the last canonical frame.
         birth_counts: Counts of the birth contexts.
         update_counts: Counts of the update contexts.
         recency: `[N]` frames since each Gaussian was updated or born, at most
@@ -51,13 +51,13 @@ class State:
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors of a state that has been through `begin_frame`.
+        """The anchors of a state after `begin_frame`.
 
         Raises:
-            ValueError: It has not.
+            ValueError: `begin_frame` has not been called.
         """
         if self.anchors is None:
-            message = "the state has not been through begin_frame"
+            message = "begin_frame has not been called for this state"
             raise ValueError(message)
         return self.anchors
 
@@ -79,8 +79,8 @@ class Reference:
     """The canonical frame that snapshots are coded against (SPEC 7.9).
 
     Attributes:
-        frame: Ordinal of a CANO.
-        gaussians: Its Gaussians, as coded.
+        frame: Ordinal of the canonical frame.
+        gaussians: Coded Gaussians of the frame.
     """
 
     frame: int

@@ -1,6 +1,6 @@
-"""The chunks of a stream in order, and the state of each frame: SPEC 5, 7.
+"""Decodes the chunks of a stream in order to the states of frames: SPEC 5, 7.
 
-`ChunkReader` checks and orders the chunks, an engine makes the state of each frame.
+`ChunkReader` checks the chunks and their order; an engine computes the state of each frame.
 """
 
 from typing import Any
@@ -25,20 +25,20 @@ from quarc_ref.format.seek_points import SeekPoints
 
 
 class StreamDecoder:
-    """Decodes the chunks of a stream one by one, into the state of every frame.
+    """Decodes the chunks of a stream one by one.
 
     Args:
-        engine: The decoder engine; None for that of `choose_engine`.
+        engine: The decoder engine; None for the result of `choose_engine`.
 
     Attributes:
-        cameras: From `came`.
-        metadata: From `meta`.
-        index: From INDX; None before it.
-        tail: From TAIL; None before it.
-        reference: The CANO that snapshots are coded against; None before the first one, and in
-            streams without snapshots.
-        roots: `[N]` of the last canonical frame: index in the CANO of each surviving Gaussian, -1
-            for others; empty in streams without snapshots.
+        cameras: Cameras from the `came` chunk.
+        metadata: Metadata from the `meta` chunk.
+        index: Index from the INDX chunk; None before it.
+        tail: Content of the TAIL chunk; None before it.
+        reference: The canonical frame (CANO) that snapshots are coded against; None
+            before the first one, and in streams without snapshots.
+        roots: `[N]` index in the CANO of each Gaussian of the last canonical frame, -1
+            for new ones; empty in streams without snapshots.
     """
 
     def __init__(self, engine: Engine[Any] | None = None) -> None:
@@ -66,19 +66,19 @@ class StreamDecoder:
             ChunkOrderError: HEAD has not been pushed.
         """
         if self._header is None:
-            message = "no HEAD yet"
+            message = "no HEAD chunk has been decoded yet"
             raise ChunkOrderError(message)
         return self._header
 
     def skip_to(self, points: SeekPoints, canonical: Chunk | None = None) -> None:
-        """Continue at the last of these seek points: its frame is the next one.
+        """Continue decoding at the last of some seek points.
 
         Args:
-            points: All seek points up to it; empty if nothing is skipped.
-            canonical: The CANO that the frame is coded against, if it is a snapshot.
+            points: All seek points up to the target; empty if nothing is skipped.
+            canonical: The CANO that the target frame is coded against, if it is a snapshot.
 
         Raises:
-            BitstreamError: That CANO is invalid.
+            BitstreamError: The CANO is invalid.
         """
         if canonical is not None:
             self._decode_canonical(canonical, points.at(canonical.offset))
@@ -93,16 +93,16 @@ class StreamDecoder:
         self._is_whole = False
 
     def push(self, chunk: Chunk) -> FrameState | None:
-        """Take the next chunk.
+        """Decode the next chunk.
 
         Args:
             chunk: A chunk from a `ChunkReader`, with valid CRCs.
 
         Returns:
-            The state of the frame that the chunk holds; None if it holds none.
+            The state of the frame in the chunk; None if it contains no frame.
 
         Raises:
-            BitstreamError: The chunk is invalid; the decoder is unchanged.
+            BitstreamError: The chunk is invalid; the decoder is not changed.
         """
         try:
             return self._push(chunk)
@@ -169,7 +169,7 @@ class StreamDecoder:
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if sought not in (None, point):  # [11.2-1] [11.2-4]
-            message = f"{sought} is said to be {point}"
+            message = f"{sought} is listed as {point}"
             raise IndexMismatchError(message)
 
     def _push_frame(self, chunk: Chunk) -> FrameState:
@@ -190,7 +190,7 @@ class StreamDecoder:
         index = wire.parse_index(chunk.payload)
         # As [5.9-1], [5.9-2] and [11.4-3] ask.
         if self._is_whole and index != self._passed.followed_by(self._points):
-            message = "INDX does not say where the canonical frames are"
+            message = "INDX does not list the canonical frames of the stream"
             raise IndexMismatchError(message)
         self.index, self._index_offset = index, chunk.offset
 
@@ -198,6 +198,6 @@ class StreamDecoder:
         canonical_count = len(self._passed) + len(self._points)
         seen = Tail(self._frame_count, canonical_count, self._index_offset)
         if self._is_whole and tail != seen:  # [5.8-1] [5.8-2]
-            message = f"TAIL says {tail}, the stream holds {seen}"
+            message = f"TAIL states {tail}, but the stream has {seen}"
             raise TailMismatchError(message)
         self.tail = tail

@@ -23,7 +23,7 @@ def update_context(state: State) -> UpdateContext:
     """Return the context of a frame's Gaussians before its updates (SPEC 8.8).
 
     Args:
-        state: After `move`, of a stream with updates.
+        state: State after `move`, of a stream with updates.
     """
     return UpdateContext(state.motion, state.known_recency)
 
@@ -33,16 +33,16 @@ def update(state: State, updates: Updates) -> State:
 
     Args:
         state: After `move`, of a stream with updates.
-        updates: In steps.
+        updates: Updates in quantization steps.
 
     Raises:
         CountError: No Gaussian would be left.
         StateError: A position or a code is out of range.
-        SymbolRangeError: A rotation residual is.
+        SymbolRangeError: A rotation residual is out of range.
     """
     gone = updates.gaussians[updates.dies]
     if gone.size == state.scene.count:  # [7.8-1]
-        message = f"all {gone.size} Gaussians leave"
+        message = f"the updates delete all {gone.size} Gaussians"
         raise CountError(message)
     recency = np.minimum(state.known_recency + 1, RECENCY_LIMIT).astype(np.int16)
     recency[updates.gaussians] = 0
@@ -61,7 +61,7 @@ def update(state: State, updates: Updates) -> State:
 
 
 def _change(scene: Scene, which: Int64, residuals: Int64) -> Scene:
-    """Return the scene with residuals `[13, n]` added to the Gaussians of indices `[n]`."""
+    """Return the scene with residuals `[13, n]` added to the Gaussians at indices `[n]`."""
     positions, rotations, codes = (
         scene.positions.copy(),
         scene.rotations.copy(),
@@ -72,14 +72,14 @@ def _change(scene: Scene, which: Int64, residuals: Int64) -> Scene:
     turning = np.flatnonzero(np.any(residuals[ROTATION], axis=0))
     turned = which[turning]
     rotations[:, turned] = _turn(rotations[:, turned], residuals[ROTATION, turning], scene)
-    changed = codes[: CODES.stop - CODES.start]  # all but SH rest
+    changed = codes[: CODES.stop - CODES.start]  # all codes except SH rest
     changed[:, which] = narrow_codes(changed[:, which] + residuals[CODES])  # [7.8-3]
     return replace(scene, positions=positions, rotations=rotations, codes=codes)
 
 
 def _turn(rotations: Int32, residuals: Int64, scene: Scene) -> Int32:
     if np.abs(residuals).max(initial=0) > ROTATION_UNITY_LIMIT:  # [7.8-4]
-        message = f"a rotation residual of an update is beyond {ROTATION_UNITY_LIMIT}"
+        message = f"a rotation residual of an update exceeds {ROTATION_UNITY_LIMIT}"
         raise SymbolRangeError(message)
     identity = np.full_like(residuals[:1], scene.header.rotation_unity)
     return rotate(rotations, normalize_sums(np.concatenate([identity, residuals])))

@@ -1,14 +1,14 @@
-"""The QuARC trainer: from a capture to a `.quarc` stream.
+"""The QuARC encoder, which trains and writes a `.quarc` stream from a capture.
 
     with open("out.quarc", "wb") as sink:
         encode(open_capture("flame_steak"), sink, EncodeOptions(choose_preset("main")))
 
-Gaussians of other methods become a stream without pictures, and without torch:
+Gaussians of other methods are encoded without pictures and without torch:
 
     report = encode_scenes(frames, sink, SceneOptions(frames_per_second=30))
 
-torch is loaded with `encode` and its options, and not before: what writes a stream from
-given records (`closed_loop`) does without it.
+torch is imported only with `encode` and its options, because writing a stream from given
+records (`closed_loop`) does not need it.
 """
 
 import os
@@ -47,7 +47,7 @@ _MODULES = {
     "encode_scenes": "scenes.encode_scenes",
 }
 
-# Threads that wait without spinning: on few cores, spinning starves the other pool.
+# Waiting threads must not spin: on few cores, spinning starves the other thread pool.
 # Must be set before torch loads its OpenMP.
 if (os.cpu_count() or 1) <= 4:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")

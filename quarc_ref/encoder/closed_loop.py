@@ -1,8 +1,7 @@
-"""The closed loop: the next frame is trained from the decoded state of the last one.
+"""The closed loop: each frame is trained from the decoded state of the previous frame.
 
-Encoder and decoder cannot drift apart, because the encoder has no state of its own: each
-chunk goes through a decoder before it is written, and later frames can only start from the decoded
-state.
+Encoder and decoder cannot drift apart, because the encoder has no separate state: each
+chunk is decoded before it is written, and the next frame starts from the decoded state.
 """
 
 from typing import Any, BinaryIO
@@ -36,20 +35,21 @@ from quarc_ref.streams.stream_writer import StreamWriter
 class ClosedLoop:
     """Writes the frames of a stream and decodes each one before it is written.
 
-    A frame is a value at every step: `start_frame`, `move_frame` and a `commit` method take
-    the value that the step before returned. Only commits write and change the loop.
+    Each step of a frame returns a new value, which the next step takes: `start_frame`,
+    `move_frame` and a `commit` method. Only `commit` methods write to the stream and
+    change the loop.
 
     Args:
-        sink: Binary file that the stream is appended to.
+        sink: Binary file to which the stream is appended.
         header: Header of the stream.
         cameras: Content of the `came` chunk.
         metadata: Content of the `meta` chunk.
-        held: Bytes of the stream that the sink already has; call `replay` with its frames before
-            committing others.
+        held: Number of bytes of the stream that the sink already has; `replay` must be
+            called with their frames before others are committed.
 
     Attributes:
         state: The decoder's state of the last frame.
-        frame_bytes: Size of the last frame's chunk, with its framing.
+        frame_bytes: Size of the last frame's chunk including its framing.
         engine: The decoder's engine.
     """
 
@@ -78,7 +78,7 @@ class ClosedLoop:
         return self._writer.offset
 
     def replay(self, chunk: Chunk) -> FrameState:
-        """Decode a frame that the sink has already, without writing it again.
+        """Decode a frame that the sink already has, without writing it again.
 
         Returns:
             The decoder's state of the frame.
@@ -93,7 +93,7 @@ class ClosedLoop:
             message = f"the stream cannot be resumed: {error.__cause__}"
             raise ResumeError(message) from error
         if self._decoded is None:
-            message = f"{chunk.kind.decode()} holds no frame"
+            message = f"a {chunk.kind.decode()} chunk is not a frame"
             raise ValueError(message)
         self.state = self._decoded
         return self.state
@@ -116,7 +116,7 @@ class ClosedLoop:
         """Write a canonical frame; see `FrameCoder.canonical`.
 
         Returns:
-            The decoder's state of the frame, as of every commit.
+            The decoder's state of the frame.
         """
         return self._commit(self._coder.canonical(gaussians, frame))
 
@@ -125,7 +125,7 @@ class ClosedLoop:
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
-            ClosedLoopError: The chunk decodes to another state.
+            ClosedLoopError: The chunk decodes to a different state.
             ValueError: The frame does not follow the last one committed.
         """
         self._require_next(moved)
@@ -136,7 +136,7 @@ class ClosedLoop:
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
-            ClosedLoopError: The chunk decodes to another state.
+            ClosedLoopError: The chunk decodes to a different state.
             ValueError: The frame does not follow the last one committed.
         """
         self._require_next(moved)
@@ -147,7 +147,7 @@ class ClosedLoop:
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
-            ClosedLoopError: The chunk decodes to another state.
+            ClosedLoopError: The chunk decodes to a different state.
             ValueError: The stream has no snapshots, or the frame does not follow the last one
                 committed.
         """
@@ -159,7 +159,7 @@ class ClosedLoop:
         return self._commit(self._coder.as_snapshot(moved, births, reference, self._decoder.roots))
 
     def finish(self) -> None:
-        """Write the index and the end of the stream."""
+        """Write the end of the stream: index and tail."""
         self._writer.finish()
 
     def _require_next(self, moved: MovedFrame) -> None:
@@ -176,13 +176,16 @@ class ClosedLoop:
         if decoded is not coded.state and (
             decoded is None or not _is_same_scene(decoded.scene, coded.state.scene)
         ):
-            message = f"frame {coded.state.scene.frame} decodes to another state than was coded"
+            message = (
+                f"frame {coded.state.scene.frame} decodes to a state that differs from the "
+                "encoder's"
+            )
             raise ClosedLoopError(message)
         self.state = decoded
         return decoded
 
     def _write(self, kind: bytes, payload: bytes) -> None:
-        """Write a chunk, which the writer passes to the decoder first, and note its size."""
+        """Write a chunk, which the writer passes to the decoder first, and store its size."""
         offset = self._writer.offset
         self._writer.write(kind, payload)
         self.frame_bytes = self._writer.offset - offset
@@ -191,12 +194,12 @@ class ClosedLoop:
         try:
             self._decoded = self._decoder.push(chunk)
         except BitstreamError as error:
-            message = f"the decoder rejects a chunk that was to be written: {error}"
+            message = f"the decoder rejects a chunk of the encoder: {error}"
             raise ClosedLoopError(message) from error
 
 
 def _is_same_scene(first: Scene, second: Scene) -> bool:
-    """Whether two scenes have the same integers."""
+    """Return whether two scenes have the same integers."""
     return (first.frame, first.phase) == (second.frame, second.phase) and all(
         np.array_equal(getattr(first, plane), getattr(second, plane))
         for plane in ("ids", "positions", "rotations", "codes")

@@ -1,4 +1,4 @@
-"""The metadata of a stream: how it was made. `--resume` compares it."""
+"""Metadata that describes how a stream was made, and that `--resume` compares."""
 
 from importlib.metadata import version
 from typing import Any
@@ -12,15 +12,15 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 
 def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dict[str, str]:
-    """The metadata of a stream: capture, settings and software.
+    """Return the metadata of a stream: capture, settings and software.
 
-    It lists only settings that differ from the defaults of `EncoderConfig`: all settings would
-    take more bytes than a frame.
+    Only settings that differ from the defaults of `EncoderConfig` are included, because
+    all settings would take more bytes than a frame.
 
     Args:
         capture: The capture to encode.
         config: All settings.
-        device: As in `EncodeOptions`.
+        device: Device, as in `EncodeOptions`.
     """
     renderer = choose_rasterizer(choose_device(device)).name
     libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))

@@ -1,8 +1,8 @@
 """Finds problems of a capture before hours are spent on encoding it.
 
-`encode` runs the quick part, `checks.capture_checks`. This also reads all frames of all cameras.
-Held-out cameras are included, since they can be broken too and nothing is tuned on them. What
-stops the capture from being opened is a finding like any other.
+`encode` runs only the quick part, `checks.capture_checks`. This module also reads all
+frames of all cameras, including held-out ones, which can have faults too. An error that
+prevents opening the capture is reported as a finding.
 """
 
 import re
@@ -28,13 +28,13 @@ from quarc_ref.format.errors import UnusableCaptureError
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """How to examine a capture.
+    """Options for examining a capture.
 
     Attributes:
-        opening: How to open the capture.
-        quick: Whether to look at files and frame 0 alone, as `encode` does.
-        config: All settings of the encode that is forecast.
-        device: As in `EncodeOptions`.
+        opening: Options for opening the capture.
+        quick: Whether to check only files and frame 0, as `encode` does.
+        config: Settings of the encode to forecast.
+        device: Device, as in `EncodeOptions`.
         progress: Called after every step.
     """
 
@@ -51,10 +51,10 @@ class Diagnosis:
 
     Attributes:
         layout: Name of the layout; None if it is unknown.
-        capture: Opened; None if it cannot be.
-        forecast: Forecast of an encode; None if none can be made.
+        capture: The opened capture; None if it cannot be opened.
+        forecast: Forecast of an encode; None if it is not possible.
         machine: Free resources of this machine.
-        findings: All faults; none if the capture is good.
+        findings: All faults; empty if the capture is good.
     """
 
     layout: str | None
@@ -65,15 +65,15 @@ class Diagnosis:
 
 
 def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
-    """Return the faults of a capture, and a forecast of encoding it.
+    """Find the faults of a capture, and forecast its encode.
 
     Args:
         folder: Folder of the capture.
-        examination: How to examine it.
+        examination: Options.
 
     Raises:
         HeldOutError: A camera to hold out does not exist.
-        StartError: No frame is left from the first one that is asked for.
+        StartError: The requested first frame is after the last one.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
     asked, machine = examination or Examination(), look_at_machine()
@@ -110,13 +110,13 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
 
 
 def _as_finding(error: Exception) -> Finding:
-    """Return an error as a finding, whose kind is the name of its class."""
+    """Convert an error to a finding, whose kind is the name of its class."""
     words = re.findall("[A-Z][a-z]+", type(error).__name__.removesuffix("Error"))
     return Finding("-".join(words).lower(), str(error))
 
 
 def _drop_repeats(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Return findings, without those about poses that the color check has reported already."""
+    """Drop findings about poses that the color check has already reported."""
     named = {camera for each in findings if each.kind in _BY_COLORS for camera in each.cameras}
     return tuple(
         each

@@ -14,17 +14,17 @@ from quarc_ref.encoder.settings.presets import choose_preset
 
 @dataclass(frozen=True, slots=True)
 class EncodeOptions:
-    """How to encode a capture.
+    """Options of an encode.
 
     Attributes:
         config: All settings of training and stream.
-        frames: Number of frames, from the first; None for all.
+        frames: Number of frames; None for all.
         device: `cpu`, `cuda`, or `auto`: CUDA if a device and gsplat are available.
         progress: Called after every training step.
-        checkpoint: File in which the training of frame 0 is saved every minute, and from which
-            it is resumed if it belongs to this encode; None for no file.
+        checkpoint: File in which the training of frame 0 is saved every minute, and from
+            which training resumes if the file belongs to this encode; None for no file.
         checks: Whether to check the capture before frame 0 is trained.
-        report: Called with every finding: a reason to expect poor quality.
+        report: Called with every finding, which is a reason to expect poor quality.
         monitor: Called for every training step and every frame.
     """
 
@@ -41,7 +41,7 @@ class EncodeOptions:
         """Check a capture and report findings, unless `checks` is off.
 
         Raises:
-            UnusableCaptureError: The capture cannot be encoded to anything useful.
+            UnusableCaptureError: The capture cannot be encoded with useful quality.
             CaptureError: A picture cannot be read.
         """
         if self.checks:

@@ -123,7 +123,7 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
     with path.open("rb") as file:
         existing = read_partial_stream(FileSource(file))
     if existing is None or not existing.is_finished:
-        message = f"{path} is not a finished stream, and would be replaced by joined segments"
+        message = f"{path} is not a complete stream; the joined segments would replace it"
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
     require_match(existing, existing.header, capture.cameras, metadata)

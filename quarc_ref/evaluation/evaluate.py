@@ -100,6 +100,6 @@ def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[
     )
     if not frames:
         first, last = summary.frames[0].frame, summary.frames[-1].frame
-        message = f"the stream has none of these frames: it has {first} to {last}"
+        message = f"the stream has none of these frames; its frames are {first} to {last}"
         raise MismatchError(message)
     return frames

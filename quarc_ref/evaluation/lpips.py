@@ -44,7 +44,7 @@ class Lpips:
             data = path.read_bytes()
             weights = torch.load(path, map_location="cpu", weights_only=True)
         except Exception as error:  # torch names no class for a file that is none of its own
-            message = f"{path} cannot be read as weights of LPIPS: {error}"
+            message = f"{path} is not a readable file of LPIPS weights: {error}"
             raise WeightsError(message) from error
         missing = [name for name in _list_names() if name not in weights]
         if missing:

@@ -52,8 +52,8 @@ def open_same_capture(
     """
     held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
     if not held_out or not summary.frames:
-        missing = "frame" if held_out else "camera to keep out of training"
-        message = f"the stream has no {missing}: there is nothing to measure"
+        missing = "frame" if held_out else "held-out camera"
+        message = f"the stream has no {missing}, so there is nothing to measure"
         raise MismatchError(message)
     start = _read_start(summary)
     full = open_capture(folder, CaptureOptions(start=start))
@@ -64,7 +64,7 @@ def open_same_capture(
         capture = open_capture(folder, options)
     except DownscaleError as error:
         raise MismatchError(str(error)) from error
-    _require_equal("sizes of pictures", _sizes(capture.cameras), _sizes(summary.cameras))
+    _require_equal("picture sizes", _sizes(capture.cameras), _sizes(summary.cameras))
     if capture.frame_count <= summary.frames[-1].frame:
         message = (
             f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
@@ -85,7 +85,7 @@ def _read_start(summary: StreamSummary) -> int:
     """
     text = summary.metadata.get("start", "0")
     if not re.fullmatch(r"[0-9]{1,9}", text):
-        message = f"the stream says that it starts at frame {text!r} of its capture"
+        message = f"the metadata 'start' of the stream is {text!r}, not a frame number"
         raise MismatchError(message)
     return int(text)
 

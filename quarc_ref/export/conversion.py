@@ -50,7 +50,7 @@ def convert_apart(data: bytes, source: str, target: str) -> bytes:
             command, input=data, capture_output=True, timeout=_SECONDS, check=False
         )
     except subprocess.TimeoutExpired as error:
-        message = f"gaussforge has not read it in {_SECONDS} seconds"
+        message = f"gaussforge did not read it within {_SECONDS} seconds"
         raise ExportError(message) from error
     if done.returncode:
         lines = done.stderr.decode(errors="replace").strip().splitlines()

@@ -120,7 +120,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
     pace = frames_per_second or pace
     count = round(duration * pace)
     if not (0 < duration < np.inf and 0 < count <= _MOST_FRAMES):
-        message = f"it lasts {duration} seconds: {count} frames at {pace:.6g} per second"
+        message = f"{duration} seconds at {pace:.6g} frames per second are {count} frames"
         raise ValueError(message)
 
     def read() -> Iterator[tuple[Splats, Int64]]:

@@ -70,7 +70,7 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
     paths = [path] if path.is_file() else _list_frames(path)
     kind = paths[0].suffix.lower()
     if kind not in _PARSERS:
-        message = f"{path}: frames are read from {KINDS} files"
+        message = f"{path} is not a {KINDS} file"
         raise UnreadableFramesError(message)
     beside = (path if path.is_dir() else path.parent) / NAME
     sidecar = Sidecar()
@@ -98,7 +98,7 @@ def _list_frames(folder: Path) -> list[Path]:
     kinds = sorted({path.suffix.lower() for path in paths})
     if len(kinds) != 1:
         found = f"both {' and '.join(kinds)}" if kinds else f"no {' or '.join(_PARSERS)}"
-        message = f"{folder} has {found} files: it takes one kind, a file per frame"
+        message = f"{folder} has {found} files; it must have files of one format, one per frame"
         raise UnreadableFramesError(message)
     return sorted(paths, key=_count_up)
 

@@ -69,12 +69,14 @@ def parse_ply(data: bytes) -> Splats:
     rest = sum(name.startswith("f_rest_") for name in header.types)
     if rest not in _REST_COUNTS:
         counts = ", ".join(map(str, _REST_COUNTS))
-        message = f"it has {rest} properties f_rest_*, and SH have {counts}"
+        message = f"it has {rest} properties f_rest_*, but SH need {counts}"
         raise ValueError(message)
     names = [*_REQUIRED, *_name_rest(rest)]
     missing = [name for name in names if header.types.get(name) not in ("f4", "f8")]
     if missing:
-        message = f"its vertices have no property {missing[0]}: it is not a PLY of 3D Gaussians"
+        message = (
+            f"its vertices have no property {missing[0]}: it is not a PLY file of 3D Gaussians"
+        )
         raise ValueError(message)
     columns = read_ply_columns(data, header)
     return _build_splats({name: _to_float32(columns[name]) for name in names}, rest)
@@ -87,7 +89,7 @@ def _build_splats(numbers: dict[str, NDArray[np.float32]], rest: int) -> Splats:
     rotations = stack(*(f"rot_{i}" for i in range(4)))
     lengths = np.linalg.norm(rotations.astype(np.float64), axis=1, keepdims=True)
     if not lengths.all():
-        message = "a rotation is the quaternion 0"
+        message = "a rotation is the zero quaternion"
         raise ValueError(message)
     count = len(rotations)
     sh = stack(*(f"f_dc_{i}" for i in range(3)))[:, None]

@@ -94,7 +94,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
         OverflowError,
         RecursionError,
     ) as error:
-        message = f"it is not in the form that quarc-ref writes: {error}"
+        message = f"it was not written by quarc-ref: {error}"
         raise ValueError(message) from error
 
 

@@ -36,7 +36,8 @@ def build(frame: Frame, clip: Clip) -> bytes:
     upright = rotate_upright(frame.splats, clip)
     if abs(upright.positions).max() > _FARTHEST:
         message = (
-            f"frame {frame.scene.frame} reaches beyond {_FARTHEST:.0f} units, the limit of SPZ"
+            f"frame {frame.scene.frame} has positions beyond {_FARTHEST:.0f} units, the limit "
+            "of SPZ"
         )
         raise ExportError(message)
     return convert(build_ply(upright), "ply", "spz", spz_version=3)
@@ -79,9 +80,9 @@ def check_header(data: bytes) -> None:
             message = f"it is not an SPZ file: {error}"
             raise ValueError(message) from error
     if len(head) < _HEADER_BYTES or head[:4] != _MAGIC:
-        message = "it does not begin like an SPZ file"
+        message = "it does not begin with the header of an SPZ file"
         raise ValueError(message)
     count = int.from_bytes(head[8:12], "little")
     if not 0 < count <= min(_MOST_GAUSSIANS, len(data) * _MOST_RATIO // _LEAST_BYTES):
-        message = f"it cannot hold the {count} Gaussians that it claims"
+        message = f"it is too short for the {count} Gaussians that its header states"
         raise ValueError(message)

@@ -91,7 +91,7 @@ class _Module(Protocol):
 
 _ROWS = (
     Export("ply", "3DGS PLY", "gaussian_ply"),
-    Export("npz", "NumPy arrays, the integer state with them", "arrays_npz"),
+    Export("npz", "NumPy arrays, including the integer state", "arrays_npz"),
     Export("spz", "SPZ 3 of Niantic", "spz", package="gaussforge", extra="export"),
     Export("sog", "SOG 2 of PlayCanvas", "sog", package="gaussforge", extra="export"),
     Export(

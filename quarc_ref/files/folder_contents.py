@@ -22,8 +22,8 @@ def require_made(folder: Path, depth: int = _DEPTH) -> None:
     stock = _take_stock(folder, depth)
     if stock.foreign:
         message = (
-            f"{folder} holds {stock.foreign[0].name}, which quarc-ref has not made (no {MARKER} "
-            "lists it): remove it yourself, or choose another folder"
+            f"{folder} holds {stock.foreign[0].name}, which quarc-ref did not create (it is "
+            f"not listed in {MARKER}): remove it, or choose another folder"
         )
         raise OutputPathError(message)
     for path in stock.folders:

@@ -98,7 +98,7 @@ def _require_free(target: Path, *, replace: bool) -> None:
     if not os.path.lexists(target):
         return
     if target.is_symlink() or not target.is_dir():
-        message = f"{target} is not a folder of its own"
+        message = f"{target} is a symbolic link or not a folder"
         raise OutputPathError(message)
     require_made(target)
     if any(target.iterdir()):
@@ -132,7 +132,7 @@ def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
     elif replace:
         _swap(made, target)
     else:
-        message = f"{target} exists: it was created meanwhile"
+        message = f"{target} was created by another process in the meantime"
         raise OutputPathError(message)
 
 

@@ -15,7 +15,7 @@ from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.locks import open_regular
 
 MARKER = ".quarc-ref-made"
-_FIRST_LINE = "Made by quarc-ref: --force removes the files that are listed here, and no others."
+_FIRST_LINE = "Made by quarc-ref. --force removes only the files listed here."
 _LINE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]*/?")
 _BYTES_LIMIT = 1 << 26
 
@@ -34,7 +34,7 @@ def append_line(marker: BinaryIO, line: str) -> None:
         OSError: The marker cannot be written.
     """
     if not _LINE.fullmatch(line):
-        message = f"{line!r} is not a plain name"
+        message = f"{line!r} is not a plain file name"
         raise ValueError(message)
     _write_line(marker, line)
 
@@ -81,8 +81,8 @@ def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
     is_ours = end > 0 or _FIRST_LINE.encode().startswith(data)
     if not is_ours or first != _FIRST_LINE or not all(map(_LINE.fullmatch, names)):
         message = (
-            f"{folder / MARKER} is damaged, or was not written by quarc-ref: "
-            "remove the folder yourself, or choose another"
+            f"{folder / MARKER} is damaged, or was not written by quarc-ref: remove the "
+            "folder, or choose another one"
         )
         raise OutputPathError(message)
     return set(names), end

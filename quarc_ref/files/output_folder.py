@@ -137,7 +137,7 @@ def open_marker(path: Path) -> BinaryIO:
     try:
         marker = open_regular(path / MARKER)
     except FileNotFoundError as error:
-        message = f"{path} was not made by quarc-ref: it holds no {MARKER}"
+        message = f"{path} was not created by quarc-ref: it has no {MARKER}"
         raise OutputPathError(message) from error
     if lock(marker) is False:
         marker.close()

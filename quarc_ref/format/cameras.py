@@ -40,11 +40,13 @@ class Camera:
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy, *self.rotation, *self.translation, self.near)
         if not all(map(math.isfinite, numbers)):
-            message = f"camera {self.name} has a number that is not finite"
+            message = f"camera {self.name} has a non-finite number"
             raise ValueError(message)
         if len(self.rotation) != 9 or len(self.translation) != 3:
-            message = f"camera {self.name} needs 9 numbers of rotation and 3 of translation"
+            message = (
+                f"camera {self.name} needs 9 numbers for its rotation and 3 for its translation"
+            )
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy, self.near) <= 0:
-            message = f"camera {self.name} needs positive sizes, focal lengths and near bound"
+            message = f"camera {self.name} needs positive sizes, focal lengths and near plane"
             raise ValueError(message)

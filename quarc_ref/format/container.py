@@ -204,7 +204,7 @@ def check_place(header: ChunkHeader, before: bytes) -> None:
             followed by TAIL.
     """
     if (header.kind == HEAD) != (header.sequence == 0):  # [5.1-2]
-        message = "HEAD must be the first chunk, and no other"
+        message = "the first chunk must be HEAD, and no other chunk may be HEAD"
         raise ChunkOrderError(message, header.offset)
     if before == INDX and header.kind != TAIL:  # [5.1-6]
         message = "TAIL must follow INDX"
@@ -224,7 +224,7 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
     """
     most = HEAD_BYTES_LIMIT if stream is None else stream.limits.chunk_bytes
     if length > most:  # [3.2-4] [5.2-7]
-        message = f"a payload of {length} bytes, more than the {most} allowed"
+        message = f"a payload of {length} bytes exceeds the limit of {most}"
         raise ChunkSizeError(message, offset)
 
 

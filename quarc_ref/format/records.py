@@ -224,7 +224,7 @@ class SnapshotChunk:
 
 def _check_axis_bits(axis_bits: int) -> None:
     if axis_bits > constants.AXIS_BITS_LIMIT:
-        message = f"axis_bits is {axis_bits}, beyond {constants.AXIS_BITS_LIMIT}"
+        message = f"axis_bits is {axis_bits}, above the limit of {constants.AXIS_BITS_LIMIT}"
         raise ValueError(message)
 
 

@@ -147,7 +147,10 @@ def parse_cameras(payload: bytes) -> tuple[Camera, ...]:
     """Parse `came` (SPEC 5.6)."""
     count, room = int.from_bytes(payload[:2], "little"), len(payload[2:])
     if count * LEAST_CAMERA_BYTES > room:
-        message = f"{count} cameras of at least {LEAST_CAMERA_BYTES} bytes each in {room} bytes"
+        message = (
+            f"{count} cameras of at least {LEAST_CAMERA_BYTES} bytes each do not fit into {room} "
+            "bytes"
+        )
         raise FieldError(message)
     return tuple(_camera(parsed) for parsed in _parse(CAMERAS, payload, COMPILED_CAMERAS).cameras)
 

@@ -138,7 +138,9 @@ class _FirstPass:
         for start, stop in zip(self.canonical, [*self.canonical[1:], None], strict=False):
             for scene in decode(source, start, stop):
                 if compute_digest(scene) != self.digests[scene.frame]:
-                    message = f"frame {scene.frame} has another state from seek point {start}"
+                    message = (
+                        f"frame {scene.frame} decodes to a different state from seek point {start}"
+                    )
                     raise VerificationError(message)
                 done += 1
                 self._on_progress("seek", done, len(self.digests))

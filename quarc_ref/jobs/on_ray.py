@@ -43,5 +43,5 @@ def _take_outcome(reference: Any) -> Outcome:  # noqa: ANN401
     try:
         outcome: Outcome = ray.get(reference)
     except ray.exceptions.RayError as error:
-        return Outcome(fault=f"Ray could not run it: {error}")
+        return Outcome(fault=f"Ray could not run the job: {error}")
     return outcome

@@ -64,7 +64,10 @@ def _take_ended(running: "dict[Pipe, tuple[int, BaseProcess]]") -> Iterator[tupl
         except EOFError:
             outcome = None
         _see_ended(process)
-        yield place, outcome or Outcome(fault=f"its process ended with code {process.exitcode}")
+        yield (
+            place,
+            outcome or Outcome(fault=f"the process ended with exit code {process.exitcode}"),
+        )
 
 
 def _see_ended(process: BaseProcess) -> None:

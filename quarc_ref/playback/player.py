@@ -42,7 +42,7 @@ class Player:
         follow: Follow | None = None,
     ) -> None:
         if threads < 1 or prefetch < 1:
-            message = f"{threads} threads, {prefetch} frames to prefetch: each must be at least 1"
+            message = f"threads ({threads}) and prefetch ({prefetch}) must be at least 1"
             raise ValueError(message)
         self.times = Times()
         self._prefetch = prefetch

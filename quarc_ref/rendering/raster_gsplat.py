@@ -26,7 +26,10 @@ class GsplatRasterizer:
         try:
             from gsplat import rasterization
         except ImportError as error:
-            message = "training on CUDA needs gsplat: pip install 'quarc-ref[encode,gpu]'"
+            message = (
+                "training on CUDA needs gsplat; install it with: pip install "
+                "'quarc-ref[encode,gpu]'"
+            )
             raise RuntimeError(message) from error
         self._rasterization = rasterization
 

@@ -72,7 +72,7 @@ class ChunkReader:
             self.source.read(self.offset, CHUNK_HEADER_BYTES), self.offset
         )
         if header.sequence != self.sequence:  # [5.2-4]
-            message = f"chunk {header.sequence} is where chunk {self.sequence} is expected"
+            message = f"found chunk {header.sequence} where chunk {self.sequence} was expected"
             raise SequenceError(message, self.offset)
         container.check_type(header, self._stream)
         container.check_place(header, self._before)

@@ -44,7 +44,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     steps = iter(walk)
     first = _find(steps, start, walk, passed)
     if first.frame is not None and stop is not None and stop <= first.frame:
-        message = f"no frame from frame {first.frame} on comes before frame {stop}"
+        message = f"there is no frame between frame {first.frame} and frame {stop}"
         raise EditError(message)
     writer = StreamWriter(sink, walk.head)
     for chunk in passed.chunks():
@@ -107,7 +107,7 @@ def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -
     after = step.frame if step.is_canonical else None
     with suppress(TruncatedError):
         after = after or next((other.frame for other in steps if other.is_canonical), None)
-    fault = f"frame {start} is not canonical, and a stream cannot begin with it"
+    fault = f"frame {start} is not canonical, so a stream cannot begin with it"
     if step.frame != start:
         fault = f"the stream has no frame {start}"
     raise EditError(fault + _name_near(before, after))

@@ -59,7 +59,7 @@ class HttpClient:
             response.close()
             target = follow_redirect(asked[-1], response.headers.get("Location"))
             if target in asked:
-                message = f"redirects in a circle, back to {target}"
+                message = f"redirects in a loop, back to {target}"
                 raise RedirectError(message)
             if len(asked) > _MOST_REDIRECTS:
                 message = f"redirects more than {_MOST_REDIRECTS} times"
@@ -78,7 +78,7 @@ def follow_redirect(url: str, location: str | None) -> str:
         RedirectError: The target is missing, not HTTP, or downgrades from HTTPS.
     """
     if not location:
-        message = "redirects without saying where to"
+        message = "redirects without a target URL"
         raise RedirectError(message)
     target = quote(urljoin(url, location), safe=string.punctuation, encoding="latin-1")
     before, after = urlsplit(url).scheme, urlsplit(target).scheme
@@ -86,7 +86,10 @@ def follow_redirect(url: str, location: str | None) -> str:
         message = f"redirects to {location!r}: only http and https URLs are followed"
         raise RedirectError(message)
     if (before, after) == ("https", "http"):
-        message = f"redirects from https to {location!r}: only https URLs are followed from there"
+        message = (
+            f"redirects from https to {location!r}: redirects from https may only lead to https "
+            "URLs"
+        )
         raise RedirectError(message)
     return urldefrag(target).url
 

@@ -60,7 +60,7 @@ class HttpSource:
         body, version = self._ask(offset, length)
         change = self._version.compare(version)
         if change is Change.REPLACED or (change is Change.GROWN and not self._has_sample()):
-            self._reject("has a different file now: it was changed while it was read")
+            self._reject("now has a different file: it was changed while it was being read")
         self._version = self._version.updated(version)
         self._keep_sample(offset, body)
         return body, version.size
@@ -98,10 +98,12 @@ class HttpSource:
             self._reject_status(response)
         encoding = response.headers.get("Content-Encoding", "identity")
         if encoding.lower() != "identity":
-            self._reject(f"answers in encoding {encoding!r}: it must send the bytes of the file")
+            self._reject(
+                f"answers with content encoding {encoding!r}: it must send the file as it is"
+            )
         found = _RANGE.fullmatch(said)
         if found is None:
-            self._reject("does not say which bytes it sends")
+            self._reject("does not state which bytes it sends")
         first, last = int(found[1]), int(found[2])
         size = None if found[3] == "*" else int(found[3])
         end = offset + length if size is None else min(offset + length, size)

@@ -126,7 +126,7 @@ def _go_to(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> Ch
     try:
         header = reader.read_header()
     except BitstreamError as error:
-        message = f"chunk {sequence} is not where the index says: {error}"
+        message = f"chunk {sequence} is not at the offset that the index states: {error}"
         raise IndexMismatchError(message, offset) from error
     if header is None or header.kind not in kinds:  # [11.2-2]
         message = f"chunk {sequence} is not a {kinds[0].decode()}"

@@ -63,7 +63,7 @@ class PipeSource:
             SourceError: The bytes were already read and are not kept.
         """
         if offset < self._start:
-            message = f"a pipe cannot seek back to byte {offset}: save the stream to a file"
+            message = f"cannot seek back to byte {offset} in a pipe: save the stream to a file"
             raise SourceError(message)
         while (missing := offset + length - self._start - len(self._kept)) > 0:
             piece = self._pipe.read(min(missing, _PIECE_BYTES))

@@ -38,14 +38,14 @@ class SynthOptions:
         for name in ("width", "height"):
             side = getattr(self, name)
             if side < _LEAST_SIDE or side % 2:
-                message = f"{name} is {side}; videos need an even one of at least {_LEAST_SIDE}"
+                message = f"{name} is {side}; it must be even and at least {_LEAST_SIDE}"
                 raise ValueError(message)
         for name, least in (("frames", 1), ("frames_per_second", 1), ("seed", 0), ("cameras", 2)):
             if getattr(self, name) < least:
                 message = f"{name} is {getattr(self, name)}, below {least}"
                 raise ValueError(message)
         if self.cameras > _MOST_CAMERAS:
-            message = f"cameras is {self.cameras}; files are numbered up to {_MOST_CAMERAS}"
+            message = f"cameras is {self.cameras}; it must be at most {_MOST_CAMERAS}"
             raise ValueError(message)
         if self.variant not in VARIANTS:
             message = f"variant is {self.variant!r}, not one of {', '.join(VARIANTS)}"

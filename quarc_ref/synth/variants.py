@@ -31,9 +31,9 @@ VARIANTS = {
     "playroom": PLAYROOM,
     "bright-stage": Variant("one small subject in an empty hall", is_stage=True),
     "dark-stage": Variant(
-        "the same subject, light and hall, but black", is_stage=True, is_dark=True
+        "the same subject and light in a black hall", is_stage=True, is_dark=True
     ),
-    "mixed-cameras": Variant("cameras of different exposures and colors", camera_spread=0.25),
+    "mixed-cameras": Variant("cameras with different exposures and colors", camera_spread=0.25),
     "fast": Variant("everything three times as fast", tempo=3.0),
-    "visitor": Variant("something that appears and leaves", has_visitor=True),
+    "visitor": Variant("an object that appears and disappears", has_visitor=True),
 }

@@ -46,10 +46,10 @@ class Doorkeeper:
         if len(hosts) != 1 or _find_name(hosts[0]) not in {*self._names, address}:
             return "unknown Host: quarc-ref view --allow-host NAME adds one"
         if origins and not (len(origins) == 1 and self._is_own(origins[0], hosts[0])):
-            return "the Origin is another page"
+            return "the Origin header is that of another site"
         token = path.removeprefix("/").partition("/")[0]
         if not hmac.compare_digest(token.encode(), self.token.encode()):
-            return "wrong token: open the address that quarc-ref view has printed"
+            return "wrong token: open the URL that quarc-ref view printed"
         return None
 
     def _is_own(self, origin: str, host: str) -> bool:

@@ -100,7 +100,7 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
         CameraChoiceError: The stream has no such camera; the message names those it has.
     """
     if not cameras:
-        message = "the stream has no cameras to look through"
+        message = "the stream has no cameras"
         raise CameraChoiceError(message)
     for camera in cameras:
         if name in (None, camera.name):

@@ -78,7 +78,7 @@ class Server(ThreadingHTTPServer):
             why = getattr(error, "strerror", None) or str(error)
             if getattr(error, "errno", None) in _ANOTHER_PORT_MAY_DO:
                 why += f" (ports {ports.start} to {ports[-1]})"
-            message = f"cannot listen at {host}: {why}"
+            message = f"cannot listen on {host}: {why}"
             raise OSError(message) from error
 
     @property
@@ -178,7 +178,7 @@ class _Handler(BaseHTTPRequestHandler):
             piece = source.read(offset, length)
             self.wfile.write(piece)
             if len(piece) < length:
-                message = "the stream has become shorter while it was read"
+                message = "the stream became shorter while it was being read"
                 raise SourceError(message)
 
     def _begin(self, status: HTTPStatus, resource: Resource, length: int) -> None:

@@ -142,7 +142,7 @@ def test_an_ended_run_goes_on_where_it_was(folder, copy, here):
 @pytest.mark.parametrize(
     ("more", "told"),
     [
-        (("--lpips", "none.pth"), "none.pth cannot be read as weights of LPIPS"),
+        (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
         (("--only", "steps"), "no experiment steps; there are full"),
         (("--set", "motion.speed=1"), "no setting 'motion.speed'"),
         (("--held-out", "cam77"), "there is no camera cam77"),

@@ -176,7 +176,7 @@ def test_a_real_capture_has_four_held_out_sets(study, tmp_path):
         (["--variants", ""], "nothing to encode"),
         (["--variants", NAME, "--set", "motion.speed=1"], "no setting 'motion.speed'"),
         (["--variants", NAME, "--workers", "0"], "workers and threads must be at least 1"),
-        (["--lpips", "none.pth"], "none.pth cannot be read as weights of LPIPS"),
+        (["--lpips", "none.pth"], "none.pth is not a readable file of LPIPS weights"),
         (["--real", "nowhere"], "nowhere"),
         (["--against", "nowhere"], "quality.json does not exist: run the study first"),
     ],

@@ -66,7 +66,7 @@ def test_the_page_lists_every_camera_with_its_error(rig, tmp_path):
     assert "my &lt;rig&gt;: 13 of 13 cameras calibrated" in page
     for name, fit in rig.solution.fits.items():
         assert f"<td>{name}</td><td>{fit.mean_error:.2f}</td>" in page
-    assert "Every camera joined" in page
+    assert "All cameras were calibrated" in page
     assert "data:image/png;base64," in page
 
 
@@ -89,7 +89,8 @@ def test_recordings_of_nothing_are_refused_with_what_to_do(tmp_path):
         write_flat(tmp_path / f"{name}.mp4")
 
     with pytest.raises(
-        CalibrationError, match=r"no three cameras could be joined.*a: its pictures have only"
+        CalibrationError,
+        match=r"fewer than three cameras could be calibrated.*a: its pictures have only",
     ):
         calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE))
 
@@ -98,7 +99,7 @@ def test_two_cameras_are_too_few(tmp_path):
     for name in "ab":
         write_flat(tmp_path / f"{name}.mp4")
 
-    with pytest.raises(CalibrationError, match="recordings of 2 cameras, and at least 3"):
+    with pytest.raises(CalibrationError, match="recordings of 2 cameras, but at least 3"):
         find_recordings(tmp_path)
 
 

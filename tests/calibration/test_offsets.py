@@ -93,7 +93,7 @@ def test_planted_offsets_are_found_by_where_things_move(monkeypatch):
 
 
 def test_silent_recordings_cannot_be_synchronized_by_sound(traced):
-    with pytest.raises(CalibrationError, match="no sound to synchronize by: cam00"):
+    with pytest.raises(CalibrationError, match="cannot synchronize by sound: cam00"):
         find_offsets(find_recordings(traced.folder), SyncMethod.SOUND, ignore)
 
 

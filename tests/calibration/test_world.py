@@ -60,10 +60,10 @@ def test_a_rig_that_fills_space_has_no_plane():
         look_at(f"cam{i}", p) for i, p in enumerate(np.vstack([np.eye(3), -np.eye(3)]) + 0.1)
     ]
 
-    with pytest.raises(CalibrationError, match="are not in one plane"):
+    with pytest.raises(CalibrationError, match="do not lie in one plane"):
         settle_world(cameras, POINTS, "plane")
 
 
 def test_a_camera_that_did_not_join_is_named():
-    with pytest.raises(UnknownCameraError, match="no camera cam99 that joined"):
+    with pytest.raises(UnknownCameraError, match="camera cam99 was not calibrated"):
         settle_world(ring(), POINTS, "cam99")

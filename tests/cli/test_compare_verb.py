@@ -128,11 +128,11 @@ def test_eval_measures_the_frames_that_are_asked_for(encoded, capture, tmp_path)
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("{stream}", "two entries or more"),
+        ("{stream}", "at least two entries"),
         ("{stream} {out}", "does not exist"),
         ("{stream} {stream} --bytes x=3", "--bytes names x"),
         ("{stream} {stream} --bytes 3", "--bytes takes PATH=N"),
-        ("{stream} {stream} --lpips {stream}", "cannot be read as weights"),
+        ("{stream} {stream} --lpips {stream}", "is not a readable file of LPIPS weights"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
         ("{stream} {stream} --frames 77", "the entries have no frame in common"),
         ("{stream} {empty}", "does not have the pictures of cam00"),

@@ -60,5 +60,5 @@ def test_an_edit_that_leaves_nothing_makes_nothing(stream_file, tmp_path):
     result = run("edit", stream_file, "-o", tmp_path / "out.quarc", "--drop", "0,0,0,100")
 
     assert result.exit_code == 3
-    assert "no Gaussian" in result.stderr
+    assert "removes all Gaussians" in result.stderr
     assert list_names(tmp_path) == ["small.quarc"]

@@ -153,7 +153,7 @@ def test_logs_do_not_go_with_segments(capture, tmp_path):
         (["--seed", "-1"], "--seed"),
         (["--seed", 1 << 64], "--seed"),
         (["--frames", "0"], "--frames"),
-        (["--frames", "4"], "--frames 4: 4 frames are asked for, but capture plane has 3"),
+        (["--frames", "4"], "--frames 4: 4 frames are requested, but capture plane has 3"),
         (["--frames", "100", "--segments", "2"], "--frames 100: 100 frames are asked for"),
         (["--downscale", "0"], "--downscale"),
         (["--downscale", "1000"], "--downscale 1000"),

@@ -159,7 +159,7 @@ def test_eval_takes_a_file_only(name, capture):
     result = run("eval", name, capture)
 
     assert result.exit_code == 2
-    assert "takes only a file" in " ".join(result.stderr.replace("│", " ").split())
+    assert "accepts only files" in " ".join(result.stderr.replace("│", " ").split())
 
 
 def test_eval_reads_a_named_pipe(encoded, capture):

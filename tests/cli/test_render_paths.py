@@ -94,7 +94,7 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
     [
         (["--path", "none.json"], "none.json"),
         (["--path", "{stream}"], "is not JSON"),
-        (["--path", "orbit", "--frames", "9:"], "none of the frames"),
+        (["--path", "orbit", "--frames", "9:"], "none of the requested frames"),
         (["--pictures", "3"], "--pictures needs --path"),
         (["--to", "npz"], "--to npz needs --depth"),
         (["--depth", "--to", "webm"], "--depth cannot be combined with --to webm"),

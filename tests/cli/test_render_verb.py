@@ -100,7 +100,7 @@ def test_a_stream_of_standard_input_is_rendered_too(made, tmp_path):
     [
         (["--camera", "cam07"], "cam00"),
         (["--pixels", "yuv444p"], "--pixels is for videos, not for PNG files"),
-        (["--frames", "4:"], "none of the frames"),
+        (["--frames", "4:"], "none of the requested frames"),
         (["--to", "mp4", "--pixels", "yuv420p", "--width", "33"], "even"),
         (["--to", "png", "--width", "1000000"], "at most 32,767 pixels a side"),
         (["--to", "png", "--width", "16384"], "16384 x 12288 are too large"),

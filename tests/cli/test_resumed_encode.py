@@ -172,7 +172,7 @@ def test_an_encode_that_is_interrupted_in_frame_0_goes_on_with_its_training(
     )
     rejected = run(*command)
     assert rejected.exit_code == 2
-    assert f"{training} is left from an interrupted encode" in rejected.stderr
+    assert f"{training} remains from an interrupted encode" in rejected.stderr
     assert run(*command, "--resume").exit_code == 0
     assert file.read_bytes() == encoded.file.read_bytes()
     assert list_names(tmp_path) == [file.name]

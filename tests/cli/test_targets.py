@@ -101,7 +101,7 @@ def test_a_target_in_no_folder_is_rejected(make, tmp_path):
 def test_what_is_no_stream_does_not_go_to_standard_output(make, force, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with (
-        pytest.raises(UsageError, match="cannot go to standard output"),
+        pytest.raises(UsageError, match="cannot be written to standard output"),
         make(Path("-"), force=force),
     ):
         pytest.fail("the target was opened")
@@ -154,5 +154,6 @@ def test_files_that_were_put_into_a_folder_while_it_is_replaced_are_kept_and_nam
     assert list_names(kept) == ["notes.txt"]
     assert (kept / "notes.txt").read_text() == "mine"
     assert told == (
-        f"quarc-ref: other files were put into {old_folder} meanwhile: they are in {kept}\n"
+        f"quarc-ref: other files were added to {old_folder} in the meantime; they were moved "
+        f"to {kept}\n"
     )

@@ -112,7 +112,7 @@ def test_a_folder_does_not_go_to_standard_output(name, place, monkeypatch):
     monkeypatch.chdir(place.made)
     result = _run(name, place, out="-")
 
-    assert _said(result, 2) == "quarc-ref: -: a folder cannot go to standard output"
+    assert _said(result, 2) == "quarc-ref: -: a folder cannot be written to standard output"
     assert list_names(place.made) == []
 
 

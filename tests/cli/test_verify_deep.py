@@ -60,5 +60,5 @@ def test_where_there_is_one_decoder_no_more_is_said_to_be_proved(file, monkeypat
 
     assert run_json("verify", file, "--deep")["proved"]["coders"] == 1
     shown = " ".join(run("verify", file, "--deep").stdout.split())
-    assert "constriction, the other, is not installed" in shown
+    assert "constriction, is not installed" in shown
     assert "both decoders" not in shown

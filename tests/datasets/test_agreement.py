@@ -45,7 +45,7 @@ def test_a_frame_that_was_left_out_makes_the_rate_variable(tmp_path, left_out):
         require_one_rate(videos)
     assert re.search(
         r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
-        rf"{mean:.2f} of them a second on average.*fps={mean:.0f} ",
+        rf"{mean:.2f} per second on average.*fps={mean:.0f} ",
         str(caught.value),
     )
     assert "cam00" not in str(caught.value)
@@ -90,8 +90,8 @@ def test_a_shorter_and_a_longer_video_are_named_and_all_are_cut(folder, pictures
     (finding,) = capture.findings
     assert finding.kind == "uneven-lengths"
     assert finding.message == (
-        "cam01 has 4 frames, cam04 has 7 frames, the others have 6: every camera is cut to the "
-        "4 frames that all have"
+        "cam01 has 4 frames, cam04 has 7 frames, the others have 6: every camera is cut to its "
+        "first 4 frames"
     )
 
 
@@ -101,7 +101,7 @@ def test_frames_that_all_videos_have_are_enough(folder, pictures):
 
     assert [capture.require_frames(asked) for asked in (1, 4)] == [1, 4]
     assert capture.image(3, 3).shape == (32, 48, 3)
-    with pytest.raises(TooFewFramesError, match=r"5 frames are asked for, but capture .* has 4"):
+    with pytest.raises(TooFewFramesError, match=r"5 frames are requested, but capture .* has 4"):
         capture.require_frames(5)
 
 

@@ -46,7 +46,7 @@ def test_axes_with_four_digits_become_a_rotation():
         (np.diag([1.0, 1.0, -1.0]), "left-handed"),
         (np.diag([1.0, 1.0, 1.1]), "not orthonormal"),
         (np.zeros((3, 3)), "not orthonormal"),
-        (np.full((3, 3), np.nan), "not finite"),
+        (np.full((3, 3), np.nan), "non-finite"),
     ],
 )
 def test_axes_that_are_no_rotation_are_rejected(axes, fault):
@@ -55,7 +55,7 @@ def test_axes_that_are_no_rotation_are_rejected(axes, fault):
 
 
 def test_a_center_that_is_not_finite_is_rejected():
-    with pytest.raises(ValueError, match="not finite"):
+    with pytest.raises(ValueError, match="non-finite"):
         make_pose(np.eye(3), [0, np.inf, 0])
 
 

@@ -66,5 +66,5 @@ def test_a_picture_beyond_the_bound_is_given_all_the_same():
 
 @pytest.mark.parametrize("frame", [-1, 9])
 def test_a_frame_that_is_not_there_is_rejected(frame):
-    with pytest.raises(ValueError, match="capture of 9"):
+    with pytest.raises(ValueError, match="not among the 9 frames"):
         make_capture(CountingPictures()).image(0, frame)

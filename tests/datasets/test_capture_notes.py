@@ -45,7 +45,9 @@ def test_first_frames_are_rounded_offsets_of_which_the_least_is_0():
 
 
 def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
-    with pytest.raises(MissingCameraError, match="cam9, but the cameras are cam0, cam1"):
+    with pytest.raises(
+        MissingCameraError, match="which does not exist; the cameras are cam0, cam1"
+    ):
         CaptureNotes({"cam9": 1}).first_frames(["cam0", "cam1"])
 
 
@@ -54,7 +56,7 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
     [
         ("[]", "not a JSON object"),
         ("{", "Expecting"),
-        ('{"shifts": {}}', "unknown key 'shifts'; known are offsets, up, meters_per_unit"),
+        ('{"shifts": {}}', "unknown key 'shifts'; the known keys are offsets, up, meters_per_unit"),
         ('{"offsets": [1]}', "'offsets' is not an object"),
         ('{"offsets": {"cam00": true}}', "the offset of cam00 is not a number"),
         ('{"offsets": {"cam00": 1e9}}', "not a number of frames"),

@@ -1,4 +1,4 @@
-"""What `transforms.json` names, and may not: files outside of its folder."""
+"""What `transforms.json` names, and may not: files outside its folder."""
 
 import shutil
 from pathlib import Path
@@ -62,7 +62,7 @@ def test_a_file_outside_of_the_folder_is_rejected_by_name(layout, shots, kind, w
 
     with pytest.raises(OutsideFileError) as caught:
         read_nerfstudio(folder)
-    assert f"transforms.json names {name}, which is outside of its folder" in str(caught.value)
+    assert f"transforms.json names {name}, which is outside its folder" in str(caught.value)
 
 
 @pytest.mark.parametrize("kind", KINDS)

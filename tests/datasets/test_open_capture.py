@@ -87,7 +87,8 @@ def test_the_first_camera_is_held_out_unless_others_are_named(n3dv_folder):
 
 def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder):
     with pytest.raises(
-        MissingCameraError, match=r"cam02 to hold out; there are cam00, cam01, cam03"
+        MissingCameraError,
+        match=r"hold out camera cam02: the cameras are cam00, cam01, cam03",
     ):
         open_capture(n3dv_folder, CaptureOptions(held_out=("cam00", "cam02")))
 
@@ -95,7 +96,7 @@ def test_an_unknown_held_out_camera_is_named_beside_those_there_are(n3dv_folder)
 def test_holding_out_every_camera_is_rejected(n3dv_folder):
     names = ("cam00", "cam01", "cam03", "cam04")
 
-    with pytest.raises(MissingCameraError, match="no camera is left"):
+    with pytest.raises(MissingCameraError, match="none is left to train with"):
         open_capture(n3dv_folder, CaptureOptions(held_out=names))
 
 
@@ -113,7 +114,7 @@ def test_frames_are_taken_from_a_start_on(n3dv_folder, pictures):
 
 
 def test_a_start_after_the_last_frame_is_rejected(n3dv_folder):
-    with pytest.raises(StartError, match=r"6 frames that all cameras have.*from frame 6 on"):
+    with pytest.raises(StartError, match=r"6 frames common to all cameras.*from frame 6 on"):
         open_capture(n3dv_folder, CaptureOptions(start=6))
 
 
@@ -139,12 +140,12 @@ def test_an_offset_of_an_unknown_camera_is_rejected(n3dv_folder, tmp_path):
 
 @pytest.mark.parametrize("options", [{"downscale": 0}, {"max_frames": 0}, {"start": -1}])
 def test_options_that_make_no_sense_are_rejected(options):
-    with pytest.raises(ValueError, match=r"at least 1|from 0 on"):
+    with pytest.raises(ValueError, match=r"at least 1|at least 0"):
         CaptureOptions(**options)
 
 
 def test_a_downscale_beyond_the_picture_is_rejected(n3dv_folder):
-    with pytest.raises(ValueError, match="48x32 cannot be made 40 times smaller"):
+    with pytest.raises(ValueError, match="48x32 cannot be downscaled by 40"):
         open_capture(n3dv_folder, CaptureOptions(downscale=40))
 
 
@@ -227,7 +228,7 @@ def test_a_lens_that_cannot_be_straightened_is_named_with_its_camera(folders, tm
     document["frames"][2] |= {"fl_x": 5.0, "fl_y": 5.0}
     scenes.write_transforms(folder, document)
 
-    with pytest.raises(UnsupportedCameraError, match="camera cam03: the lens sees too wide"):
+    with pytest.raises(UnsupportedCameraError, match="camera cam03: the field of view is too wide"):
         open_capture(folder)
 
 

@@ -53,7 +53,7 @@ def test_a_video_that_is_shown_as_stored_is_not_turned(n3dv_folder, pictures, tm
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ("45 clockwise", r"turned by -45 degrees"),
+        ("45 clockwise", r"rotated by -45 degrees"),
         ("mirrored", "mirrored"),
         ("upside down in a mirror", "mirrored"),
         ("transposed", "mirrored"),
@@ -98,7 +98,7 @@ def test_poses_of_pictures_as_stored_are_rejected(filmed_on_its_side, shots):
     rows = [scenes.poses_row(shot, size=(32, 48)) for shot in shots]
     np.save(filmed_on_its_side / "poses_bounds.npy", np.array(rows))
 
-    with pytest.raises(UnreadablePoseError, match="pictures of 32x48, and the video is 48x32"):
+    with pytest.raises(UnreadablePoseError, match="pictures of 32x48, but the video is 48x32"):
         read_n3dv(filmed_on_its_side)
 
 

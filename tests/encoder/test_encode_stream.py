@@ -232,7 +232,7 @@ def test_frames_that_the_capture_does_not_have_are_rejected_before_training(fram
             raise AssertionError(told)
 
     sink = io.BytesIO()
-    with pytest.raises(TooFewFramesError, match=f"{frames} frames are asked for, but .* has 5"):
+    with pytest.raises(TooFewFramesError, match=f"{frames} frames are requested, but .* has 5"):
         encode(make_capture(5), sink, EncodeOptions(SMALL, frames, "cpu", Nobody()))
     assert sink.getvalue() == b""
 

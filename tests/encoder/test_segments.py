@@ -73,5 +73,5 @@ def test_a_joined_stream_is_known_again(joined, tmp_path):
     with pytest.raises(ResumeError, match="with 3 frames, not 2"):
         require_finished(path, make_capture(3), replace(_OPTIONS, frames=2))
     path.write_bytes(joined[:-1])
-    with pytest.raises(ResumeError, match="not a finished stream"):
+    with pytest.raises(ResumeError, match="not a complete stream"):
         require_finished(path, make_capture(3), _OPTIONS)

@@ -89,8 +89,8 @@ def _held_in(camera):
 @pytest.mark.parametrize(
     ("change", "frames", "said"),
     [
-        (lambda cameras: [_held_in(camera) for camera in cameras], 2, "no camera to keep out"),
-        (lambda _: [], 2, "no camera to keep out"),
+        (lambda cameras: [_held_in(camera) for camera in cameras], 2, "no held-out camera"),
+        (lambda _: [], 2, "no held-out camera"),
         (lambda cameras: cameras, 0, "no frame"),
         (lambda cameras: cameras, 5, "frame 4 of the stream is not in the capture"),
         (lambda cameras: cameras[:3], 2, "cameras differ: cam04 in the capture, none"),
@@ -102,9 +102,9 @@ def _held_in(camera):
         (
             lambda cameras: [*cameras[:3], replace(cameras[3], width=40)],
             2,
-            "sizes of pictures differ: 48 x 32 in the capture, 40 x 32",
+            "picture sizes differ: 48 x 32 in the capture, 40 x 32",
         ),
-        (lambda cameras: [replace(camera, width=1) for camera in cameras], 2, "48 times smaller"),
+        (lambda cameras: [replace(camera, width=1) for camera in cameras], 2, "downscaled by 48"),
     ],
 )
 def test_what_does_not_belong_together_is_rejected(change, frames, said, folder):

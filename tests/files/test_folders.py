@@ -124,7 +124,7 @@ def test_a_folder_with_files_of_others_is_left_as_it_is(make, old):
 def test_a_file_or_a_link_is_not_taken_for_a_folder(kind, make, old):
     place = old.parent / kind
     place.write_text("mine") if kind == "file" else place.symlink_to(old)
-    with pytest.raises(OutputPathError, match="not a folder of its own"):
+    with pytest.raises(OutputPathError, match="is a symbolic link or not a folder"):
         _make(place, make=make, replace=True)
 
     assert place.is_symlink() == (kind == "link")

@@ -17,7 +17,7 @@ def test_the_pace_of_a_stream_is_its_clock_over_its_ticks(timescale, ticks, pace
     ("changes", "message"),
     [
         ({"rotation": (1, 0, 0)}, "9 numbers"),
-        ({"translation": (1.0,)}, "3 of translation"),
+        ({"translation": (1.0,)}, "3 for its translation"),
         ({"fx": float("nan")}, "finite"),
         ({"width": 0}, "positive"),
         ({"near": -1.0}, "positive"),

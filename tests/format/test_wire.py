@@ -216,7 +216,7 @@ def test_a_count_of_cameras_is_proved_before_one_of_them_is_parsed():
     data = bytearray(wire.build_cameras((replace(CAMERA, name="a"),)))
     data[0], data[3] = 2, 0xFF  # the name is no UTF-8
 
-    with pytest.raises(FieldError, match="2 cameras of at least 78 bytes each in 79 bytes"):
+    with pytest.raises(FieldError, match="2 cameras of at least 78 bytes each do not fit"):
         wire.parse_cameras(bytes(data))
 
 

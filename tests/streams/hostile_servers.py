@@ -144,7 +144,7 @@ def send_the_whole_file_without_an_end(request: Request) -> None:
 
 
 HOSTILE: dict[str, tuple[Answer, str]] = {
-    "redirect bodies": (redirect_in_a_circle, "redirects in a circle"),
+    "redirect bodies": (redirect_in_a_circle, "redirects in a loop"),
     "slow headers": (send_headers_slowly, "takes more than"),
     "endless continue": (continue_for_ever, "takes more than"),
     "endless trailers": (send_trailers_for_ever, "takes more than"),

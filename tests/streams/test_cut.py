@@ -70,7 +70,7 @@ def test_a_part_can_be_cut_again():
         (6, None, "frame 6 is not canonical, .* canonical frames are 4 and 8"),
         (10, None, "frame 10 is not canonical, .* canonical frame is 8"),
         (11, None, "no frame 11; the nearest canonical frame is 8"),
-        (4, 4, "no frame from frame 4 on"),
+        (4, 4, "no frame between frame 4 and frame"),
     ],
 )
 def test_a_cut_that_cannot_be_made_says_where_one_can(start, stop, message):
@@ -86,7 +86,7 @@ def test_frames_before_the_first_are_not_there():
 
     with pytest.raises(EditError, match="no frame 2; the nearest canonical frame is 4"):
         cut_bytes(part, 2)
-    with pytest.raises(EditError, match="no frame from frame 4 on"):
+    with pytest.raises(EditError, match="no frame between frame 4 and frame"):
         cut_bytes(part, None, 3)
 
 

@@ -67,7 +67,7 @@ def test_what_no_level_bounds_is_declined_and_not_rejected(kind, place, value):
             return payload[:10] + bytes([31]) + payload[11:]
         return _put_number(payload, place, value) if of == kind else payload
 
-    with pytest.raises(LimitError, match="more than this decoder takes"):
+    with pytest.raises(LimitError, match=r"(Gaussians|births) .* this decoder"):
         list(decode(_rebuilt(change)))
 
 

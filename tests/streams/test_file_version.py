@@ -72,7 +72,7 @@ def test_a_file_that_is_swapped_while_it_is_read_is_rejected(server, data):
     if server.marks == "size" and len(data) == len(DATA):
         assert source.read(300, 200) == data[300:500]  # nothing tells it from the first one
         return
-    with pytest.raises(SourceError, match="it was changed while it was read"):
+    with pytest.raises(SourceError, match="it was changed while it was being read"):
         source.read(300, 200)
 
 

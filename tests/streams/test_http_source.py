@@ -175,7 +175,7 @@ def _babble(handler, _first, _last):
         (_answer_other_bytes, "sends bytes 1 to 8 where 0 to 7 were requested"),
         (_answer_fewer_bytes, "sends bytes 0 to 6 where 0 to 7 were requested"),
         (_answer_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
-        (_say_no_range, "does not say which bytes"),
+        (_say_no_range, "does not state which bytes"),
         (_hang_up, "stops after 1 bytes of 8"),
         (_lack, "answers 404"),
         (_babble, "cannot be read"),

@@ -236,7 +236,7 @@ def test_not_all_ports_are_tried(limit, monkeypatch):
     with ExitStack() as stack:
         port = _listen_at_two_neighbours(stack)
         monkeypatch.setattr(server_module, limit, 2 if limit == "_PORTS_TRIED" else port + 1)
-        said = rf"^cannot listen at 127.0.0.1: .* \(ports {port} to {port + 1}\)$"
+        said = rf"^cannot listen on 127.0.0.1: .* \(ports {port} to {port + 1}\)$"
 
         with pytest.raises(OSError, match=said):
             Server((_HOST, port), {})
@@ -244,7 +244,7 @@ def test_not_all_ports_are_tried(limit, monkeypatch):
 
 @pytest.mark.parametrize("host", ["300.1.1.1", "192.0.2.1", "nosuchhost.invalid", "a..b", "x" * 70])
 def test_a_host_that_is_not_this_machine_is_named(host):
-    with pytest.raises(OSError, match=rf"^cannot listen at {host}: \S+") as caught:
+    with pytest.raises(OSError, match=rf"^cannot listen on {host}: \S+") as caught:
         Server((host, 8080), {})
 
     assert "ports" not in str(caught.value)

@@ -240,12 +240,12 @@ impl ChunkOrder {
     fn check(&self, header: &ChunkHeader) -> Result<()> {
         if u64::from(header.sequence) != self.sequence {
             let (found, due) = (header.sequence, self.sequence);
-            let message = format!("chunk {found} stands where chunk {due} is due");
+            let message = format!("found chunk {found} where chunk {due} was expected");
             return Err(Error::new(Reject::Sequence, message)); // [5.2-4]
         }
         self.check_type(header.kind)?;
         if (header.kind == HEAD) != (header.sequence == 0) {
-            let message = "HEAD must be the first chunk, and no other";
+            let message = "the first chunk must be HEAD, and no other chunk may be HEAD";
             return Err(Error::new(Reject::ChunkOrder, message)); // [5.1-2]
         }
         if self.before == Some(INDX) && header.kind != TAIL {
@@ -253,7 +253,8 @@ impl ChunkOrder {
             // [5.1-6]
         }
         if header.length > self.limit {
-            let message = format!("a payload of {} bytes, above {}", header.length, self.limit);
+            let message =
+                format!("a payload of {} bytes exceeds the limit of {}", header.length, self.limit);
             return Err(Error::new(Reject::ChunkExceedsLevel, message)); // [3.2-4] [5.2-6] [5.2-7]
         }
         Ok(())
@@ -261,7 +262,7 @@ impl ChunkOrder {
 
     fn check_type(&self, kind: Kind) -> Result<()> {
         if !is_type(kind) {
-            let message = format!("{} is no chunk type", kind_name(kind));
+            let message = format!("{} is not a chunk type", kind_name(kind));
             return Err(Error::new(Reject::BadChunkType, message)); // [5.2-8]
         }
         let known = if kind == SNAP { self.snapshots } else { is_known(kind) };

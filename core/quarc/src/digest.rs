@@ -74,7 +74,8 @@ impl State {
     pub fn prove(&self, state_crc: u32) -> Result<()> {
         // [9.2-1] [9.2-2]
         if self.state_crc() != state_crc {
-            let message = format!("frame {} is not the one that was encoded", self.frame_ordinal());
+            let message =
+                format!("the state of frame {} differs from the encoder's", self.frame_ordinal());
             return Err(Error::new(Reject::StateCrc, message));
         }
         Ok(())

@@ -180,7 +180,7 @@ fn take_reference<S: Source>(
 ) -> Result<(Chunk, SeekPoint)> {
     let canonical = read_number(reader, header, FRAME_BYTES)?;
     let Some(&point) = points.iter().find(|point| point.frame == canonical) else {
-        let message = format!("no seek point is of frame {canonical}, which a snapshot names");
+        let message = format!("frame {canonical}, which a snapshot refers to, has no seek point");
         return Err(Error::new(Reject::IndexMismatch, message).at(header.offset));
     };
     let found = go_to(reader, point.offset, point.sequence.into(), &[CANO])?;
@@ -303,8 +303,8 @@ fn go_to<S: Source>(
     let message = match reader.read_header() {
         Ok(Some(header)) if kinds.contains(&header.kind) => return Ok(header),
         Err(error) if error.reject().is_none() => return Err(error),
-        Err(error) => format!("no chunk where the stream says: {error}"),
-        Ok(_) => format!("chunk {sequence} is no {}", kind_name(kinds[0])),
+        Err(error) => format!("there is no chunk where the stream states one: {error}"),
+        Ok(_) => format!("chunk {sequence} is not a {}", kind_name(kinds[0])),
     };
     Err(Error::new(Reject::IndexMismatch, message).at(offset))
 }

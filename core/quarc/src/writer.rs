@@ -59,7 +59,7 @@ impl StreamWriter {
     pub fn write(&mut self, kind: Kind, payload: &[u8]) -> Result<Vec<u8>> {
         if payload.len() as u64 > u64::from(self.limit) {
             let (found, most) = (payload.len(), self.limit);
-            let message = format!("{} has {found} bytes, above {most}", kind_name(kind));
+            let message = format!("{} has {found} bytes; the limit is {most}", kind_name(kind));
             return Err(Error::Encode(message)); // [3.2-4]
         }
         let point = is_canonical(kind).then(|| self.name(payload)).transpose()?;

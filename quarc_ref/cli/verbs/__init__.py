@@ -1,1 +1,1 @@
-"""The verbs of the command line, one module for each or for a few similar ones."""
+"""The subcommands of `quarc-ref`, one module for each or for a few similar ones."""

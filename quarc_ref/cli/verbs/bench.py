@@ -1,4 +1,4 @@
-"""The verb `bench`: decoding speed of a stream on this machine."""
+"""The `bench` command: measures decoding speed on this machine."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,7 +23,7 @@ def bench(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Decode a stream as fast as possible: frames per second, time by stage, memory."""
+    """Measure decoding speed: frames per second, time by stage, memory."""
     with report_errors():
         from quarc_ref.inspection.decode_speed import measure_speed
 
@@ -41,14 +41,14 @@ def bench(
 def _describe(speed: "Speed") -> dict[str, str]:
     """Output of `bench`, as names and values."""
     warm = speed.warm_first_frame_s
-    again = "" if warm is None else f", {warm:.2f} s with all loaded"
+    again = "" if warm is None else f", {warm:.2f} s with all code loaded"
     share = speed.stolen_share
-    stolen = f"; the host kept back {share:.0%}" if share else ""
+    stolen = f"; {share:.0%} of the CPU time was taken by the host" if share else ""
     memory = "unknown" if speed.peak_rss_mib is None else f"{speed.peak_rss_mib:.0f} MiB"
     return {
-        "frames": f"{speed.frames:,}, {speed.gaussians:,} Gaussians in the last",
+        "frames": f"{speed.frames:,}, the last with {speed.gaussians:,} Gaussians",
         "frames per second": f"{speed.fps:.1f}, {speed.threads} threads, {speed.engine} engine",
-        "processor": f"{speed.cpu_ms:.1f} ms per frame, of all threads{stolen}",
+        "processor": f"{speed.cpu_ms:.1f} ms per frame, all threads together{stolen}",
         "first frame": f"{speed.first_frame_s:.2f} s after opening{again}",
         "peak memory": memory,
         **{f"ms: {stage}": f"{spent:.2f}" for stage, spent in speed.ms_by_stage.items()},

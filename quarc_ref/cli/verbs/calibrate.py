@@ -1,4 +1,4 @@
-"""The verb `calibrate`: recordings without poses to a capture."""
+"""The `calibrate` command: turns recordings without poses into a capture."""
 
 import time
 from pathlib import Path
@@ -39,29 +39,29 @@ def calibrate(
         Path,
         typer.Argument(
             metavar="DIR",
-            help="A folder with a video, or a folder of pictures, of each camera.",
+            help="Folder with one video, or one folder of pictures, per camera.",
             show_default=False,
             readable=False,
             callback=check_folder,
         ),
     ],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="CAPTURE", help="Folder to make.")
+        Path, typer.Option("--output", "-o", metavar="CAPTURE", help="Folder to create.")
     ],
     camera_model: Annotated[
         ModelName,
         typer.Option(
             "--camera-model",
             metavar="NAME",
-            help="A camera model of COLMAP; auto: one coefficient of distortion if it is needed.",
+            help="COLMAP camera model; auto uses one distortion coefficient if it is needed.",
         ),
     ] = "auto",
     lenses: Annotated[
         Literal["shared", "each"],
         typer.Option(
             "--lenses",
-            help="shared: cameras of the same picture size have the same lens; "
-            "each: every camera has its own.",
+            help="shared: cameras with the same picture size share one lens; each: every camera "
+            "has its own lens.",
         ),
     ] = "shared",
     intrinsics: Annotated[
@@ -69,7 +69,7 @@ def calibrate(
         typer.Option(
             "--intrinsics",
             metavar="CAPTURE",
-            help="Use the lenses of this capture, of the same cameras, unchanged.",
+            help="Use the lenses of this capture of the same cameras, and keep them fixed.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -78,8 +78,8 @@ def calibrate(
         typer.Option(
             "--mask",
             metavar="DIR",
-            help="Folder of masks, one picture per camera, such as cam00.png: black pixels are not "
-            "matched.",
+            help="Folder of masks, one picture per camera, such as cam00.png; black pixels are "
+            "ignored.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -88,7 +88,7 @@ def calibrate(
         typer.Option(
             "--moments",
             min=1,
-            help="Number of moments whose pictures are searched for features.",
+            help="Number of time points at which features are detected and matched.",
             show_default="2 to 8, as needed",
         ),
     ] = None,
@@ -96,7 +96,8 @@ def calibrate(
         Literal["auto", "sound", "motion", "none"],
         typer.Option(
             "--sync",
-            help="How to find when cameras began: sound, motion, none; auto: sound if all have it.",
+            help="How to estimate the time offsets between cameras: by sound, by motion or not at "
+            "all (none); auto uses sound if all cameras have it, else motion.",
         ),
     ] = "auto",
     up: Annotated[
@@ -104,13 +105,17 @@ def calibrate(
         typer.Option(
             "--up",
             metavar="HOW",
-            help="level: cameras stand level; plane: they stand in a level plane; or the name "
-            "of one that stands level.",
+            help="How to find the up axis. level: the cameras are level; plane: the cameras lie "
+            "in a horizontal plane; NAME: this camera is level.",
         ),
     ] = "level",
     meters: Annotated[
         tuple[str, str, float] | None,
-        typer.Option("--meters", metavar="CAM_A CAM_B D", help="Two cameras are D meters apart."),
+        typer.Option(
+            "--meters",
+            metavar="CAM_A CAM_B D",
+            help="Distance in meters between two cameras; sets the scale of the scene.",
+        ),
     ] = None,
     as_json: AsJson = False,
     force: Force = False,
@@ -168,20 +173,22 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
         message = f"--meters: {meters[2]:g} is not a distance"
         raise UsageError(message)
     if meters[0] == meters[1]:
-        message = f"--meters: {meters[0]} is given twice; the distance is between two cameras"
+        message = f"--meters: {meters[0]} is given twice; name two different cameras"
         raise UsageError(message)
     return Distance(*meters)
 
 
 def _require_cameras(found: "Recordings", up: str, distance: "Distance | None") -> None:
-    """Raise UsageError, before the work begins, if an option names an unknown camera."""
+    """Raise UsageError before calibration starts if an option names an unknown camera."""
     from quarc_ref.calibration.world import BY_LEVEL, BY_PLANE
 
     named = {} if up in (BY_LEVEL, BY_PLANE) else {up: "--up"}
     named |= dict.fromkeys((distance.first, distance.second), "--meters") if distance else {}
     for name, option in named.items():
         if name not in found.names:
-            message = f"{option}: there is no camera {name}; these are {', '.join(found.names)}"
+            message = (
+                f"{option}: there is no camera {name}; the cameras are {', '.join(found.names)}"
+            )
             raise UsageError(message)
 
 
@@ -194,15 +201,18 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
         return
     solution, total = rig.solution, len(rig.recordings.names)
     for name, reason in solution.left_out.items():
-        print_message(f"camera {name} did not join: {reason}")
+        print_message(f"camera {name} could not be calibrated: {reason}")
     for name in rig.doubtful:
         print_message(
-            f"camera {name} joined by {solution.fits[name].support} points only, so that its pose "
-            "may be inexact: --moments 16 searches more pictures"
+            f"the pose of camera {name} depends on only {solution.fits[name].support} points "
+            "and may be inaccurate: use more pictures (--moments 16)"
         )
     unclear = [name for name in rig.offsets.unclear if name not in solution.left_out]
     if unclear:
-        print_message(f"the offsets of {', '.join(unclear)} are not clear: 0 is assumed")
+        print_message(
+            f"the time offsets of {', '.join(unclear)} could not be estimated reliably: 0 is "
+            "assumed"
+        )
     lines = {
         "cameras": f"{len(solution.cameras)} of {total}",
         "reprojection error": f"{solution.mean_error:.2f} px",
@@ -218,7 +228,7 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
 
 
 def _list_values(rig: "Calibration") -> dict[str, object]:
-    """Return the results in the form of `docs/schemas/calibrate.json`."""
+    """Return the results as described by `docs/schemas/calibrate.json`."""
     clearness = rig.offsets.clearness
     return {
         "cameras": {

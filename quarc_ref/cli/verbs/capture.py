@@ -1,4 +1,4 @@
-"""The verbs that trace a capture: synth and demo."""
+"""The `synth` and `demo` commands, which ray-trace a capture."""
 
 from functools import partial
 from pathlib import Path
@@ -17,19 +17,21 @@ from quarc_ref.inspection.wording import count_noun
 VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
 _VARIANT_HELP = (
     "playroom: a bright, detailed room; bright-stage: one small subject in an empty hall; "
-    "dark-stage: the same subject, light and hall, but black; "
-    "mixed-cameras: cameras of different exposures and colors; "
-    "fast: everything three times as fast; visitor: something that appears and leaves."
+    "dark-stage: the same subject and light in a black hall; mixed-cameras: cameras with "
+    "different exposures and colors; fast: everything three times as fast; visitor: an "
+    "object that appears and disappears."
 )
 
 
 def synth(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to create.")],
     width: Annotated[int, typer.Option("--width", min=16, help="Pixels.")] = 160,
     height: Annotated[int, typer.Option("--height", min=16, help="Pixels.")] = 120,
-    frames: Annotated[int, typer.Option("--frames", min=1, help="Frames, 30 a second.")] = 24,
+    frames: Annotated[
+        int, typer.Option("--frames", min=1, help="Number of frames, at 30 per second.")
+    ] = 24,
     cameras: Annotated[
-        int, typer.Option("--cameras", min=3, max=100, help="Cameras, cam00 among them.")
+        int, typer.Option("--cameras", min=3, max=100, help="Number of cameras, including cam00.")
     ] = 13,
     variant: Annotated[
         VariantName, typer.Option("--variant", metavar="NAME", help=_VARIANT_HELP)
@@ -39,7 +41,7 @@ def synth(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ray-trace a synthetic capture in N3DV's layout; cam00 is the camera to hold out."""
+    """Ray-trace a synthetic capture in N3DV's layout, in which cam00 is meant to be held out."""
     with report_errors():
         from quarc_ref.datasets.calibration import require_video_size
         from quarc_ref.synth import SynthOptions, fill_synthetic_capture
@@ -61,20 +63,24 @@ def synth(
             print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
         else:
             each = f"{count_noun(frames, 'frame')} each, {width} x {height}"
-            videos = f"{cameras}, of {each}; cam00 is to be held out"
+            videos = f"{cameras} with {each}; hold out cam00"
             print_table(str(folder), {"scene": variant, "videos": videos})
 
 
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to make.")],
-    frames: Annotated[int, typer.Option("--frames", min=2, help="Frames, 30 a second.")] = 24,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder to create.")
+    ],
+    frames: Annotated[
+        int, typer.Option("--frames", min=2, help="Number of frames, at 30 per second.")
+    ] = 24,
     seed: Seed = 0,
     settings: Settings = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run the whole pipeline: trace a capture, encode, decode and measure it, write a report."""
+    """Run the whole pipeline: ray-trace a capture, encode, decode, measure, write a report."""
     with report_errors():
         config = configure("demo", settings or [], seed)
         from quarc_ref.cli.demo_work import run_demo

@@ -1,4 +1,4 @@
-"""The verb `compare`: streams and other methods side by side."""
+"""The `compare` command: measures streams and other methods side by side."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -48,8 +48,8 @@ def compare(
         typer.Argument(
             metavar="[METHOD[@POINT]=]PATH...",
             help="A stream, a folder with a PLY per frame, a folder of renders (CAMERA/FRAME.png "
-            "or FRAME/CAMERA.png), or a .4dgs file. Entries of one METHOD are points of one "
-            "curve; entries of one METHOD@POINT are runs of the same settings.",
+            "or FRAME/CAMERA.png), or a .4dgs file. Entries of the same METHOD form one "
+            "curve; entries of the same METHOD@POINT are runs with the same settings.",
             show_default=False,
             callback=_check_entries,
         ),
@@ -60,7 +60,7 @@ def compare(
             "--capture",
             metavar="CAPTURE",
             help="Capture whose pictures are the ground truth.",
-            show_default="the first entry is the truth",
+            show_default="the first entry is the ground truth",
             callback=_check_capture,
         ),
     ] = None,
@@ -75,8 +75,8 @@ def compare(
         typer.Option(
             "--camera",
             metavar="NAME",
-            help="Camera to compare on; may be given again.",
-            show_default="the held-out ones",
+            help="Camera to compare on; may be repeated.",
+            show_default="the held-out cameras",
         ),
     ] = None,
     frames: Frames = None,
@@ -86,7 +86,7 @@ def compare(
         typer.Option(
             "--bytes",
             metavar="PATH=N",
-            help="Size in bytes of what the renders in PATH were made from.",
+            help="Size in bytes of the model or stream that the renders in PATH show.",
         ),
     ] = None,
     downscale: Annotated[
@@ -136,7 +136,7 @@ def compare(
 
 
 def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
-    """Return the entries that the command line names.
+    """Parse the entries on the command line.
 
     Raises:
         UsageError: There are fewer than two, a path does not exist, or a size is not a number.
@@ -145,7 +145,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
     from quarc_ref.evaluation.comparison.open_entries import Named
 
     if len(texts) < _LEAST:
-        message = "compare takes two entries or more"
+        message = "compare needs at least two entries"
         raise UsageError(message)
     byte_counts = dict(_parse_size(size) for size in sizes)
     parts = [_parse_entry(text) for text in texts]
@@ -158,7 +158,7 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[Named]":
         only = method if methods[method] == 1 else path.stem
         named.append(Named(Label(method, point or only), path, byte_counts.pop(path, None)))
     if byte_counts:
-        message = f"--bytes names {next(iter(byte_counts))}, which is not compared"
+        message = f"--bytes names {next(iter(byte_counts))}, which is not one of the entries"
         raise UsageError(message)
     return named
 
@@ -174,7 +174,7 @@ def _parse_entry(text: str) -> tuple[str, Path]:
 def _parse_size(text: str) -> tuple[Path, int]:
     path, _, number = text.rpartition("=")
     if not path or not number.isdecimal():
-        message = f"--bytes takes PATH=N, N being a whole number; this is {text!r}"
+        message = f"--bytes takes PATH=N with a whole number N, not {text!r}"
         raise UsageError(message)
     return Path(path), int(number)
 

@@ -1,4 +1,4 @@
-"""The verb `decode`: frames of a stream as files of their own."""
+"""The `decode` command: writes the frames of a stream to files."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -23,7 +23,7 @@ _FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORTS.values()) +
 
 
 def _check_format(name: str | None) -> str | None:
-    """Return the name of a format; raise BadParameter if there is none of that name."""
+    """Return the name of a format; raise BadParameter if it is unknown."""
     if name is not None and name not in EXPORTS:
         message = f"{name!r} is not one of {', '.join(EXPORTS)}."
         raise typer.BadParameter(message)
@@ -38,7 +38,7 @@ def decode_frames(
             "--output",
             "-o",
             metavar="PATH",
-            help="Folder to create; or a file, for one frame or a format that holds all frames.",
+            help="Folder to create, or a file for one frame or for a format that holds all frames.",
         ),
     ],
     to: Annotated[
@@ -49,20 +49,23 @@ def decode_frames(
             help=_FORMATS,
             callback=_check_format,
             autocompletion=lambda: list(EXPORTS),
-            show_default="as PATH's name ends, else ply",
+            show_default="from PATH's suffix, else ply",
         ),
     ] = None,
     frames: Frames = None,
     follow: FollowFlag = False,
     patience: Patience = PATIENCE,
     past_damage: Annotated[
-        bool, typer.Option("--recover", help="Continue after damage, and report what is missing.")
+        bool,
+        typer.Option(
+            "--recover", help="Continue after damage, and report the frames that are lost."
+        ),
     ] = False,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Decode frames into files that other programs read: PATH/frame_0000.ply and so on.
+    """Decode frames into files for other programs, such as PATH/frame_0000.ply.
 
     PATH/sequence.json holds frame rate, axes and cameras. Formats with all frames in one file
     write PATH/frames.usdc or similar. With --follow each file appears as soon as its frame is
@@ -101,21 +104,23 @@ def decode_frames(
 
 @contextmanager
 def _offer_recovery(written: "Written", frames: str | None) -> Iterator[None]:
-    """Add to an error how many whole frames `--recover` would have kept."""
+    """Add to an error the number of complete frames that `--recover` would keep."""
     try:
         yield
-    except UnknownCriticalError:  # recovery does not pass it either
+    except UnknownCriticalError:  # --recover cannot skip it either
         raise
     except BitstreamError as error:
         if written.names:
             asked = f" of {frames}" if frames else ""
             count = len(written.names)
-            error.add_note(f"whole frames{asked} before the fault: {count}; --recover keeps them")
+            error.add_note(
+                f"complete frames{asked} before the error: {count}; --recover keeps them"
+            )
         raise
 
 
 def _names_a_file(output: Path, to: str | None) -> bool:
-    """Return whether a name is that of a file, not of a folder.
+    """Return whether an output name is that of a file and not of a folder.
 
     Raises:
         UsageError: The name implies a format other than that of `--to`.

@@ -1,4 +1,4 @@
-"""The verb `doctor`: finds problems of a capture before hours are spent on encoding it."""
+"""The `doctor` command: finds problems of a capture before hours are spent on encoding."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -25,39 +25,38 @@ def doctor(
     capture: CaptureFolder,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Look at files and the first frame only, as encode does."),
+        typer.Option("--quick", help="Check the files and the first frame only, as encode does."),
     ] = False,
     start: Annotated[
-        int, typer.Option("--start", min=0, help="Frame of the capture to begin with.")
+        int, typer.Option("--start", min=0, help="First frame of the capture to check.")
     ] = 0,
     frames: Annotated[
-        int | None, typer.Option("--frames", min=1, help="Frames to read.", show_default="all")
+        int | None,
+        typer.Option("--frames", min=1, help="Number of frames to check.", show_default="all"),
     ] = None,
     downscale: Annotated[
-        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
+        int, typer.Option("--downscale", min=1, help="Downscale the pictures by this factor.")
     ] = 1,
     held_out: Annotated[
         list[str] | None,
         typer.Option(
             "--held-out",
             metavar="NAME",
-            help="Camera to keep for eval; may be given again.",
+            help="Camera held out of training, for eval; may be repeated.",
             show_default="the first",
         ),
     ] = None,
     preset: Annotated[
         str,
-        typer.Option(
-            "--preset", help="Preset of the encode to forecast.", autocompletion=complete_preset
-        ),
+        typer.Option("--preset", help="Preset for the forecast.", autocompletion=complete_preset),
     ] = "main",
     device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device to forecast for.")
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device for the forecast.")
     ] = "auto",
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find problems of a capture, and forecast the resources that encoding it takes."""
+    """Find problems of a capture, and forecast the time, memory and disk space to encode it."""
     with report_errors():
         from quarc_ref.datasets.open_capture import CaptureOptions
         from quarc_ref.encoder.doctor import Examination
@@ -105,21 +104,21 @@ def _describe(found: "Diagnosis") -> dict[str, str]:
         low, high = needs.stream_bytes
         rows |= {
             "encoding takes": f"{_span(needs.seconds)}: frame 0 {_span(needs.seconds_of_first)}, "
-            f"{_span(needs.seconds_per_frame)} for each other",
+            f"{_span(needs.seconds_per_frame)} for each later frame",
             "memory": f"{_size(needs.memory_bytes)}"
             + (f" of {_size(free)} free" if (free := found.machine.memory_bytes) else ""),
             "disk": f"{_size(needs.disk_bytes)} of {_size(found.machine.disk_bytes)} free",
             "stream": f"{_size(low)} to {_size(high)}",
         }
     count = len(found.findings)
-    rows["findings"] = "none" if not count else f"{count}, on standard error"
+    rows["findings"] = "none" if not count else f"{count}, listed on standard error"
     return rows
 
 
 def _describe_capture(capture: "Capture") -> dict[str, str]:
     sizes = sorted({(camera.width, camera.height) for camera in capture.cameras})
     held_out = [capture.cameras[index].name for index in capture.held_out]
-    masks = {"masks": "yes: only what they keep is trained"} if capture.masks else {}
+    masks = {"masks": "yes: only unmasked pixels are trained"} if capture.masks else {}
     return {
         "cameras": f"{len(capture.cameras)}; held out: {', '.join(held_out)}",
         "pictures": ", ".join(f"{width} x {height}" for width, height in sizes),
@@ -132,7 +131,7 @@ def _describe_capture(capture: "Capture") -> dict[str, str]:
 def _as_json(
     folder: Path, found: "Diagnosis", opening: "CaptureOptions", *, quick: bool
 ) -> dict[str, object]:
-    """Return the results in the form of docs/schemas/doctor.json."""
+    """Return the results as described by docs/schemas/doctor.json."""
     capture = found.capture
     return {
         "folder": str(folder),
@@ -163,7 +162,7 @@ def _as_json(
 
 
 def _span(seconds: float) -> str:
-    """Return a time for people."""
+    """Format a duration in seconds, minutes or hours."""
     if seconds < 90:
         return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
     minutes = seconds / 60
@@ -171,7 +170,7 @@ def _span(seconds: float) -> str:
 
 
 def _size(count: float) -> str:
-    """Return a number of bytes for people, in units of 1024."""
+    """Format a number of bytes in units of 1024."""
     for unit in _UNITS[:-1]:
         if count < 1000:
             return f"{count:.3g} {unit}"

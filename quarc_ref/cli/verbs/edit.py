@@ -1,4 +1,4 @@
-"""The verbs that edit streams: cut, join."""
+"""The `cut` and `join` commands."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -35,15 +35,15 @@ def cut(
         typer.Option(
             "--frames",
             metavar="A:B",
-            help="Frames A to B - 1, where A is the first frame or a keyframe; either may be left "
-            "out. A alone, without a colon, is one frame.",
+            help="Frames A to B - 1; A must be the first frame or a keyframe; either may be "
+            "omitted. A without a colon selects one frame.",
         ),
     ],
     output: _Target,
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Cut frames out of a stream without re-encoding; frame numbers do not change."""
+    """Extract frames from a stream without re-encoding; frame numbers do not change."""
     with report_errors():
         from quarc_ref.streams import open_source
         from quarc_ref.streams.cut import cut as cut_stream
@@ -86,7 +86,7 @@ def join(
 
 
 def _reject_mixture(output: Path, *, as_json: bool) -> None:
-    """Raise UsageError if both a stream and JSON would go to standard output."""
+    """Raise UsageError if both the stream and JSON would be written to standard output."""
     if as_json and str(output) == STANDARD_STREAM:
         message = "-o - and --json both write to standard output"
         raise UsageError(message)

@@ -1,4 +1,4 @@
-"""The verb `edit`: changes the content of a stream, the same way in all frames."""
+"""The `edit` command: changes the content of all frames of a stream in the same way."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -33,13 +33,17 @@ def edit(
     crop: Annotated[
         list[str] | None,
         typer.Option(
-            "--crop", metavar="X,Y,Z,X,Y,Z", help="Keep what is in a box: two corners, world units."
+            "--crop",
+            metavar="X,Y,Z,X,Y,Z",
+            help="Keep only Gaussians in a box, given by its two corners in world units.",
         ),
     ] = None,
     drop: Annotated[
         list[str] | None,
         typer.Option(
-            "--drop", metavar="X,Y,Z,R", help="Remove what is in a sphere: center and radius."
+            "--drop",
+            metavar="X,Y,Z,R",
+            help="Remove Gaussians in a sphere, given by its center and radius.",
         ),
     ] = None,
     transform: Annotated[
@@ -47,7 +51,7 @@ def edit(
         typer.Option(
             "--transform",
             metavar="M",
-            help="Turn, scale and shift: 12 or 16 numbers, a matrix row by row.",
+            help="Rotate, scale and shift by a matrix: 12 or 16 numbers, row by row.",
         ),
     ] = None,
     recolor: Annotated[
@@ -55,21 +59,22 @@ def edit(
         typer.Option(
             "--recolor",
             metavar="NAME=VALUE",
-            help="gain multiplies all colors; red, green, blue are added, 1 being white.",
+            help="gain multiplies all colors; red, green, blue are added to them (1 is white).",
         ),
     ] = None,
     profile: Annotated[
         Literal["fine", "coarse"],
-        typer.Option("--profile", help="Errors allowed in frames that are fitted again."),
+        typer.Option("--profile", help="Error bounds for frames that must be fitted again."),
     ] = "fine",
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Crop, erase, rotate or recolor a stream, the same way in all frames, without pictures.
+    """Crop, erase, rotate or recolor all frames of a stream in the same way.
 
-    Colors alone are changed exactly, in integers. Other edits change which Gaussians are anchors:
-    frames are fitted again, as by `import`, within verified bounds.
+    Pure color changes are exact, in integers. Other edits change the anchors, so frames
+    are fitted again, as by `import`, within verified error bounds. No pictures are
+    needed.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
@@ -86,7 +91,7 @@ def edit(
 def _write(
     source: "Source", sink: BinaryIO, asked: "Edit", profile: str, progress: "Progress"
 ) -> "tuple[int, SceneReport | None]":
-    """Write the stream; return its number of frames, and a report if they were fitted again."""
+    """Write the stream; return its number of frames, and a report if frames were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
@@ -105,7 +110,7 @@ def _parse_edit(
     """Return the edit that the options describe.
 
     Raises:
-        UsageError: An option is malformed, or there is none.
+        UsageError: An option is malformed, or no edit is given.
     """
     import numpy as np
 
@@ -122,7 +127,7 @@ def _parse_edit(
             message = f"--transform: {error}"
             raise UsageError(message) from error
     if any(low > high for box in boxes for low, high in zip(box[:3], box[3:], strict=True)):
-        message = "--crop takes the corner of least x, y, z first"
+        message = "--crop takes the corner with the smaller x, y, z first"
         raise UsageError(message)
     asked = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
     if asked == Edit():
@@ -137,7 +142,7 @@ def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float
     except ValueError:
         numbers = ()
     if len(numbers) not in counts or not all(abs(number) < float("inf") for number in numbers):
-        message = f"{option} takes {' or '.join(map(str, counts))} numbers; this is {text!r}"
+        message = f"{option} takes {' or '.join(map(str, counts))} numbers, not {text!r}"
         raise UsageError(message)
     return numbers
 
@@ -149,7 +154,10 @@ def _parse_colors(changes: list[str]) -> "Recoloring":
     for change in changes:
         name, _, text = change.partition("=")
         if name not in values:
-            message = f"--recolor {change}: it takes NAME=VALUE, NAME of {', '.join(values)}"
+            message = (
+                f"--recolor takes NAME=VALUE, where NAME is one of {', '.join(values)}; got "
+                f"{change!r}"
+            )
             raise UsageError(message)
         (values[name],) = _parse_numbers(f"--recolor {name}", text, (1,))
     if values["gain"] <= 0:

@@ -1,4 +1,4 @@
-"""The verb `encode`: a capture to a stream in a file or pipe."""
+"""The `encode` command: encodes a capture to a stream in a file or pipe."""
 
 import time
 from pathlib import Path
@@ -56,13 +56,14 @@ def encode(
         ),
     ],
     frames: Annotated[
-        int | None, typer.Option("--frames", min=1, help="Frames to encode.", show_default="all")
+        int | None,
+        typer.Option("--frames", min=1, help="Number of frames to encode.", show_default="all"),
     ] = None,
     start: Annotated[
-        int, typer.Option("--start", min=0, help="Frame of the capture to begin with.")
+        int, typer.Option("--start", min=0, help="First frame of the capture to encode.")
     ] = 0,
     downscale: Annotated[
-        int, typer.Option("--downscale", min=1, help="Make the pictures smaller by this factor.")
+        int, typer.Option("--downscale", min=1, help="Downscale the pictures by this factor.")
     ] = 1,
     preset: Annotated[
         str, typer.Option("--preset", help=_PRESET_HELP, autocompletion=complete_preset)
@@ -82,7 +83,7 @@ def encode(
         typer.Option(
             "--format",
             help="Format version: 1.1 allows updates of single Gaussians; 1.0 is for decoders "
-            "that do not know 1.1.",
+            "without support for 1.1.",
         ),
     ] = "1.1",
     keyframe_interval: Annotated[
@@ -102,8 +103,8 @@ def encode(
             "--snapshot-interval",
             min=1,
             metavar="N",
-            help="Make every N-th frame a snapshot: like a keyframe, at a third of its bytes; "
-            "not in format 1.0.",
+            help="Make every N-th frame a snapshot: like a keyframe, but about a third of the "
+            "size; not in format 1.0.",
             show_default="none",
         ),
     ] = None,
@@ -133,8 +134,8 @@ def encode(
         typer.Option(
             "--target-kb-per-frame",
             metavar="K",
-            help="Target size in KB of a frame that is not a keyframe; adapts lambda from frame to "
-            "frame.",
+            help="Target size in KB of a frame that is not a keyframe; lambda is adapted from "
+            "frame to frame.",
             show_default="no target",
         ),
     ] = None,
@@ -149,17 +150,20 @@ def encode(
         ),
     ] = None,
     device: Annotated[
-        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Where to train.")
+        Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device to train on.")
     ] = "auto",
     live: Annotated[
         bool,
-        typer.Option("--live", help="Write FILE directly, so that other programs can follow it."),
+        typer.Option(
+            "--live", help="Write to FILE directly, so that other programs can read it meanwhile."
+        ),
     ] = False,
     resume: Annotated[
         bool,
         typer.Option(
             "--resume",
-            help="Resume an interrupted encode of the same settings; the bytes are the same.",
+            help="Resume an interrupted encode with the same settings; the output is "
+            "byte-identical.",
         ),
     ] = False,
     segments: Annotated[
@@ -177,8 +181,8 @@ def encode(
         typer.Option(
             "--workers",
             min=1,
-            help="Segments encoded at a time on this machine.",
-            show_default="one a processor",
+            help="Number of segments encoded at the same time on this machine.",
+            show_default="one per CPU core",
         ),
     ] = None,
     ray: Annotated[
@@ -199,7 +203,7 @@ def encode(
         typer.Option(
             "--log-json",
             metavar="FILE",
-            help="Write a line of JSON for every training step and frame as it happens.",
+            help="Write one JSON line for every training step and frame, as it is finished.",
         ),
     ] = None,
     tensorboard: Annotated[
@@ -256,7 +260,7 @@ def encode(
 
 
 def _encode_whole(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
-    """Encode all frames in one go, to standard output or a file."""
+    """Encode all frames as one segment, to standard output or a file."""
     if str(output) == STANDARD_STREAM:
         encode_to_pipe(work, output)
     else:
@@ -266,10 +270,10 @@ def _encode_whole(work: EncodeJob, output: Path, wanted: WriteMode) -> None:
 def _change_settings(
     preset: str, settings: list[str] | None, asked: dict[str, float | None], seed: int, version: str
 ) -> "EncoderConfig":
-    """A preset, with `--set` and the options for settings applied.
+    """Return a preset with `--set` and the other settings options applied.
 
     Raises:
-        UsageError: No such setting or value, or format 1.0 does not have it.
+        UsageError: There is no such setting or value, or format 1.0 does not support it.
     """
     if version == "1.0":
         is_asked = asked["canonical.snapshot_interval"] is not None

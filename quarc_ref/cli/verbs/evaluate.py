@@ -1,4 +1,4 @@
-"""The verb `eval`: a stream measured on the held-out cameras."""
+"""The `eval` command: measures a stream on the held-out cameras."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -54,7 +54,7 @@ def evaluate(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure a stream's quality on the held-out cameras, decoded from the file."""
+    """Decode a stream and measure its quality on the held-out cameras."""
     with report_errors():
         from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 
@@ -77,7 +77,7 @@ def evaluate(
 
 @contextmanager
 def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
-    """Report a capture that does not belong to a stream as a usage error."""
+    """Report a capture that does not match the stream as a usage error."""
     from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
     try:
@@ -95,7 +95,7 @@ def _rejected(file: str, *, as_json: bool) -> Iterator[None]:
 def _warn_of_other_capture(protocol: "Protocol") -> None:
     if protocol.same_capture is None:
         print_message(
-            "the stream has no fingerprint: whether it was made from this capture is unknown"
+            "the stream has no fingerprint, so it is unknown whether it was made from this capture"
         )
     elif not protocol.same_capture:
         print_message(
@@ -119,7 +119,7 @@ def show_evaluation(
     """Print an evaluation, as JSON or as text.
 
     Args:
-        schema: As for `print_json`.
+        schema: Schema for `print_json`.
         file: The stream.
         evaluation: Its measurements.
         page: Page of the report; None if none was written.

@@ -1,4 +1,4 @@
-"""The verb `inspect`: the contents of a stream by chunk and by frame."""
+"""The `inspect` command: shows the contents of a stream by chunk and by frame."""
 
 import sys
 from itertools import zip_longest
@@ -18,7 +18,7 @@ _FRAME_HEADINGS = (
 
 
 def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Show the chunks, frames and symbols of a stream, and its bytes beside their entropy.
+    """Show the chunks, frames and symbols of a stream, with sizes and estimated entropy.
 
     Sizes are bytes. An estimate is the zero-order entropy of the same symbols.
     """

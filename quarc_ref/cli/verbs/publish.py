@@ -1,4 +1,4 @@
-"""The verb `publish`: a stream as a folder that any web server can serve."""
+"""The `publish` command: writes a stream as a folder for any web server."""
 
 import sys
 from pathlib import Path
@@ -19,21 +19,23 @@ if TYPE_CHECKING:
     from quarc_ref.viewing.site import Site
 
 _FRAME_WIDTH = 960
-_FRAME_HEIGHT = 600  # where there is no camera whose picture has a shape
-_BAR_HEIGHT = 93  # of the player's controls, on a page of that width
+_FRAME_HEIGHT = 600  # for streams without cameras
+_BAR_HEIGHT = 93  # height of the player's controls on a page of this width
 
 
 def publish(
     file: StreamName,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FOLDER", help="Folder to make."),
+        typer.Option("--output", "-o", metavar="FOLDER", help="Folder to create."),
     ],
     title: Title = None,
     camera: CameraName = None,
     up: Up = None,
-    autoplay: Annotated[bool, typer.Option("--autoplay", help="Play at once.")] = False,
-    loop: Annotated[bool, typer.Option("--loop", help="Play again and again.")] = False,
+    autoplay: Annotated[
+        bool, typer.Option("--autoplay", help="Start playing when the page opens.")
+    ] = False,
+    loop: Annotated[bool, typer.Option("--loop", help="Play in a loop.")] = False,
     url: Annotated[
         str | None,
         typer.Option(
@@ -46,10 +48,10 @@ def publish(
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Make a folder for any web server: a page that plays a stream, and all that it needs.
+    """Create a folder for any web server, with a page that plays a stream.
 
-    Prints the iframe that shows the page within another one. If the extra "media"
-    is installed, the page has a poster: the first frame, as a picture.
+    Prints the iframe that embeds the page in another one. If the extra "media" is
+    installed, the page has a poster, which is a picture of the first frame.
     """
     with report_errors():
         from quarc_ref.streams import open_source
@@ -69,19 +71,19 @@ def publish(
 
 
 def _require_url(url: str) -> str:
-    """Return the address of a folder, with a slash at its end.
+    """Return the URL of a folder, with a trailing slash.
 
     Raises:
-        UsageError: It is not such an address.
+        UsageError: It is not an http or https URL.
     """
     if not url.startswith(("http://", "https://")):
-        message = f"--url takes the address of a folder, such as https://example.org/site/: {url}"
+        message = f"--url takes the URL of a folder, such as https://example.org/site/, not {url}"
         raise UsageError(message)
     return f"{url.rstrip('/')}/"
 
 
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
-    """Return a JPEG file; None, with a message, if there is no camera or renderer."""
+    """Render a JPEG file; print a message and return None without a camera or renderer."""
     if camera is None:
         print_message("the page has no poster: the stream has no cameras")
         return None
@@ -89,15 +91,15 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
         from quarc_ref.viewing.poster import draw_poster
     except ImportError as error:
         print_message(
-            f"the page has no poster: {error.name} cannot be imported, and "
-            "pip install 'quarc-ref[media]' installs it"
+            f"the page has no poster: {error.name} cannot be imported; install it with: pip "
+            "install 'quarc-ref[media]'"
         )
         return None
     return draw_poster(source, camera)
 
 
 def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
-    """Return width and height, in pixels, of a frame for a camera's picture and the controls."""
+    """Return width and height in pixels of the iframe for a camera's picture and the controls."""
     from quarc_ref.viewing.outline import fit_height
 
     height = _FRAME_HEIGHT if camera is None else fit_height(camera, _FRAME_WIDTH)
@@ -122,4 +124,4 @@ def _show(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
         "to try it": f"python3 -m http.server --directory {output}",
     }
     print_table(str(output), rows)
-    sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # on one line, to be copied
+    sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # on a single line, for copying

@@ -1,4 +1,4 @@
-"""The verb `render`: renders a camera of a stream as a video or as pictures."""
+"""The `render` command: renders a camera of a stream as a video or as pictures."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from quarc_ref.viewing.outline import Outline
     from quarc_ref.viewing.paths.pose import Shot
 
-_MOST_PIXELS = 6 << 20  # 2.7K has 5.5 million; a stream may name any size at no cost in bytes
+_MOST_PIXELS = 6 << 20  # 2.7K has 5.5 million; a malicious stream may declare any size
 
 
 def render(
@@ -50,9 +50,8 @@ def render(
         Kind | None,
         typer.Option(
             "--to",
-            help="Kind of output, whatever PATH's name: an H.264 or VP9 video, PNG files, or NumPy "
-            "archives of depth.",
-            show_default="as PATH's name ends",
+            help="Type of output: an H.264 or VP9 video, PNG files, or NumPy archives of depth.",
+            show_default="from PATH's suffix",
         ),
     ] = None,
     path: Annotated[
@@ -60,9 +59,10 @@ def render(
         typer.Option(
             "--path",
             metavar="orbit|spiral|interpolate|FILE",
-            help="Move the camera: about what the rig looks at, in a spiral before it, through "
-            "all cameras, or along the keyframes of a JSON file.",
-            show_default="the camera stands still",
+            help="Move the camera: on a circle around the center of the scene (orbit), on a "
+            "spiral in front of it (spiral), through all cameras (interpolate), or along the "
+            "keyframes of a JSON file.",
+            show_default="the camera does not move",
         ),
     ] = None,
     pictures: Annotated[
@@ -72,7 +72,7 @@ def render(
             min=1,
             max=1 << 20,
             metavar="N",
-            help="Number of pictures along a path; the frames are spread over them.",
+            help="Number of pictures along a path; the frames are distributed evenly over them.",
             show_default="one per frame",
         ),
     ] = None,
@@ -87,7 +87,7 @@ def render(
     frames: Frames = None,
     width: Annotated[
         int | None,
-        typer.Option("--width", min=1, help="Pixels, the camera's by default; height in step."),
+        typer.Option("--width", min=1, help="Width in pixels; the height keeps the aspect ratio."),
     ] = None,
     max_pixels: Annotated[
         int,
@@ -95,7 +95,7 @@ def render(
             "--max-pixels",
             min=1,
             metavar="N",
-            help="Reject larger pictures: a camera of a stream may ask for any size.",
+            help="Reject larger pictures, because a stream may have cameras of any size.",
         ),
     ] = _MOST_PIXELS,
     pixels: Annotated[
@@ -110,10 +110,10 @@ def render(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Render the view of a camera of a stream, as `eval` does: a video, or a folder of PNG files.
+    """Render what a camera of a stream sees, as a video or a folder of PNG files.
 
-    Pictures are rounded to 8 bits and otherwise exact; a video is H.264 at CRF 6, or VP9. With
-    --path the camera moves while the stream plays.
+    Pictures are those that `eval` measures, rounded to 8 bits; videos are H.264 at CRF 6,
+    or VP9. With --path the camera moves while the stream plays.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.rendering.pictures import render_depth
@@ -168,7 +168,7 @@ def _plan(
     path: str | None,
     pictures: int | None,
 ) -> "list[Shot]":
-    """Return the shots to draw, of which there must be at least one."""
+    """Return the shots to draw, at least one."""
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
@@ -176,7 +176,7 @@ def _plan(
         first = max(wanted[0], outline.first_frame)
         shots = [Shot(first + place, camera) for place in range(outline.count_frames(*wanted))]
         if not shots:
-            message = "the stream holds none of the frames asked for"
+            message = "the stream has none of the requested frames"
             raise UsageError(message)
         return shots
     try:

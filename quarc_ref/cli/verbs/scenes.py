@@ -1,4 +1,4 @@
-"""The verb `import`: Gaussians of other methods to a stream."""
+"""The `import` command: encodes Gaussians of other methods to a stream."""
 
 from collections.abc import Iterator
 from dataclasses import fields, replace
@@ -25,7 +25,7 @@ def import_frames(
         Path,
         typer.Argument(
             metavar="SOURCE",
-            help="A folder of PLY or SPZ files, one per frame, or a .4dgs file, or one PLY or SPZ.",
+            help="Folder of PLY or SPZ files, one per frame; or a .4dgs, PLY or SPZ file.",
             show_default=False,
             exists=True,
         ),
@@ -40,8 +40,8 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Errors allowed: coarse allows two to three times those of fine, and more where "
-            "an error is less visible, for fewer bytes.",
+            help="Error bounds: those of coarse are two to three times those of fine, and larger "
+            "where errors are less visible, for fewer bytes.",
         ),
     ] = "fine",
     bound: Annotated[
@@ -49,9 +49,9 @@ def import_frames(
         typer.Option(
             "--bound",
             metavar="NAME=VALUE",
-            help="The largest error of an attribute: position (world units), rotation (radians), "
-            "log_scale, opacity (logit), sh_dc, sh_rest; most_slack: the factor by which "
-            "those of position and rotation may grow where an error is less visible.",
+            help="Largest allowed error of an attribute: position (world units), rotation "
+            "(radians), log_scale, opacity (logit), sh_dc, sh_rest; most_slack: the factor "
+            "by which errors of position and rotation may grow where they are less visible.",
         ),
     ] = None,
     fps: Annotated[
@@ -61,7 +61,7 @@ def import_frames(
             min=1e-3,
             max=1e3,
             help="Frames per second.",
-            show_default="as the source says, else 30",
+            show_default="from the source, else 30",
         ),
     ] = None,
     interval: Annotated[
@@ -69,21 +69,21 @@ def import_frames(
         typer.Option(
             "--keyframe-interval",
             min=0,
-            help="Frames between keyframes; 0 for as few keyframes as possible.",
+            help="Number of frames between keyframes; 0 for as few keyframes as possible.",
         ),
     ] = 0,
     up: Annotated[
         Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None,
-        typer.Option("--up", help="Axis that points up.", show_default="as the source says"),
+        typer.Option("--up", help="Axis that points up.", show_default="from the source"),
     ] = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Make a stream of Gaussians that another method trained, without pictures.
+    """Encode Gaussians that another method trained, without pictures.
 
-    Ids, or the order of the rows, identify Gaussians from frame to frame. Every
-    frame is decoded and compared with the input: no error exceeds its bound.
+    Gaussians are identified across frames by ids or by the order of rows. Every frame is
+    decoded and compared with the input, so that no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -101,7 +101,7 @@ def import_frames(
             report = encode_scenes(_read(frames), sink, options)
         if report.dropped_sh_degree:
             degree = report.dropped_sh_degree
-            print_message(f"SH degrees 2 to {degree} are left out: a stream carries degree 1")
+            print_message(f"SH degrees 2 to {degree} are dropped: a stream has at most degree 1")
         _show(output, report, as_json=as_json)
 
 
@@ -113,7 +113,7 @@ def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
 
 
 def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOptions":
-    """Return options from the source; those of the command line take precedence."""
+    """Return options from the source, overridden by those of the command line."""
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
     options, sidecar = SceneOptions(), frames.sidecar
@@ -134,16 +134,18 @@ def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOp
 
 
 def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
-    """Return the bounds with some changed.
+    """Return the bounds with changes applied.
 
     Raises:
-        UsageError: One is malformed, or not a number that a bound takes.
+        UsageError: A change is malformed, or its value is not allowed for the bound.
     """
     names = [field.name for field in fields(bounds) if field.name != "size"]
     for change in changes:
         name, _, text = change.partition("=")
         if name not in names:
-            message = f"--bound {change}: it takes NAME=VALUE, NAME of {', '.join(names)}"
+            message = (
+                f"--bound takes NAME=VALUE, where NAME is one of {', '.join(names)}; got {change!r}"
+            )
             raise UsageError(message)
         try:
             bounds = replace(bounds, **{name: float(text)})

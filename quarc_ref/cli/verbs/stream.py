@@ -1,4 +1,4 @@
-"""The verbs that describe and check a stream: info, verify."""
+"""The `info` and `verify` commands, which describe and check a stream."""
 
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Summarize a stream: counts, bytes by kind, and the paper's estimate of them."""
+    """Summarize a stream: counts, bytes by kind, and the paper's estimate of these bytes."""
     with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source
@@ -38,8 +38,9 @@ def verify(
         bool,
         typer.Option(
             "--deep",
-            help="Also check that both entropy decoders agree, that every seek point leads to "
-            "the same states, and how much of its level's limits the stream uses.",
+            help="Also check that both entropy decoders agree and that decoding from every seek "
+            "point gives the same states, and show how close the stream is to its level's "
+            "limits.",
         ),
     ] = False,
     follow: FollowFlag = False,
@@ -78,7 +79,7 @@ class _Verification:
     """A verification in progress.
 
     Attributes:
-        frames: How many there were.
+        frames: Number of decoded frames.
         digest: Digest of the last state.
     """
 
@@ -118,7 +119,7 @@ def describe_proof(proof: "Verification") -> dict[str, str]:
     bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
     coders = f"both decoders give the same {bits}"
     if proof.coders == 1:
-        coders = f"one decoder gives {bits}; constriction, the other, is not installed"
+        coders = f"one decoder gives {bits}; the other one, constriction, is not installed"
     level = "; ".join(
         f"{proof.most[key]:,} of {proof.allowed[key]:,} {name}" for key, name in _BOUNDS.items()
     )
@@ -126,9 +127,9 @@ def describe_proof(proof: "Verification") -> dict[str, str]:
         "chunks": f"{proof.chunks:,}, every CRC holds",
         "states": f"{proof.frames:,}, every CRC holds",
         "entropy": coders,
-        "seek points": f"{proof.seek_points:,}, from which {proof.frames_sought:,} frames "
-        "have the same digests as from the beginning",
-        f"level {proof.level / 10:.1f}": f"kept, with at most {level}",
+        "seek points": f"{proof.seek_points:,}, all with the same states "
+        f"({proof.frames_sought:,} frames compared)",
+        f"level {proof.level / 10:.1f}": f"limits kept: {level}",
     }
 
 
@@ -164,7 +165,7 @@ def describe(summary: "StreamSummary") -> dict[str, str]:
 
 
 def _name_frames(summary: "StreamSummary") -> str:
-    """Number of frames, and which ones if the stream has been cut."""
+    """Format the number of frames, and their range if the stream was cut."""
     frames = summary.frames
     if not frames or frames[0].frame == 0:
         return f"{len(frames)}"

@@ -1,4 +1,4 @@
-"""The verb `view`: a stream on a page of a browser."""
+"""The `view` command: plays a stream in a browser."""
 
 import socket
 import sys
@@ -28,7 +28,10 @@ _EVERYWHERE = ("0.0.0.0", "::")
 def view(
     file: FollowedName,
     host: Annotated[
-        str, typer.Option("--host", help="Address to listen at; 0.0.0.0 accepts other machines.")
+        str,
+        typer.Option(
+            "--host", help="Address to listen on; 0.0.0.0 accepts connections from other machines."
+        ),
     ] = "127.0.0.1",
     port: Annotated[
         int, typer.Option("--port", min=1, max=65535, help="First port to try.")
@@ -38,7 +41,8 @@ def view(
         typer.Option(
             "--allow-host",
             metavar="NAME",
-            help="Answer to this name too, for a reverse proxy or a tunnel; may be repeated.",
+            help="Also accept requests for this host name, such as that of a reverse proxy or "
+            "tunnel; may be repeated.",
             show_default=False,
         ),
     ] = None,
@@ -49,17 +53,17 @@ def view(
     camera: CameraName = None,
     up: Up = None,
     autoplay: Annotated[
-        bool, typer.Option("--autoplay/--no-autoplay", help="Play at once.")
+        bool, typer.Option("--autoplay/--no-autoplay", help="Start playing when the page opens.")
     ] = True,
-    loop: Annotated[bool, typer.Option("--loop/--no-loop", help="Play again and again.")] = True,
+    loop: Annotated[bool, typer.Option("--loop/--no-loop", help="Play in a loop.")] = True,
     follow: FollowFlag = False,
     patience: Patience = PATIENCE,
     as_json: AsJson = False,
 ) -> None:
-    """Play a stream in a browser, which decodes and draws it. Ctrl-C ends the server.
+    """Play a stream in a browser, which decodes and renders it. Ctrl-C stops the server.
 
-    The page is for those who have its address, which has another token every time.
-    A stream from standard input plays while it arrives, and so does one with --follow.
+    The URL contains a random token, so only those who know it can open the page. Streams
+    from standard input and streams with --follow play while they arrive.
     """
     waiting = follow_stream(file, patience, follow=follow)
     with report_errors():
@@ -78,7 +82,7 @@ def view(
 
 
 class _Stream(NamedTuple):
-    """A stream, and how it is shown."""
+    """A stream and its page options."""
 
     source: "Source"
     options: "PageOptions"
@@ -110,7 +114,7 @@ def _warn_of_missing_end(name: str, source: "Source") -> None:
     from quarc_ref.streams.seek import read_tail_chunk
 
     if read_tail_chunk(source, source.size() or 0) is None:
-        print_message(f"{name} has no end: --follow plays on while it is written")
+        print_message(f"{name} has no end; use --follow to play a stream while it is written")
 
 
 def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) -> "Server":
@@ -135,7 +139,7 @@ def _require_names(names: list[str]) -> list[str]:
 
     for name in names:
         if not is_host_name(name):
-            message = f"--allow-host takes the name of a host, without scheme or port: {name}"
+            message = f"--allow-host takes a host name without scheme or port, not {name}"
             raise UsageError(message)
     return names
 

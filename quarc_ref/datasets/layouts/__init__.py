@@ -1,1 +1,1 @@
-"""Layouts of captures: a loader per file, a row per loader in `table`."""
+"""Loaders for the layouts of captures: one module per layout, listed in `table`."""

@@ -1,10 +1,11 @@
-"""Captures calibrated by COLMAP: a model, and pictures or videos of its cameras.
+"""Loads captures calibrated by COLMAP: a model, and pictures or videos of its cameras.
 
 The model (colmap.github.io/format.html) is in `sparse/0`, in `sparse`, or in the folder
-itself, binary or text, and holds one image per camera: cameras stand still. Pictures are
-found by `arrangements`: `images/cam00.png` as COLMAP has them, `images/cam00/0000.png`,
-`frames/0000/cam00.png`, or videos beside the model. Pictures of lenses with distortion are
-undistorted as they are read. Pictures of cameras that the model does not know are left alone.
+itself, as binary or text files, and has one image per camera, because cameras are static.
+Pictures are found by `arrangements`: `images/cam00.png` as in COLMAP,
+`images/cam00/0000.png`, `frames/0000/cam00.png`, or videos beside the model. Pictures
+with lens distortion are undistorted when they are read. Pictures of cameras that are not
+in the model are ignored.
 """
 
 from collections.abc import Sequence
@@ -37,10 +38,10 @@ def read_colmap(folder: Path) -> Footage:
     """Load a capture of this layout.
 
     Args:
-        folder: With a model in it, where `find_model` looks.
+        folder: Folder of the capture, with a model where `find_model` looks.
 
     Raises:
-        CaptureError: A file is missing or malformed, or they do not fit together.
+        CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     model_folder = find_model(folder)
     if model_folder is None:
@@ -62,7 +63,7 @@ _Cameras = tuple[CalibratedCamera, ...]
 
 
 def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pictures]:
-    """Return the cameras, under the first kind of names that has pictures, and the pictures."""
+    """Return the cameras, named in the first way that matches pictures, and the pictures."""
     first, *others = namings
     try:
         return first, find_pictures(folder, [camera.name for camera in first])
@@ -74,7 +75,7 @@ def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pi
 
 
 def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
-    """Return the cameras of a model under each of their names, in order, and its points, if any."""
+    """Return the cameras of a model for each way of naming, in order, and its points, if any."""
     try:
         require_whole(folder)
         model = pycolmap.Reconstruction(folder)
@@ -86,10 +87,10 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
 
 
 def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
-    """Return the images that have a pose, by each name that their cameras can have.
+    """Return the images that have a pose, by camera name, for each way of naming.
 
-    That is the stem of the image's file (`cam00.png`), or its first folder
-    (`cam00/0000.png`), where no two are the same.
+    The name is the stem of the image's file (`cam00.png`), or its first folder
+    (`cam00/0000.png`), provided that the names are distinct.
     """
     images = [image for image in model.images.values() if image.has_pose]
     stems = [Path(image.name).stem for image in images]
@@ -100,7 +101,10 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
         if names and len(set(names)) == len(names)
     ]
     if not found:
-        message = f"it must hold one image per camera, named after it, but has {sorted(stems)}"
+        message = (
+            "it must have exactly one image per camera, named after the camera, but has "
+            f"{sorted(stems)}"
+        )
         raise ValueError(message)
     return found
 
@@ -127,13 +131,13 @@ def _make_camera(
 
 
 def _make_points(model: pycolmap.Reconstruction) -> Points | None:
-    """Return the model's points, None if it has none."""
+    """Return the model's points, or None if it has none."""
     points: Sequence[pycolmap.Point3D] = [model.points3D[i] for i in sorted(model.points3D)]
     if not points:
         return None
     with np.errstate(over="ignore"):
         positions = np.array([point.xyz for point in points]).astype(np.float32)
     if not np.isfinite(positions).all():
-        message = "a point of it is not finite"
+        message = "a point is not finite"
         raise ValueError(message)
     return Points(positions, np.array([point.color for point in points], dtype=np.uint8))

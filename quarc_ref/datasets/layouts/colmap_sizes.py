@@ -1,8 +1,8 @@
 """Checks that the binary files of a COLMAP model are complete.
 
-pycolmap does not check file sizes: in a truncated file it can read garbage counts, allocate memory
-for them, and loop for minutes. So records of variable length are checked before it opens the
-files.
+pycolmap does not check file sizes: in a truncated file it can read garbage counts,
+allocate memory for them, and loop for minutes. Records of variable length are therefore
+checked before it opens the files.
 """
 
 import struct
@@ -21,7 +21,7 @@ _DATA_BYTES = _SENSOR_BYTES + 8  # sensor, image id
 
 
 def require_whole(folder: Path) -> None:
-    """Prove that the records of a model's binary files end with the files.
+    """Check that the records of a model's binary files end where the files end.
 
     Args:
         folder: Folder of the model; missing files are skipped.
@@ -33,7 +33,7 @@ def require_whole(folder: Path) -> None:
     for name, skip in _SKIPS.items():
         path = folder / name
         if path.is_file() and not _ends_with_records(path.read_bytes(), skip):
-            message = f"{name} is not as long as its records"
+            message = f"the length of {name} does not match its records"
             raise ValueError(message)
 
 
@@ -62,7 +62,7 @@ def _skip_point(data: bytes, position: int) -> int:
 
 
 def _skip_rig(data: bytes, position: int) -> int:
-    """Return the offset after a rig record: its id and its sensors, all but one with a pose."""
+    """Return the offset after a rig record: id and sensors, all but one of which have a pose."""
     (count,) = _SHORT_COUNT.unpack_from(data, position + 4)
     position += 4 + _SHORT_COUNT.size + _SENSOR_BYTES * min(int(count), 1)
     for _ in range(int(count) - 1):
@@ -72,7 +72,7 @@ def _skip_rig(data: bytes, position: int) -> int:
 
 
 def _skip_frame(data: bytes, position: int) -> int:
-    """Return the offset after a frame record: its id, its rig's id, its pose, its images."""
+    """Return the offset after a frame record: id, rig id, pose and images."""
     position += 4 + 4 + _RIGID_BYTES
     (count,) = _SHORT_COUNT.unpack_from(data, position)
     return position + _SHORT_COUNT.size + _DATA_BYTES * int(count)

@@ -1,11 +1,11 @@
-"""Captures as EasyMocap calibrates them: `intri.yml`, `extri.yml` and pictures or videos.
+"""Loads captures calibrated by EasyMocap: `intri.yml`, `extri.yml` and pictures or videos.
 
 The layout is published in EasyMocap's documentation ("Camera calibration" and "Data
-preparation", github.com/zju3dv/EasyMocap), and is also used by ENeRF-Outdoor and other captures of
-ZJU: `images/00/000000.jpg` or `videos/00.mp4`. The files are OpenCV's FileStorage in YAML:
-`names`, and for a camera NAME `K_NAME` (3x3), `dist_NAME` (k1, k2, p1, p2, k3), `Rot_NAME` (3x3,
-world to camera) or `R_NAME` (its rotation vector), and `T_NAME` (3). Pixel centers are at whole
-numbers, as OpenCV has them.
+preparation", github.com/zju3dv/EasyMocap), and is also used by ENeRF-Outdoor and other
+captures of ZJU: `images/00/000000.jpg` or `videos/00.mp4`. The files are OpenCV's
+FileStorage in YAML: `names`, and for each camera NAME `K_NAME` (3x3), `dist_NAME` (k1,
+k2, p1, p2, k3), `Rot_NAME` (3x3, world to camera) or `R_NAME` (its rotation vector), and
+`T_NAME` (3). Pixel centers are at whole numbers, as in OpenCV.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.undistortion import rotate_by_vector
 
 _MOST_COEFFICIENTS = 8
-_OPENCV_CENTER = 0.5  # what is added to a principal point whose pixel centers are whole numbers
+_OPENCV_CENTER = 0.5  # added to a principal point to move pixel centers from whole numbers to +0.5
 
 Matrices = Mapping[str, Node]
 
@@ -32,10 +32,10 @@ def read_easymocap(folder: Path) -> Footage:
     """Load a capture of this layout.
 
     Args:
-        folder: With `intri.yml` and `extri.yml` in it.
+        folder: Folder with `intri.yml` and `extri.yml`.
 
     Raises:
-        CaptureError: A file is missing or malformed, or they do not fit together.
+        CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     paths = (folder / "intri.yml", folder / "extri.yml")
     inner, outer = map(_read, paths)
@@ -70,7 +70,7 @@ def _list_names(inner: Matrices, path: Path) -> list[str]:
         else [key.removeprefix("K_") for key in inner if key.startswith("K_")]
     )
     if not names or len(set(names)) < len(names):
-        message = f"{path} has no list of 'names', each of another camera"
+        message = f"{path} has no list 'names' of distinct camera names"
         raise UnreadablePoseError(message)
     return sorted(names, key=natural_order)
 
@@ -98,7 +98,7 @@ def _make_camera(name: str, size: Size, inner: Matrices, outer: Matrices) -> Cal
 
 
 def _read_rotation(name: str, outer: Matrices) -> Numbers:
-    """Return `[3, 3]` world to camera."""
+    """Return the `[3, 3]` rotation from world to camera."""
     if f"Rot_{name}" in outer:
         return _take(outer, f"Rot_{name}", 9).reshape(3, 3)
     return rotate_by_vector(_take(outer, f"R_{name}", 3))
@@ -110,6 +110,6 @@ def _take(matrices: Matrices, key: str, count: int) -> Numbers:
         message = f"{key} is missing, or not a matrix of {count} numbers"
         raise ValueError(message)
     if not np.isfinite(values).all():
-        message = f"{key} has a number that is not finite"
+        message = f"{key} has a non-finite number"
         raise ValueError(message)
     return values

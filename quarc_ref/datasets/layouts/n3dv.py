@@ -1,11 +1,12 @@
-"""Captures in the layout of Neural 3D Video: `poses_bounds.npy` beside videos or pictures.
+"""Loads captures in the layout of Neural 3D Video: `poses_bounds.npy` and videos or pictures.
 
-Published with N3DV (DyNeRF; github.com/facebookresearch/Neural_3D_Video): `cam00.mp4`, ...
-and poses as LLFF writes them. MeetRoom's `cam_0.mp4` and pictures in folders of cameras
-(`cam00/0000.png`, `cam00/images/0000.png`) are read as well. Row i of the poses belongs
-to the i-th camera in the natural order of the names, in which numbers may have gaps. A row
-is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far; R maps camera to world, and
-its columns point down, right and backwards. `points3D*.ply` holds initial points and is optional.
+Published with N3DV (DyNeRF; github.com/facebookresearch/Neural_3D_Video): `cam00.mp4`,
+... and poses in LLFF's format. MeetRoom's `cam_0.mp4` and camera folders with pictures
+(`cam00/0000.png`, `cam00/images/0000.png`) are supported as well. Row i of the poses
+belongs to the i-th camera in the natural order of the names, in which numbers may have
+gaps. A row is a 3x5 matrix [R | t | (H, W, f)] and two depths, near and far; R maps
+camera to world, and its columns point down, right and backwards. `points3D*.ply` holds
+initial points and is optional.
 """
 
 from collections.abc import Sequence
@@ -37,10 +38,10 @@ def read_n3dv(folder: Path) -> Footage:
     """Load a capture of this layout.
 
     Args:
-        folder: With `poses_bounds.npy` in it.
+        folder: Folder with `poses_bounds.npy`.
 
     Raises:
-        CaptureError: A file is missing or malformed, or they do not fit together.
+        CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     poses_path = folder / POSES_NAME
     rows = _read_rows(poses_path)
@@ -60,7 +61,7 @@ def read_n3dv(folder: Path) -> Footage:
 
 
 def _find_files(folder: Path, count: int) -> Files:
-    """Return the videos or pictures of as many cameras as there are poses, by camera."""
+    """Return videos or pictures by camera, for as many cameras as there are poses."""
     candidates = [_prefer_usual(list_files(folder)) for _, list_files in ARRANGEMENTS]
     candidates = [files for files in candidates if files]
     if not candidates:
@@ -72,25 +73,25 @@ def _find_files(folder: Path, count: int) -> Files:
             return files
     message = (
         f"{folder / POSES_NAME} has {count} poses, but there are {len(candidates[0])} cameras "
-        f"({', '.join(candidates[0])}): add the missing videos, or use poses of these alone"
+        f"({', '.join(candidates[0])}): add the missing videos, or remove the extra poses"
     )
     raise CountMismatchError(message)
 
 
 def _prefer_usual(files: Files) -> Files:
-    """Return the files of cameras with the usual name prefix, if there are any, else all files."""
+    """Return the files of cameras with the usual name prefix, or all files if there are none."""
     usual = {name: paths for name, paths in files.items() if name.startswith(_USUAL_PREFIX)}
     return usual or files
 
 
 def _compare_orders(names: Sequence[str]) -> tuple[Finding, ...]:
-    """Return a finding if names sort differently by letters and by numbers."""
+    """Return a finding if alphabetical and numeric order of the names differ."""
     for first, second in pairwise(sorted(names)):
         if natural_order(first) > natural_order(second):
             message = (
-                f"row i of {POSES_NAME} is taken for the i-th camera in the order of numbers, in "
-                f"which {second} comes before {first}; if the poses were made in the order of "
-                "letters, rename the files in that order, with as many digits each"
+                f"row i of {POSES_NAME} is assigned to the i-th camera in numeric order, "
+                f"where {second} comes before {first}; if the poses are in alphabetical "
+                "order, rename the files so that all numbers have the same number of digits"
             )
             return (Finding("order-of-poses", message),)
     return ()
@@ -103,14 +104,14 @@ def _find_points(folder: Path) -> Path | None:
 
 
 def _read_rows(path: Path) -> Numbers:
-    """Return `[N, 17]` the rows of the file, finite."""
+    """Return the `[N, 17]` rows of the file, which are finite."""
     try:
-        # A map of the file shows its size before anything is allocated.
+        # Memory-mapping shows the size of the array before anything is allocated.
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except FileNotFoundError as error:
         message = f"{path} is missing"
         raise MissingFileError(message) from error
-    except Exception as error:  # numpy passes on whatever its parser of headers raises
+    except Exception as error:  # numpy does not wrap the exceptions of its header parser
         message = f"{path} is not an array of numbers ({error}): save it again by numpy.save"
         raise UnreadablePoseError(message) from error
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "fiu":
@@ -132,7 +133,7 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
     Args:
         name: Name of the camera.
         size: Size of its pictures, pixels.
-        row: `[17]` of the poses.
+        row: `[17]` row of the poses file.
         path: Path of the file of poses, for messages.
     """
     width, height = size
@@ -157,13 +158,13 @@ def _make_camera(name: str, size: Size, row: Numbers, path: Path) -> CalibratedC
 
 
 def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
-    """Return how many times larger the video is than the pictures that the pose is for."""
+    """Return the size of the video relative to the pictures that the pose is for."""
     (pose_width, pose_height), (width, height) = pose_size, video_size
     least, most = sorted((pose_width, float(width)))
     if least <= 0 or most % least or width * pose_height != height * pose_width:
         message = (
-            f"the pose is for pictures of {pose_width:g}x{pose_height:g}, and the video is "
-            f"{width}x{height}, which is not larger or smaller by a whole factor"
+            f"the pose is for pictures of {pose_width:g}x{pose_height:g}, but the video is "
+            f"{width}x{height}, which is not a whole multiple or fraction of that size"
         )
         raise ValueError(message)
     return float(width / pose_width)
@@ -171,6 +172,8 @@ def _measure_resize(pose_size: tuple[float, float], video_size: tuple[int, int])
 
 def _require_near(near: float, far: float) -> float:
     if not 0 < near < far:
-        message = f"the depths {near:g} and {far:g} are not a near and a far one"
+        message = (
+            f"the near depth {near:g} and the far depth {far:g} are not positive and ascending"
+        )
         raise ValueError(message)
     return near

@@ -1,11 +1,12 @@
-"""Captures of CMU's Panoptic Studio: `calibration_NAME.json` and HD (or VGA) videos or pictures.
+"""Loads captures of CMU's Panoptic Studio: `calibration_NAME.json` and HD or VGA recordings.
 
-The layout is published with the Panoptic Toolbox (github.com/CMU-Perceptual-Computing-Lab/
-panoptic-toolbox): `hdVideos/hd_00_00.mp4`, or `hdImgs/00_00/00_00_00000000.jpg` as its
-script extracts them; VGA cameras likewise (`vgaVideos/vga_01_01.mp4`, `vgaImgs/01_01/...`).
-Each camera in the file has `K`, `distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to
-camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as OpenCV has them.
-Only cameras with pictures are used, HD cameras before VGA cameras.
+The layout is published with the Panoptic Toolbox
+(github.com/CMU-Perceptual-Computing-Lab/ panoptic-toolbox): `hdVideos/hd_00_00.mp4`, or
+`hdImgs/00_00/00_00_00000000.jpg` as extracted by its script, and the same for VGA cameras
+(`vgaVideos/vga_01_01.mp4`, `vgaImgs/01_01/...`). Each camera in the file has `K`,
+`distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to camera, centimeters) and
+`resolution`. Pixel centers are at whole numbers, as in OpenCV. Only cameras with
+pictures are used, HD cameras before VGA cameras.
 """
 
 import json
@@ -26,17 +27,17 @@ from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.natural_order import natural_order
 
 _KINDS = ("hd", "vga")
-_OPENCV_CENTER = 0.5  # what is added to a principal point whose pixel centers are whole numbers
+_OPENCV_CENTER = 0.5  # added to a principal point to move pixel centers from whole numbers to +0.5
 
 
 def read_panoptic(folder: Path) -> Footage:
     """Load a capture of this layout.
 
     Args:
-        folder: With one `calibration_*.json` in it.
+        folder: Folder with one `calibration_*.json`.
 
     Raises:
-        CaptureError: A file is missing or malformed, or they do not fit together.
+        CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     path = min(folder.glob("calibration_*.json"))
     calibrated = read_cameras(path)
@@ -51,8 +52,8 @@ def read_panoptic(folder: Path) -> Footage:
                 descriptions=(path,),
             )
     message = (
-        f"{folder} has no hdVideos/hd_00_00.mp4, hdImgs/00_00/00_00_00000000.jpg, vgaVideos or "
-        f"vgaImgs of a camera of {path.name}"
+        f"{folder} has no hdVideos/hd_00_00.mp4, hdImgs/00_00/00_00_00000000.jpg, vgaVideos "
+        f"or vgaImgs for the cameras of {path.name}"
     )
     raise MissingFileError(message)
 
@@ -62,7 +63,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
 
     Raises:
         MissingFileError: The file cannot be read.
-        UnreadablePoseError: It is malformed, or its numbers are not poses.
+        UnreadablePoseError: The file is malformed, or its numbers are not poses.
     """
     try:
         document = json.loads(path.read_bytes())
@@ -81,7 +82,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
 
 
 def _list_files(folder: Path, kind: str) -> Files:
-    """Return videos or pictures by the names that the calibration has, such as `00_00`."""
+    """Return videos or pictures by camera name in the calibration, such as `00_00`."""
     videos = list_videos(folder / f"{kind}Videos")
     named = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
     return named or list_picture_folders(folder / f"{kind}Imgs")

@@ -1,4 +1,4 @@
-"""The known layouts, and the choice among them by the files in a folder.
+"""Table of the known layouts, and the choice of a layout by the files in a folder.
 
 A new layout is a module with a `read_...` function and a row in `LAYOUTS`.
 """
@@ -22,10 +22,10 @@ class Layout:
     """A row of the table.
 
     Attributes:
-        name: What people call it.
-        needs: Files that a capture of this layout has. Each has a readable name and patterns of
+        name: Common name of the layout.
+        needs: Files that this layout requires. Each has a readable name and patterns for
             `Path.glob`, one of which must match.
-        read: The loader.
+        read: Loader function.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Layout:
     read: Callable[[Path], Footage]
 
     def find_missing(self, folder: Path) -> list[str]:
-        """Return the names of the files that the layout needs and a folder lacks."""
+        """Return the names of required files that a folder lacks."""
         return [
             name
             for name, *patterns in self.needs
@@ -68,28 +68,31 @@ def choose_layout(folder: Path) -> Layout:
     """Return the first layout of the table whose files a folder has.
 
     Raises:
-        UnknownLayoutError: No layout matches; the message lists all layouts, what each is missing,
-            and what to do.
+        UnknownLayoutError: No layout matches; the message lists all layouts, their
+            missing files, and a remedy.
     """
     for layout in LAYOUTS:
         if not layout.find_missing(folder):
             return layout
     rows = [f"{layout.name} ({', '.join(layout.find_missing(folder))})" for layout in LAYOUTS]
     message = (
-        f"{folder} is not a capture in a known layout. Layouts, and what is missing for each: "
+        f"{folder} is not a capture in a known layout. The layouts, and what is missing for each: "
     )
     raise UnknownLayoutError(message + "; ".join(rows) + _suggest(folder))
 
 
 def _suggest(folder: Path) -> str:
-    """Return advice on a folder that is not a capture, as the end of a sentence."""
+    """Return advice about a folder that is not a capture, to be appended to a message."""
     if not folder.is_dir():
         return ""
     for inner in sorted(path for path in folder.iterdir() if path.is_dir()):
         if not all(layout.find_missing(inner) for layout in LAYOUTS):
-            return f". The folder {inner.name} in it is a capture: use that"
+            return f". Its folder {inner.name} is a capture: use that one"
     videos, folders = len(list_videos(folder)), len(list_picture_folders(folder))
     if max(videos, folders) < 2:
         return ""
     what = f"{videos} videos" if videos >= folders else f"{folders} folders of pictures"
-    return f". It has {what} without poses: quarc-ref calibrate {folder} -o CAPTURE finds them"
+    return (
+        f". It has {what} without poses; to find the poses, run: quarc-ref calibrate {folder} -o "
+        "CAPTURE"
+    )

@@ -1,9 +1,8 @@
 """Parses and checks nerfstudio's `transforms.json`.
 
-Intrinsics may be given once for all entries, or with each, which then counts;
-path, pose and time are each entry's own.
-Matrices map camera to world with OpenGL's axes: right, up, backwards. Nothing
-here looks at pictures.
+Intrinsics may be given for the whole file or per entry, which takes precedence; path,
+pose and time are given per entry. Matrices map camera to world with OpenGL's axes: right,
+up, backwards. No pictures are read here.
 """
 
 import json
@@ -31,12 +30,12 @@ _DEFAULT_MODEL = "OPENCV"
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A picture, or a video.
+    """An entry of the file: a picture or a video.
 
     Attributes:
-        path: As the file has it, from its folder on.
+        path: Path as stored in the file, relative to its folder.
         lens: Lens of the picture.
-        matrix: 3x4 camera to world in OpenGL's axes, row by row.
+        matrix: 3x4 matrix from camera to world with OpenGL's axes, row by row.
         time: Time of the picture, if the file gives it.
         mask: Path of the mask, if the file names one.
     """
@@ -59,12 +58,12 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Transforms:
-    """A whole file.
+    """Contents of a whole file.
 
     Attributes:
         entries: Entries in file order, at least one.
         frames_per_second: Frame rate, if the file gives it.
-        points: Name of the points' file, if there is one.
+        points: Name of the file of points, if there is one.
     """
 
     entries: tuple[Entry, ...]
@@ -73,11 +72,11 @@ class Transforms:
 
 
 def read_transforms(path: Path) -> Transforms:
-    """Return the parsed file.
+    """Read and parse the file.
 
     Raises:
         MissingFileError: The file cannot be read.
-        UnreadablePoseError: It is malformed, or lacks a number.
+        UnreadablePoseError: The file is malformed, or lacks a number.
         UnsupportedCameraError: Its camera model cannot be undistorted.
     """
     try:
@@ -135,11 +134,11 @@ def _parse_matrix(values: Mapping[str, object]) -> tuple[float, ...]:
 def _parse_lens(values: Mapping[str, object]) -> Lens:
     model = values.get("camera_model", _DEFAULT_MODEL)
     if model not in _COEFFICIENTS:
-        message = f"camera model {model} is not supported, but {', '.join(_COEFFICIENTS)} are"
+        message = f"camera model {model} is not supported; use one of {', '.join(_COEFFICIENTS)}"
         raise UnsupportedCameraError(message)
     width, height = _number(values, "w"), _number(values, "h")
     if not (width.is_integer() and height.is_integer()):
-        message = f"pictures of {width}x{height} have no whole number of pixels"
+        message = f"the picture size {width}x{height} is not a whole number of pixels"
         raise ValueError(message)
     given = [_number(values, name) if name in values else 0.0 for name in _COEFFICIENTS[model]]
     return Lens(

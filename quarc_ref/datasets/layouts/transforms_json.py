@@ -1,9 +1,9 @@
-"""Captures in nerfstudio's `transforms.json`, of cameras that stand still.
+"""Loads captures of static cameras in nerfstudio's `transforms.json`.
 
 The format is nerfstudio's (docs.nerf.studio, "Data conventions"). Either every entry is a
-video, one per camera, or entries are pictures; those of one pose and lens are then one
-camera's, in the order of their `time`, or of their names if no entry has one. A camera is
-named after what the paths of its pictures share.
+video, one per camera, or every entry is a picture. Pictures with the same pose and lens
+belong to one camera, ordered by `time`, or by name if no entry has a time. A camera is
+named after the common part of the paths of its pictures.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,11 +31,11 @@ TRANSFORMS_NAME = "transforms.json"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rig:
-    """The cameras of a file, in the order of their names.
+    """The cameras of a file and their entries.
 
     Attributes:
-        cameras: As calibrated.
-        entries: `[camera][frame]`; of a camera with a video, the video.
+        cameras: Calibrated cameras in the order of their names.
+        entries: `[camera][frame]` entries; a camera with a video has one entry.
     """
 
     cameras: tuple[CalibratedCamera, ...]
@@ -46,10 +46,10 @@ def read_nerfstudio(folder: Path) -> Footage:
     """Load a capture of this layout.
 
     Args:
-        folder: With `transforms.json` in it.
+        folder: Folder with `transforms.json`.
 
     Raises:
-        CaptureError: A file is missing or malformed, or they do not fit together.
+        CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
     path = folder / TRANSFORMS_NAME
     transforms = read_transforms(path)
@@ -70,7 +70,7 @@ def _join_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     """Return a capture of one video per camera."""
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         if len(entries) > 1:
-            message = f"{path} has {len(entries)} videos like {camera.name}"
+            message = f"{path} names {len(entries)} videos for camera {camera.name}"
             raise CountMismatchError(message)
     return _gather(path, transforms, rig)
 
@@ -91,7 +91,7 @@ def _gather(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | None:
-    """Return the masks that the entries name; None if none does."""
+    """Return the masks that the entries name; None if there are none."""
     rows = [[named.find(e.mask) for e in entries if e.mask] for entries in rig.entries]
     return FileMasks(rows, source.sizes, source.lengths) if any(rows) else None
 
@@ -99,7 +99,7 @@ def _open_masks(named: NamedFiles, rig: _Rig, source: Pictures) -> FileMasks | N
 def _read_descriptions(
     path: Path, transforms: Transforms, named: NamedFiles
 ) -> tuple[Points | None, tuple[Path, ...]]:
-    """Return the points that the file names, and the files that are not pictures."""
+    """Return the points that the file names, and all files other than pictures."""
     if transforms.points is None:
         return None, (path,)
     points_path = named.find(transforms.points)
@@ -107,21 +107,21 @@ def _read_descriptions(
 
 
 def _require_equal_times(rig: _Rig) -> None:
-    """Prove that every camera has a picture of each time, and one alone."""
+    """Check that every camera has exactly one picture of each time."""
     first = [entry.time for entry in rig.entries[0]]
     for camera, entries in zip(rig.cameras, rig.entries, strict=True):
         times = [entry.time for entry in entries]
         if times != first or len(set(times)) < len(times):
             message = (
-                f"camera {camera.name} has {len(times)} pictures, not one of each of the "
-                f"{len(first)} times of camera {rig.cameras[0].name}: every camera must stand "
-                "still, and have a picture of every time"
+                f"the {len(times)} pictures of camera {camera.name} do not have the "
+                f"{len(first)} times of camera {rig.cameras[0].name}: every camera must be "
+                "static, and have one picture per time"
             )
             raise CountMismatchError(message)
 
 
 def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return the entries, each with its index among those of the same pose and lens as its time."""
+    """Return the entries with new times: the index among entries of the same pose and lens."""
     counts: dict[object, int] = {}
     numbered = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
@@ -132,7 +132,7 @@ def _number_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
 
 
 def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:
-    """Return the cameras of entries, each camera's entries in the order of their times."""
+    """Group entries by camera, in the order of their times."""
     groups: dict[object, list[Entry]] = {}
     for entry in sorted(entries, key=lambda entry: entry.time or 0.0):
         groups.setdefault((entry.lens, entry.matrix), []).append(entry)
@@ -156,8 +156,8 @@ def _make_camera(name: str, entry: Entry, path: Path) -> CalibratedCamera:
 def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     """Return a name for each group of paths.
 
-    That is the stem they share (`0000/cam00.png`), or the folder they share
-    (`cam00/0000.png`), or a number in the order of the groups.
+    The name is the common stem (`0000/cam00.png`), the common folder (`cam00/0000.png`),
+    or the number of the group.
     """
     parts: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,

@@ -1,1 +1,1 @@
-"""Checks of a capture before it is trained on."""
+"""Checks of a capture before training."""

@@ -1,9 +1,9 @@
-"""Checks before training whether a capture can be encoded well, or at all.
+"""Checks before training whether a capture can be encoded with good quality, or at all.
 
-The initial points tell where the scene is. If training views hardly see them, see them
-from directions too far apart, or see other colors where they should be, training fits
-every view alone, and the scene shows nothing from anywhere else. Thresholds were set
-on traced and real captures of 3 to 30 cameras: docs/experiments/capture-checks.md.
+The initial points show where the scene is. If training views hardly see them, see them
+from very different directions, or show other colors at their projections, training
+overfits the individual views. Thresholds were chosen on traced and real captures with 3
+to 30 cameras: docs/experiments/capture-checks.md.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,12 +22,12 @@ from quarc_ref.format.errors import UnusableCaptureError
 
 _MOST_POINTS = 20000
 _LEAST_VIEWS = 2
-_ENOUGH_VIEWS = 3  # that see a point: with two, depth along the line between them is anyone's
+_ENOUGH_VIEWS = 3  # views that should see a point: with two, depth along the baseline is ambiguous
 _MOST_SEEN_BY_FEW = 0.5
 _MOST_DEGREES = 25.0
 _MOST_OUTSIDE = 0.2
 _LEAST_OF_MEDIAN = 0.02
-_LEAST_RADIUS = 0.01  # of the cameras' distance to the points they see: half a degree
+_LEAST_RADIUS = 0.01  # relative to the cameras' distance from the points they see: half a degree
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,8 +36,8 @@ class _ProjectedPoints:
 
     Attributes:
         cameras: The training views.
-        positions: `[P, 3]` world units.
-        colors: `[P, 3]` sRGB.
+        positions: `[P, 3]` positions, world units.
+        colors: `[P, 3]` sRGB colors.
         views: Projections of the points, one per camera.
         within: `[V, P]` whether a camera sees a point.
     """
@@ -50,28 +50,28 @@ class _ProjectedPoints:
 
 
 def check_capture(capture: Capture) -> list[Finding]:
-    """Find reasons to expect poor quality; only frame 0 is read.
+    """Find reasons to expect poor quality, using frame 0 only.
 
     Args:
-        capture: Its held-out cameras are not looked at.
+        capture: The capture, whose held-out cameras are not read.
 
     Raises:
-        UnusableCaptureError: The capture cannot be encoded to anything useful.
+        UnusableCaptureError: The capture cannot be encoded with useful quality.
         CaptureError: A picture cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)
     if len(cameras) < _LEAST_VIEWS:
         message = (
-            f"capture {capture.name} has {len(cameras)} training camera, and depth needs at least "
-            f"{_LEAST_VIEWS}: hold out fewer cameras, or add some"
+            f"capture {capture.name} has {len(cameras)} training camera, but estimating depth "
+            f"needs at least {_LEAST_VIEWS}: hold out fewer cameras, or add some"
         )
         raise UnusableCaptureError(message)
     seen = _sight(capture, cameras)
     if not seen.within.any():
         message = (
             f"none of the {len(capture.points.positions)} initial points of capture "
-            f"{capture.name} is inside a training view: check that poses and points have the "
-            "same axes, origin and scale"
+            f"{capture.name} is visible in a training view: check that poses and points have "
+            "the same axes, origin and scale"
         )
         raise UnusableCaptureError(message)
     return [
@@ -98,8 +98,8 @@ def _find_lost_points(seen: _ProjectedPoints) -> Iterator[Finding]:
     if outside > _MOST_OUTSIDE:
         behind = float(np.mean(np.all([view.depths <= 0 for view in seen.views], axis=0)))
         message = (
-            f"{outside:.0%} of the initial points are inside no training view ({behind:.0%} are "
-            "behind all cameras): check that poses and points belong together"
+            f"{outside:.0%} of the initial points are not visible in any training view "
+            f"({behind:.0%} are behind all cameras): check that poses and points match"
         )
         yield Finding("points-outside-views", message)
 
@@ -109,8 +109,8 @@ def _find_blind_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
     blind = _name(seen.cameras, np.flatnonzero(counts < _LEAST_OF_MEDIAN * np.median(counts)))
     if blind:
         message = (
-            f"hardly any initial points are inside the pictures of {list_names(blind)}: check the "
-            "poses of these cameras"
+            f"hardly any initial points are visible in the pictures of {list_names(blind)}: "
+            "check the poses of these cameras"
         )
         yield Finding("camera-sees-no-points", message, blind)
 
@@ -121,8 +121,8 @@ def _find_one_place(seen: _ProjectedPoints) -> Iterator[Finding]:
     distances = np.concatenate([view.depths[view.within] for view in seen.views])
     if radius < _LEAST_RADIUS * np.median(distances):
         message = (
-            "the training cameras are all in one place, so that depth cannot be "
-            "determined: move them apart, or check their poses"
+            "all training cameras are at the same position, so depth cannot be estimated: "
+            "move them apart, or check their poses"
         )
         yield Finding("cameras-in-one-place", message)
 
@@ -132,19 +132,20 @@ def _find_too_few_cameras(seen: _ProjectedPoints) -> Iterator[Finding]:
     degrees = _measure_parallax(seen)
     if by_few > _MOST_SEEN_BY_FEW or degrees > _MOST_DEGREES:
         message = (
-            f"{len(seen.cameras)} training cameras are too few for this scene: {by_few:.0%} of "
-            f"the initial points are seen by fewer than {_ENOUGH_VIEWS} of them, and a point's "
-            f"nearest two see it from directions {degrees:.0f} degrees apart (at most "
-            f"{_MOST_DEGREES:.0f} is good); expect poor quality between cameras, and add cameras"
+            f"{len(seen.cameras)} training cameras are too few for this scene: {by_few:.0%} "
+            f"of the initial points are seen by fewer than {_ENOUGH_VIEWS} of them, and the "
+            f"two nearest cameras of a point see it at an angle of {degrees:.0f} degrees (it "
+            f"should be at most {_MOST_DEGREES:.0f}). Quality between the cameras will be "
+            "poor: add cameras"
         )
         yield Finding("too-few-cameras", message)
 
 
 def _measure_parallax(seen: _ProjectedPoints) -> float:
-    """Angle between neighboring cameras as seen from a point, degrees.
+    """Measure the angle between neighboring cameras as seen from a point, in degrees.
 
-    It is the median, over all cameras and the points they see, of the angle to the
-    nearest other camera that sees the point. Without any such pair it is 0.
+    The result is the median, over all cameras and the points they see, of the angle to
+    the nearest other camera that sees the point, or 0 if there is no such pair.
     """
     centers = np.stack([camera_center(camera) for camera in seen.cameras])
     directions = seen.positions - centers[:, None]
@@ -157,7 +158,7 @@ def _measure_parallax(seen: _ProjectedPoints) -> float:
 def _nearest_cosines(
     directions: NDArray[np.float64], within: NDArray[np.bool_], view: int
 ) -> NDArray[np.float64]:
-    """Cosine of the angle to the nearest other view of each point, -2 without one, `[P]`."""
+    """Return `[P]` cosines of the angles to each point's nearest other view; -2 without one."""
     cosines = np.einsum("vpk,pk->vp", directions, directions[view])
     shared = within & within[view]
     shared[view] = False
@@ -166,7 +167,7 @@ def _nearest_cosines(
 
 
 def _read_first(capture: Capture) -> Iterator[Image]:
-    """Yield the training views' pictures of the first frame, whose points the points are."""
+    """Yield the training views' pictures of the frame that the initial points belong to."""
     whole = capture.whole
     return (whole.image(index, 0) for index in whole.training)
 
@@ -175,12 +176,12 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
     found = compare_colors(seen.cameras, seen.views, seen.colors, _read_first(capture))
     if found.mixed_up:
         pairs = [
-            f"{seen.cameras[picture].name} that of {seen.cameras[pose].name}"
+            f"{seen.cameras[picture].name}: pose of {seen.cameras[pose].name}"
             for picture, pose in found.mixed_up
         ]
         message = (
-            "pictures and poses are mixed up: other poses than their own fit the pictures of "
-            f"some cameras ({list_names(pairs)}): check the order of the poses"
+            "pictures and poses are mixed up: the pictures of some cameras fit the pose of "
+            f"another one better ({list_names(pairs)}): check the order of the poses"
         )
         yield Finding(
             "poses-mixed-up", message, _name(seen.cameras, [i for i, _ in found.mixed_up])

@@ -1,10 +1,9 @@
-"""Checks poses by color: pictures should show initial points in the points' colors.
+"""Checks poses by color: pictures should show initial points in their colors.
 
-The agreement of a picture and a pose is the correlation of the colors of the points
-that the pose sees with the pixels on which they fall. Exposure does not change it.
-Three faults show: pictures whose agreement is better with each other's poses are mixed
-up; a picture that agrees better once it is shifted, or far less than the others do, has
-a wrong pose.
+The agreement of a picture and a pose is the correlation between the colors of visible
+points and the pixels at their projections; it does not depend on exposure. Three faults
+are detected: pictures that agree better with each other's poses are mixed up; a picture
+that agrees better after a shift, or much less than the others, has a wrong pose.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,11 +21,12 @@ from quarc_ref.format.cameras import Camera
 
 _MOST_POINTS = 1500
 _LEAST_POINTS = 50
-_BLUR = 1 / 80  # of the width of a picture, so that a pixel's error of a pose does not matter
+_BLUR = 1 / 80  # relative to the width of a picture, so that pose errors of a pixel do not matter
 _LEAST_BLUR = 5
-_LEAST_SPREAD = 2.0  # of colors, of 255: less is one color, which tells nothing
-_SHIFT, _SHIFTS = 0.02, 6  # of the width of a picture, and how many of these both ways
-_LEAST_LEFT = 0.5  # of the points, that are still in the shifted picture
+_LEAST_SPREAD = 2.0  # minimum deviation of colors, of 255: uniform color is not informative
+# step relative to the width of a picture, and number of steps in each direction
+_SHIFT, _SHIFTS = 0.02, 6
+_LEAST_LEFT = 0.5  # minimum share of the points that remain in the shifted picture
 _BETTER_SHIFTED = 0.05
 _BETTER_ELSEWHERE = 0.02
 _FAR_BELOW_OTHERS = 0.6
@@ -35,10 +35,10 @@ _LEAST_AGREEMENT = 0.15
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Cameras whose pictures do not fit their poses, as indices.
+    """Indices of cameras whose pictures do not fit their poses.
 
     Attributes:
-        mixed_up: Pairs of a picture and the pose of another camera that fits it.
+        mixed_up: Pairs of a picture and a fitting pose of another camera.
         wrong: Cameras whose picture fits no pose.
     """
 
@@ -48,7 +48,7 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """What a pose predicts: `[n]` columns and rows as shares of the picture, `[n, 3]` colors."""
+    """Prediction of a pose: `[n]` columns and rows relative to the picture, `[n, 3]` colors."""
 
     columns: NDArray[np.float64]
     rows: NDArray[np.float64]
@@ -64,14 +64,14 @@ def compare_colors(
     """Find pictures that do not fit their poses.
 
     Args:
-        cameras: At least two.
+        cameras: Cameras, at least two.
         projections: Projection of the points into each camera.
         colors: `[P, 3]` sRGB of the points.
         pictures: `[H, W, 3]` sRGB, one per camera.
 
     Returns:
-        The cameras at fault. Cameras that see too few points are never among them,
-        nor is any if the points have all one color.
+        The faulty cameras. Cameras that see too few points are not reported, and none are
+        if all points have the same color.
     """
     samples = [_sample(*of_view, colors) for of_view in zip(cameras, projections, strict=True)]
     blurred = [_blur(picture) for picture in pictures]
@@ -92,7 +92,7 @@ def compare_colors(
 
 
 def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The pose that belongs to each picture: its own, unless all involved gain by a permutation.
+    """Assign a pose to each picture: its own, unless a permutation improves all pictures involved.
 
     Args:
         fits: `[n, n]` agreement of every picture with every pose.
@@ -101,7 +101,7 @@ def _assign_poses(fits: NDArray[np.float64]) -> NDArray[np.intp]:
     poses = linear_sum_assignment(fits, maximize=True)[1]
     best = fits[own, poses]
     gains = (best > fits[own, own] + _BETTER_ELSEWHERE) & (best >= _LEAST_AGREEMENT)
-    for _ in own:  # whoever takes part in an exchange with one that does not gain
+    for _ in own:  # all that take part in an exchange with one that does not improve
         gains &= gains[poses]
     return np.where(gains, poses, own)
 
@@ -126,9 +126,9 @@ def _blur(picture: Image) -> Image:
 
 
 def _agree(picture: Image, sample: _Sample, across: float = 0.0, down: float = 0.0) -> float:
-    """Correlation of points with the pixels of a shifted picture, from -1 to 1.
+    """Return the correlation of points with the pixels of a shifted picture, from -1 to 1.
 
-    It is 0 if half of the points fall outside, or a picture has one color.
+    It is 0 if half of the points are outside the picture, or a picture has a single color.
     """
     height, width = picture.shape[:2]
     columns = np.floor((sample.columns + across) * width).astype(np.int64)

@@ -1,9 +1,10 @@
 """Checks whether matches between pictures lie on the epipolar lines of the poses.
 
-Matches are found without the poses, so they give the error of a pose in pixels, even errors too
-small to show in the colors. Repeated patterns can mislead single pairs of cameras that look from
-directions far apart; so neighbors are compared, and a camera is named if most of its pairs are
-against it. The worst is set aside before the next is named.
+Matches are found without the poses, so they give the error of a pose in pixels, even
+errors too small to show in the colors. Repeated patterns can mislead single pairs of
+cameras with very different directions, so neighbors are compared, and a camera is
+reported if most of its pairs contradict its pose. The worst camera is removed before the
+next one is judged.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,18 +20,18 @@ from quarc_ref.datasets.matches import find_features, match
 from quarc_ref.format.cameras import Camera
 
 _NEAREST = 4
-_MOST_DEGREES = 20.0  # between the axes of cameras whose matches are trusted
-_FEW_DEGREES = 50.0  # if a camera has no neighbor within the former
+_MOST_DEGREES = 20.0  # degrees between the axes of cameras whose matches are reliable
+_FEW_DEGREES = 50.0  # degrees, if a camera has no neighbor within the limit above
 _LEAST_PIXELS = 1.5
-_LEAST_SHARE = 0.003  # of the width of a picture
-_WIDEST = 1000  # pixels of the pictures in which features are found
+_LEAST_SHARE = 0.003  # relative to the width of a picture
+_WIDEST = 1000  # maximum number of pixels of the pictures in which features are detected
 
 Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class _Pair:
-    """Two cameras that see the same: their indices, and how far matches are off, pixels."""
+    """Indices of two cameras with matches, and the error of the matches in pixels."""
 
     first: int
     second: int
@@ -42,7 +43,7 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
     """Yield a finding for each camera whose pose does not fit the matches of frame 0.
 
     Args:
-        capture: All its cameras are looked at; nothing is chosen by them.
+        capture: The capture; all its cameras are checked.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -56,19 +57,19 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
             return
         name = capture.cameras[worst].name
         message = (
-            f"the pose of {name} is {errors[worst]:.1f} pixels off, judging by matches with its "
-            f"neighbors (at most {limits[worst]:.1f} is good): calibrate it again, or check that "
-            "its lens and its picture belong together"
+            f"the pose of {name} is off by {errors[worst]:.1f} pixels, measured by matches "
+            f"with its neighbors (it should be at most {limits[worst]:.1f}): calibrate the "
+            "camera again, or check that lens and picture match"
         )
         yield Finding("epipolar-error", message, (name,))
         pairs = [pair for pair in pairs if worst not in (pair.first, pair.second)]
 
 
 def _judge(pairs: Sequence[_Pair], count: int) -> Numbers:
-    """Return `[camera]` the lower median of the errors of its pairs, pixels; 0 without any.
+    """Return the `[camera]` lower median of the errors of each camera's pairs in pixels, or 0.
 
-    Pairs with very different viewing directions are used only if a camera has no others; then the
-    least of their errors is taken.
+    Pairs with very different viewing directions are used only if a camera has no others;
+    then the smallest of their errors is returned.
     """
     errors = np.zeros(count)
     for camera in range(count):
@@ -100,7 +101,7 @@ def _measure_pairs(capture: Capture) -> list[_Pair]:
 
 
 def _shrink(picture: Image, factor: int) -> Image:
-    """Return the means of squares of `factor` pixels a side."""
+    """Downscale a picture by averaging squares of `factor` pixels."""
     if factor == 1:
         return picture
     height, width = (side // factor * factor for side in picture.shape[:2])
@@ -110,7 +111,7 @@ def _shrink(picture: Image, factor: int) -> Image:
 
 
 def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
-    """Return each camera's nearest ones that look in about the same direction, with degrees."""
+    """Return each camera's nearest cameras with similar directions, and the angles in degrees."""
     centers = np.stack([camera_center(camera) for camera in cameras])
     axes = np.stack([np.array(camera.rotation).reshape(3, 3)[2] for camera in cameras])
     degrees = np.degrees(np.arccos(np.clip(axes @ axes.T, -1, 1)))
@@ -126,7 +127,7 @@ def _choose_pairs(cameras: Sequence[Camera]) -> list[tuple[int, int, float]]:
 
 
 def _measure_distances(ours: Numbers, theirs: Numbers, first: Camera, second: Camera) -> Numbers:
-    """Return `[m]` the mean distances of matches from their epipolar lines in both pictures."""
+    """Return the `[m]` mean distances of matches from their epipolar lines in both pictures."""
     fundamental = _relate(first, second)
     ours, theirs = (np.column_stack([points, np.ones(len(points))]) for points in (ours, theirs))
     in_second, in_first = ours @ fundamental.T, theirs @ fundamental
@@ -140,7 +141,7 @@ def _measure_distances(ours: Numbers, theirs: Numbers, first: Camera, second: Ca
 
 
 def _relate(first: Camera, second: Camera) -> Numbers:
-    """Return `[3, 3]` the fundamental matrix of two cameras, from pixels of the first."""
+    """Return the `[3, 3]` fundamental matrix: pixels of the first to lines of the second camera."""
     turn, step = (
         [np.array(values).reshape(shape) for values in pair]
         for pair, shape in (
@@ -156,7 +157,7 @@ def _relate(first: Camera, second: Camera) -> Numbers:
 
 
 def _invert(camera: Camera) -> Numbers:
-    """Return `[3, 3]` from pixels to directions."""
+    """Return the `[3, 3]` matrix from pixels to directions."""
     return np.array(
         [
             [1 / camera.fx, 0, -camera.cx / camera.fx],

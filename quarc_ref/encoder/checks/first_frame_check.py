@@ -1,8 +1,8 @@
-"""Whether a decoded first frame shows its training views as well as can be expected.
+"""Checks whether a decoded first frame reproduces its training views well enough.
 
-Training sees these views all along, so a scene that fails there fails everywhere. Each picture
-is its own reference: its PSNR after averaging over squares of a twentieth of its width. A scene
-that is no closer to the picture than that has no detail.
+Training uses these views, so a scene that fails for them fails everywhere. The reference
+for each picture is the PSNR of the same picture averaged over squares of a twentieth of
+its width: a scene with a lower PSNR has no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,8 +31,8 @@ class ViewQuality:
 
     Attributes:
         name: Name of the camera.
-        psnr: PSNR of the rendered scene, its exposure corrected, dB.
-        coarse: PSNR of the picture averaged over squares, against itself, dB.
+        psnr: PSNR of the rendered scene with corrected exposure, dB.
+        coarse: PSNR of the picture averaged over squares, dB.
     """
 
     name: str
@@ -41,7 +41,7 @@ class ViewQuality:
 
     @property
     def detail(self) -> float:
-        """PSNR of the scene above that of the averaged picture, dB."""
+        """Difference between the two PSNR values, dB."""
         return self.psnr - self.coarse
 
 
@@ -57,8 +57,8 @@ def measure_views(
     """Measure the quality of views.
 
     Args:
-        names: Names of the cameras of these views.
-        pairs: What is shown and the picture, `[H, W, 3]` from 0 to 1.
+        names: Camera names of the views.
+        pairs: Rendered and original picture of each view, `[H, W, 3]` from 0 to 1.
     """
     return [
         ViewQuality(
@@ -71,14 +71,14 @@ def measure_views(
 
 
 def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
-    """Yield findings from the quality of its views."""
+    """Yield findings from the quality of views."""
     usual = median(view.detail for view in views)
     if usual < 0:
         message = (
-            f"the first frame shows its training views at {median(v.psnr for v in views):.1f} dB, "
-            f"less than their pictures in squares of a {_SQUARES_ACROSS}th of their width would "
-            f"({median(v.coarse for v in views):.1f} dB): check poses and initial points, or train "
-            "longer (--preset, --set canonical.iterations=N)"
+            f"the first frame reaches only {median(v.psnr for v in views):.1f} dB on its "
+            f"training views, less than the pictures reduced to {_SQUARES_ACROSS} squares "
+            f"across ({median(v.coarse for v in views):.1f} dB): check poses and initial "
+            "points, or train longer (--preset, --set canonical.iterations=N)"
         )
         yield Finding("first-frame-coarse", message)
     low = [view for view in views if view.detail < usual - _FAR_BELOW]
@@ -86,9 +86,9 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
         names = tuple(view.name for view in low)
         shown = [f"{view.name} ({view.psnr:.1f} dB)" for view in low]
         message = (
-            f"the first frame shows {list_names(shown)} far worse than the other training views "
-            f"(median {median(v.psnr for v in views):.1f} dB): check the poses and pictures of "
-            "these cameras"
+            f"the quality of the first frame is far lower for {list_names(shown)} than for "
+            f"the other training views (median {median(v.psnr for v in views):.1f} dB): "
+            "check the poses and pictures of these cameras"
         )
         yield Finding("first-frame-misses-cameras", message, names)
 

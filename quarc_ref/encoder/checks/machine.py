@@ -1,4 +1,4 @@
-"""Whether this machine has the memory and the disk that an encode needs."""
+"""Checks whether this machine has the memory and disk space that an encode needs."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from quarc_ref.datasets.findings import Finding
 
-_MEMINFO = Path("/proc/meminfo")  # of Linux: proc(5)
+_MEMINFO = Path("/proc/meminfo")  # Linux: see proc(5)
 _GIB = 1 << 30
 
 
@@ -18,7 +18,7 @@ class Machine:
 
     Attributes:
         memory_bytes: Free main memory, bytes; None if unknown.
-        disk_bytes: Free space of the disk with the current folder, bytes.
+        disk_bytes: Free space on the disk of the current folder, bytes.
     """
 
     memory_bytes: int | None
@@ -26,7 +26,7 @@ class Machine:
 
 
 def look_at_machine() -> Machine:
-    """Return the free resources of this machine now."""
+    """Return the current free resources of this machine."""
     return Machine(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
 
 
@@ -40,16 +40,16 @@ def find_shortages(machine: Machine, memory_bytes: int, disk_bytes: int) -> Iter
     """
     if machine.memory_bytes is not None and machine.memory_bytes < memory_bytes:
         message = (
-            f"encoding needs about {memory_bytes / _GIB:.1f} GiB of memory, and "
-            f"{machine.memory_bytes / _GIB:.1f} GiB are free: --downscale 2 needs about a quarter "
-            "of that for pictures, and fewer cameras need less"
+            f"encoding needs about {memory_bytes / _GIB:.1f} GiB of memory, but "
+            f"{machine.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which needs "
+            "about a quarter of the memory for pictures, or fewer cameras"
         )
         yield Finding("memory-short", message)
     if machine.disk_bytes < disk_bytes:
         message = (
-            f"encoding needs up to {disk_bytes / _GIB:.2f} GiB on the disk, and "
-            f"{machine.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: make room, or write "
-            "the stream elsewhere"
+            f"encoding needs up to {disk_bytes / _GIB:.2f} GiB of disk space, but "
+            f"{machine.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: free some space, "
+            "or write the stream elsewhere"
         )
         yield Finding("disk-short", message)
 

@@ -1,10 +1,10 @@
 """Finds cameras whose motion is frozen, stuttering, or out of sync with the others.
 
-Cameras are in step if they see motion at the same time in the same epipolar planes: a
-plane through two cameras' centers cuts both pictures in a line, and what moves in it
-moves in both. The plane of each pixel is known from the poses; the times at which the
-planes are in motion are compared at every shift (after Ben-Artzi et al., "Camera
-Calibration from Dynamic Silhouettes Using Motion Barcodes", 2016).
+Synchronized cameras see motion at the same time in the same epipolar planes: a plane
+through the centers of two cameras intersects both pictures in lines, and motion in the
+plane is visible on both. Poses give the plane of each pixel; the times of motion in the
+planes are compared at every shift (after Ben-Artzi et al., "Camera Calibration from
+Dynamic Silhouettes Using Motion Barcodes", 2016).
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,17 +19,18 @@ from quarc_ref.datasets.findings import Finding, list_names
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
 
-_STILL = 0.02  # of the others' change: of a frozen picture, coding alone changes a few frames
-_LEAST_MOTION = 0.1  # levels by which pictures with motion change on average
-_REPEATED = 0.02  # of a camera's usual change
-_OTHERS_MOVE = 0.3  # of the other cameras' usual changes
+# relative to the change of other cameras: coding changes even frozen pictures slightly
+_STILL = 0.02
+_LEAST_MOTION = 0.1  # levels: minimum average change of pictures with motion
+_REPEATED = 0.02  # relative to a camera's usual change
+_OTHERS_MOVE = 0.3  # relative to the other cameras' usual changes
 _LEAST_REPEATS = 2
 _LEAST_FRAMES = 8
 _MOST_SHIFT = 15
 _PLANES = 48
 _NEIGHBORS = 5
 _LEAST_COMMON = 6  # planes
-_CLEARLY = 0.1  # by which the correlation at a shift is above that without
+_CLEARLY = 0.1  # minimum increase of the correlation by a shift
 _LEAST_CORRELATION = 0.3
 
 Numbers = NDArray[np.float64]
@@ -47,7 +48,7 @@ def find_motion_faults(
     """
     names = [camera.name for camera in cameras]
     changes = [recording.changes for recording in recordings]
-    if not len(changes[0]):  # of one moment, nothing moves
+    if not len(changes[0]):  # a single frame has no motion
         return
     means = np.array([np.median(each.mean(axis=(1, 2))) for each in changes])
     usual = float(np.median(means))
@@ -67,8 +68,8 @@ def _find_frozen(names: Sequence[str], frozen: NDArray[np.bool_]) -> Iterator[Fi
     odd = tuple(names[i] for i in np.flatnonzero(frozen).tolist())
     if odd:
         message = (
-            f"{list_names(odd)} shows the same picture in all frames, while others show motion: "
-            "use the right file, or leave the camera out"
+            f"{list_names(odd)} shows the same picture in all frames, while other cameras "
+            "show motion: use the right file, or remove the camera"
         )
         yield Finding("frozen-camera", message, odd)
 
@@ -87,8 +88,8 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
         if repeats.size >= _LEAST_REPEATS:
             frames = list_names([str(frame) for frame in repeats])
             message = (
-                f"{name} repeats the picture before in frame {frames}: frames were lost while it "
-                "was recorded or converted; convert it again from the original"
+                f"{name} repeats the previous picture in frame {frames}: frames were lost in "
+                "recording or conversion; convert the original recording again"
             )
             yield Finding("repeated-frames", message, (name,))
 
@@ -110,12 +111,12 @@ def _find_shifts(
 def measure_shifts(
     cameras: Sequence[Camera], changes: Sequence[Changes], sides: Sequence[int]
 ) -> list[int]:
-    """Return by how many frames each camera is late; 0 if that is not clear.
+    """Return the delay of each camera in frames; 0 if it is unclear.
 
     Args:
-        cameras: At least three, most of them in step.
-        changes: `[T - 1, rows, columns]` of each camera, as of `Recording`.
-        sides: Width of the blocks in `changes` in pixels, of each camera.
+        cameras: Cameras, at least three, most of which are synchronized.
+        changes: `[T - 1, rows, columns]` changes of each camera, from `Recording`.
+        sides: Width in pixels of each camera's blocks in `changes`.
     """
     motion = [_keep_motion(each) for each in changes]
     rays = [
@@ -143,12 +144,12 @@ def measure_shifts(
 
 
 def _keep_motion(changes: Changes) -> Changes:
-    """Return changes without what changes all the time, such as noise."""
+    """Remove permanent changes, such as noise."""
     return np.maximum(changes - np.median(changes, axis=0), 0).astype(np.float32)
 
 
 def _find_rays(camera: Camera, side: int, shape: tuple[int, ...]) -> Numbers:
-    """Return `[rows, columns, 3]` the directions in the world that small pixels look in."""
+    """Return the `[rows, columns, 3]` world directions of downscaled pixels."""
     rows, columns = ((np.arange(count) + 0.5) * side for count in shape)
     across, down = np.meshgrid((columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy)
     rays = np.stack([across, down, np.ones_like(across)], axis=-1)
@@ -162,10 +163,10 @@ def _correlate(
     baseline: Numbers,
     most: int,
 ) -> Numbers | None:
-    """Return `[2 most + 1]` the correlations of two cameras' motion in their common planes.
+    """Return `[2 most + 1]` correlations of two cameras' motion in their common planes.
 
-    The n-th is that of the first camera, `n - most` frames later, with the second; None
-    if they have too few planes in common.
+    Item n is the correlation of the first camera, `n - most` frames later, with the
+    second. Returns None if they have too few planes in common.
     """
     middle = rays[0].mean(axis=(0, 1))
     angles = [_find_planes(each, baseline, middle) for each in rays]
@@ -194,7 +195,7 @@ def _correlate(
 
 
 def _find_planes(rays: Numbers, baseline: Numbers, middle: Numbers) -> Numbers:
-    """Return `[rows, columns]` the angles of the half-planes about the baseline, radians.
+    """Return the `[rows, columns]` angles of half-planes about the baseline, in radians.
 
     Args:
         rays: `[rows, columns, 3]` directions.
@@ -202,7 +203,8 @@ def _find_planes(rays: Numbers, baseline: Numbers, middle: Numbers) -> Numbers:
         middle: `[3]` direction whose half-plane has an angle of about 0.
     """
     axis = baseline / np.linalg.norm(baseline)
-    aside = middle + 1e-6 * np.eye(3)[np.abs(axis).argmin()]  # it may be the axis itself
+    # the direction may be the axis itself
+    aside = middle + 1e-6 * np.eye(3)[np.abs(axis).argmin()]
     second = np.cross(axis, aside)
     second /= np.linalg.norm(second)
     first = np.cross(second, axis)
@@ -211,7 +213,7 @@ def _find_planes(rays: Numbers, baseline: Numbers, middle: Numbers) -> Numbers:
 
 
 def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
-    """Return `[T, plane]` how much moves in each plane."""
+    """Return `[T, plane]` amounts of motion in each plane."""
     valid = (planes >= 0) & (planes < _PLANES)
     sums = np.zeros((len(motion), _PLANES))
     flat = motion.reshape(len(motion), -1)[:, valid]
@@ -221,7 +223,7 @@ def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
 
 
 def _correlate_planes(ours: Numbers, theirs: Numbers) -> float:
-    """Return the correlation over time of what moves in planes, each plane's mean taken off."""
+    """Return the correlation over time of motion in planes, without each plane's mean."""
     ours, theirs = ours - ours.mean(axis=0), theirs - theirs.mean(axis=0)
     size = float(np.square(ours).sum() * np.square(theirs).sum()) ** 0.5
     return float((ours * theirs).sum()) / size if size else 0.0

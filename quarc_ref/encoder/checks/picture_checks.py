@@ -1,7 +1,7 @@
-"""Compares cameras by pictures of one moment: exposure, colors, blur, duplicates.
+"""Compares the cameras' pictures of one moment: exposure, colors, blur, duplicates.
 
-Cameras are compared where they show the same initial points, so that a camera that
-sees a darker part of the scene is not taken for a dark camera.
+Cameras are compared at the initial points that both see, so that a camera with a darker
+part of the scene in view does not appear underexposed.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,14 +18,14 @@ from quarc_ref.encoder.checks.visibility import drop_hidden
 from quarc_ref.format.cameras import Camera
 
 _GAMMA = 2.2
-_BLACK, _WHITE = 8, 247  # levels beyond which a ratio tells nothing
+_BLACK, _WHITE = 8, 247  # levels outside of which a ratio is not informative
 _ENOUGH_VIEWS = 3
 _LEAST_POINTS = 50
-_MOST_STOPS = 0.8  # the encoder finds and corrects gains below that
+_MOST_STOPS = 0.8  # the encoder estimates and corrects smaller gains
 _MOST_TINT = 0.45
-_MOST_BLUR = 0.1  # above the median camera's
+_MOST_BLUR = 0.1  # above that of the median camera
 _TWIN_LEVELS = 0.5
-_MOST_SHARP = 1024  # pixels a side, in the middle, in which blur is measured
+_MOST_SHARP = 1024  # pixels: size of the central square in which blur is measured
 _SMALL = 32
 
 Numbers = NDArray[np.float64]
@@ -36,10 +36,10 @@ class _Looks:
     """Measurements of a camera's picture.
 
     Attributes:
-        light: `[P, 3]` logarithms to base 2 of linear light at the points; NaN where the
+        light: `[P, 3]` base-2 logarithms of linear light at the points; NaN where the
             camera does not see a point, or sees it black or white.
-        blur: 0 for a picture of noise, 1 for one without any detail.
-        small: `[rows, columns]` means of the picture's gray.
+        blur: Blur from 0 (noise) to 1 (no detail).
+        small: `[rows, columns]` downscaled gray picture.
     """
 
     light: Numbers
@@ -53,7 +53,7 @@ def find_odd_pictures(
     """Yield findings about cameras whose pictures differ from the others.
 
     Args:
-        cameras: At least two.
+        cameras: Cameras, at least two.
         projections: Projection of the initial points into each camera.
         pictures: `[H, W, 3]` sRGB of one moment, one per camera.
     """
@@ -80,13 +80,13 @@ def _look(camera: Camera, projection: PointProjection, picture: Image) -> _Looks
 
 
 def _compare_light(light: Numbers) -> Numbers:
-    """Return `[camera, 4]` by how many stops a camera differs from most: exposure, then tints.
+    """Return `[camera, 4]` differences from most cameras in stops: exposure, then tints.
 
-    It is the lower quartile over the points: an occlusion that no point marks is not a difference
-    between cameras.
+    The lower quartile over the points is used, because undetected occlusions are not
+    differences between cameras.
 
     Args:
-        light: `[camera, P, 3]` as of `_Looks`.
+        light: `[camera, P, 3]` light of each camera, from `_Looks`.
     """
     seen = np.isfinite(light[..., 0])
     shared = seen.sum(axis=0) >= _ENOUGH_VIEWS
@@ -110,8 +110,9 @@ def _find_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
     if odd:
         listed = [f"{names[i]} by {exposures[i]:+.1f} stops" for i in odd]
         message = (
-            f"exposures differ from those of most cameras: {list_names(listed)}. Lock exposure, "
-            "ISO and aperture, or correct the videos; encoding corrects smaller differences itself"
+            f"exposures differ from those of most cameras: {list_names(listed)}. Lock "
+            "exposure, ISO and aperture, or correct the videos; the encoder corrects only "
+            "smaller differences"
         )
         yield Finding("exposure-differs", message, tuple(names[i] for i in odd))
 
@@ -136,8 +137,8 @@ def _find_blurred(names: Sequence[str], blurs: Numbers) -> Iterator[Finding]:
     odd = tuple(names[i] for i in np.flatnonzero(blurs > np.median(blurs) + _MOST_BLUR).tolist())
     if odd:
         message = (
-            f"the pictures of {list_names(odd)} are blurred, compared with the others: check "
-            "focus and shutter, or leave these cameras out"
+            f"the pictures of {list_names(odd)} are more blurred than those of the other "
+            "cameras: check focus and shutter, or remove these cameras"
         )
         yield Finding("blurred", message, odd)
 
@@ -149,17 +150,18 @@ def _find_twins(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[F
             if pair[0].shape == pair[1].shape and np.abs(pair[0] - pair[1]).max() < _TWIN_LEVELS:
                 both = names[first], names[second]
                 message = (
-                    f"{both[0]} and {both[1]} show the same picture: one of the files is a copy "
-                    "of the other; use the right one"
+                    f"{both[0]} and {both[1]} show the same picture: one file is a copy of "
+                    "the other; use the right one"
                 )
                 yield Finding("same-pictures", message, both)
 
 
 def _measure_blur(gray: NDArray[np.float32]) -> float:
-    """Return how little a picture loses when it is blurred, from 0 to 1.
+    """Measure the blur of a picture, from 0 to 1.
 
-    The measure is that of Crete et al., "The Blur Effect" (2007): the share of the differences
-    between neighbors that remains after a blur, the larger of the two axes.
+    The measure is that of Crete et al., "The Blur Effect" (2007): the share of
+    differences between neighbors that remains after blurring, for the axis where it is
+    larger.
     """
     size = 2 * max(2, gray.shape[1] // 100) + 1
     top, left = (max(0, (side - _MOST_SHARP) // 2) for side in gray.shape)
@@ -175,7 +177,7 @@ def _measure_blur(gray: NDArray[np.float32]) -> float:
 
 
 def _average(gray: NDArray[np.float32]) -> Numbers:
-    """Return the means of squares that cover a picture, about `_SMALL` across."""
+    """Downscale a picture by averaging squares, to about `_SMALL` columns."""
     side = max(1, gray.shape[1] // _SMALL)
     rows, columns = gray.shape[0] // side, gray.shape[1] // side
     cut = gray[: rows * side, : columns * side].reshape(rows, side, columns, side)

@@ -1,4 +1,4 @@
-"""All frames of a capture, read once and kept small: what moves where, and what cannot be read."""
+"""Reads all frames of a capture once, and keeps downscaled pictures and read errors."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.findings import Finding, list_names
 
 _COLUMNS = 96
-_MOST_KEPT = 240  # frames; what is later is read, and not kept
+_MOST_KEPT = 240  # frames: later pictures are read but not kept
 
 Advance = Callable[[int, int], object]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """Small gray pictures of a camera.
+    """Downscaled gray pictures of a camera.
 
     Attributes:
-        side: Pixels of the capture, across and down, that are one here.
-        grays: `[T, rows, columns]` levels of 255, times 128; of the first frames.
+        side: Factor by which pictures are downscaled.
+        grays: `[T, rows, columns]` levels of 255, times 128, of the first frames.
         is_there: `[T]` whether a frame could be read.
         faults: Error messages of frames that could not be read, by frame.
     """
@@ -44,10 +44,10 @@ _SCALE = 128
 
 
 def record(capture: Capture, advance: Advance) -> list[Recording]:
-    """Return the recordings of all cameras; every frame is read.
+    """Record all cameras, reading every frame.
 
     Args:
-        capture: Its held-out cameras are included.
+        capture: The capture; held-out cameras are included.
         advance: Called with the number of pictures read so far, and the total.
     """
     total = len(capture.cameras) * capture.frame_count

@@ -1,4 +1,4 @@
-"""Which projected points are visible."""
+"""Determines which projected points are visible."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,14 +7,14 @@ from quarc_ref.datasets.camera_geometry import PointProjection
 from quarc_ref.format.cameras import Camera
 
 _POINTS_PER_CELL = 2
-_SAME_SURFACE = 1.05  # depths whose ratio is smaller belong to one surface
+_SAME_SURFACE = 1.05  # depths with a smaller ratio belong to the same surface
 
 
 def drop_hidden(camera: Camera, projection: PointProjection) -> NDArray[np.intp]:
-    """Indices of the points that no other point occludes.
+    """Return the indices of the points that no other point occludes.
 
-    Of the points in a cell of the picture, only the nearest are kept. Cells are small, so that
-    a stray point in front of the camera hides few others.
+    Only the nearest points in each cell of the picture are kept. Cells are small, so that
+    a stray point in front of the camera occludes few others.
     """
     seen = np.flatnonzero(projection.within)
     if not seen.size:

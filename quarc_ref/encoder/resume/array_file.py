@@ -83,7 +83,7 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
     line = file.readline(_HEADER_LIMIT)
     found_key, crc, shapes = _parse(line)
     if found_key != key or not layout.fits(shapes):
-        message = "the file does not hold the expected arrays"
+        message = "the file does not have the expected arrays"
         raise ArrayFileError(message)
     sizes = {
         name: math.prod(shape) * np.dtype(dtype).itemsize for name, (dtype, shape) in shapes.items()

@@ -75,7 +75,7 @@ def _gather(chunks: Sequence[Chunk]) -> PartialStream | None:
     frames = tuple(chunk for chunk in rest if chunk.kind in container.FRAMES)
     foreign = {chunk.kind for chunk in rest} - {*container.FRAMES, container.INDX, container.TAIL}
     if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or foreign:
-        message = "the stream has chunks that this encoder would not write in these places"
+        message = "the chunks of the stream are not in the order in which this encoder writes them"
         raise ResumeError(message)
     if not frames:
         return None
@@ -109,7 +109,8 @@ def require_match(
     ]
     if differ:
         message = (
-            f"the partial stream was encoded with different inputs: another {', '.join(differ)}"
+            "the partial stream was encoded with different inputs; these differ: "
+            f"{', '.join(differ)}"
         )
         raise ResumeError(message)
 
@@ -126,7 +127,10 @@ def require_frames(existing: PartialStream, frame_count: int, canonical: Canonic
         due = canonical.kind_due(frame)
         named = None if due == container.FRAM else frame
         if chunk.kind != due or _name_canonical(chunk) != named:
-            message = f"frame {frame} of the stream does not match this encode: cut, or joined"
+            message = (
+                f"frame {frame} of the stream does not match this encode; the stream was cut or "
+                "joined"
+            )
             raise ResumeError(message)
     require_count(existing, frame_count)
 
@@ -135,7 +139,7 @@ def require_count(existing: PartialStream, frame_count: int) -> None:
     """Raise ResumeError if there are too many frames, or too few in a finished stream."""
     found = len(existing.frames)
     if found > frame_count or (existing.is_finished and found < frame_count):
-        end = "is finished with" if existing.is_finished else "has"
+        end = "is complete with" if existing.is_finished else "has"
         message = f"the stream {end} {found} frames, not {frame_count}"
         raise ResumeError(message)
 

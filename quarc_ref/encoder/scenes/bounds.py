@@ -59,7 +59,7 @@ class Bounds:
             return self
         median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
         if not 0 < median < np.inf:
-            message = "the median scale cannot serve as a measure: give a bound of positions"
+            message = "the median scale is 0 or not finite: set the bound of positions"
             raise EncodeError(message)
         return replace(self, position=self.position or self.position_share * median, size=median)
 

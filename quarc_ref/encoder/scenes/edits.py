@@ -51,7 +51,7 @@ class Similarity:
         scale = max(determinant, 0.0) ** (1 / 3)
         rotation = linear / (scale or 1.0)
         if not scale or np.abs(rotation @ rotation.T - np.eye(3)).max() > _NOT_RIGID:
-            message = "the matrix is not of a rotation, a uniform scaling and a shift"
+            message = "the matrix is not a rotation combined with a uniform scaling and a shift"
             raise ValueError(message)
         x, y, z = matrix[:3, 3].tolist()
         return cls(tuple(rotation.ravel().tolist()), scale, (x, y, z))
@@ -125,7 +125,7 @@ class Edit:
         """
         rows = np.flatnonzero(self._keeps(splats.positions))
         if not rows.size:
-            message = "the edit leaves no Gaussian"
+            message = "the edit removes all Gaussians"
             raise EncodeError(message)
         names = ("positions", "rotations", "log_scales", "opacities", "sh")
         splats = Splats(*(getattr(splats, name)[rows] for name in names))

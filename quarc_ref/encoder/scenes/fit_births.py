@@ -36,7 +36,9 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
     apart = target.positions[:, rows] - positions[:, parents]
     places = np.rint(apart / target.header.position_step).astype(np.int64)
     if np.abs(places).max() > CODE_LIMIT:
-        message = f"a new Gaussian is beyond {CODE_LIMIT} steps from others: allow larger errors"
+        message = (
+            f"a new Gaussian is more than {CODE_LIMIT} steps from all others: allow larger errors"
+        )
         raise EncodeError(message)
     return Births(parents, Gaussians(places, coded.rotations, coded.codes)), rows
 

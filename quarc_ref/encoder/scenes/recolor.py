@@ -71,7 +71,9 @@ class Recoloring:
         shift = (self.gain - 1) / 2 + np.array(self.offset)
         codes = np.rint(shift / (SH_BASE * header.sh_dc_step))
         if np.abs(codes).max() > 2 * CODE_LIMIT:
-            message = f"a gain of {self.gain} and offsets of {self.offset} are beyond all codes"
+            message = (
+                f"a gain of {self.gain} and offsets of {self.offset} exceed the range of the codes"
+            )
             raise EncodeError(message)
         whole: Int64 = codes.astype(np.int64)
         return whole

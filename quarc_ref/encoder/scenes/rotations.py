@@ -16,7 +16,7 @@ def normalize(rotations: Float64) -> Float64:
     """
     lengths = np.sqrt((rotations * rotations).sum(axis=0))
     if not lengths.all():
-        message = "a rotation is the quaternion 0"
+        message = "a rotation is the zero quaternion"
         raise EncodeError(message)
     unit: Float64 = rotations / lengths
     return unit

@@ -62,11 +62,15 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
     """
     for field in fields(splats):
         if not np.isfinite(getattr(splats, field.name)).all():
-            message = f"a number of {field.name} is not finite"
+            message = f"{field.name} has a non-finite number"
             raise EncodeError(message)
     count, coefficients = len(splats.positions), (header.sh_degree and 4) or 1
     if not count or splats.sh.shape[1] < coefficients:
-        message = "there are no Gaussians" if not count else "a frame has a lower SH degree"
+        message = (
+            "there are no Gaussians"
+            if not count
+            else "the frame has a lower SH degree than the first one"
+        )
         raise EncodeError(message)
     codes = [
         splats.log_scales / np.float64(header.log_scale_step),
@@ -88,5 +92,5 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
 
 def _require(numbers: Float64, limit: int, what: str) -> None:
     if np.abs(numbers).max() > limit:
-        message = f"{what} is beyond {limit} steps: allow larger errors"
+        message = f"{what} exceeds {limit} steps: allow larger errors"
         raise EncodeError(message)

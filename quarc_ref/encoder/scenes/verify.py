@@ -69,5 +69,8 @@ def require_bounds(errors: Errors, bounds: Bounds, frame: int) -> None:
     for field in fields(errors):
         error, bound = getattr(errors, field.name), getattr(bounds, field.name)
         if error > bound * _ROUNDING:
-            message = f"frame {frame}: an error of {field.name} is {error:.6g}, beyond {bound:.6g}"
+            message = (
+                f"frame {frame}: an error of {field.name} is {error:.6g}, above its bound "
+                f"{bound:.6g}"
+            )
             raise BoundError(message)

@@ -110,6 +110,6 @@ def _rows(values: Tensor) -> Int64:
 
 def _within(values: Int64, limit: int, what: str) -> Int64:
     if np.any((values < -limit) | (values > limit)):
-        message = f"{what} is beyond {limit} steps: increase the step"
+        message = f"{what} exceeds {limit} steps: increase the step"
         raise EncodeError(message)
     return values

@@ -50,7 +50,7 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
                 f"{name} has {len(points)} points of known size; {LEAST_RATES} are needed",
             )
         if not _is_monotonic(points):
-            return Delta(None, None, f"{name} does not get better with every higher rate")
+            return Delta(None, None, f"the quality of {name} does not increase with its rate")
     import bjontegaard
 
     first, second = sorted(reference), sorted(curve)

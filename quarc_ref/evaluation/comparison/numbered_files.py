@@ -30,10 +30,10 @@ def number_files(paths: Iterable[Path], place: Path) -> dict[int, Path]:
     for path in listed:
         number = find_number(path.stem)
         if number is None:
-            message = f"{path} has no number in its name that says which frame it is"
+            message = f"the name of {path} has no frame number"
             raise EntryError(message)
         if number in numbered:
-            message = f"{numbered[number]} and {path} have the same number: one frame, one file"
+            message = f"{numbered[number]} and {path} have the same frame number"
             raise EntryError(message)
         numbered[number] = path
     return dict(sorted(numbered.items()))

@@ -131,7 +131,7 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
     """Return the cameras of the first stream, or of the capture; all streams must agree."""
     if not streams:
         if capture is None:
-            message = "without a stream, --capture is needed: it has the cameras"
+            message = "none of the entries is a stream, so --capture is needed for the cameras"
             raise EntryError(message)
         return list(capture.cameras)
     first, *others = streams
@@ -151,12 +151,12 @@ def _choose_cameras(there: Sequence[Camera], names: Sequence[str]) -> dict[str, 
     by_name = {camera.name: camera for camera in there}
     unknown = [name for name in names if name not in by_name]
     if unknown:
-        message = f"there is no camera {unknown[0]}; there are {', '.join(by_name)}"
+        message = f"there is no camera {unknown[0]}; the cameras are {', '.join(by_name)}"
         raise EntryError(message)
     held_out = [camera.name for camera in there if camera.held_out]
     chosen = list(names) or held_out or list(by_name)
     if not chosen:
-        message = "the streams have no cameras to compare on"
+        message = "the streams have no cameras to compare"
         raise EntryError(message)
     return {name: by_name[name] for name in chosen}
 

@@ -79,8 +79,8 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
         return {name: _list_by_frame(folder, inner, name) for name in cameras}
     wanted = ", ".join(sorted(cameras))
     message = (
-        f"{folder} does not have the pictures of {wanted}: they are looked for as "
-        "CAMERA/FRAME.png and FRAME/CAMERA.png, and of one camera as FRAME.png"
+        f"{folder} has no pictures of {wanted}: name them CAMERA/FRAME.png or "
+        "FRAME/CAMERA.png, or FRAME.png for a single camera"
     )
     raise EntryError(message)
 

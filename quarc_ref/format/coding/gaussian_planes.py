@@ -113,7 +113,7 @@ def _read_sections(
     for reader in readers:
         reader.finish()
     if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):  # [8.5-1]
-        message = "a position is outside the canonical frame's box"
+        message = "a position is outside the bounding box of the canonical frame"
         raise SymbolRangeError(message)
     positions = deinterleave(keys) + np.array(chunk.origin, dtype=np.int64)[:, None]
     return Gaussians(positions, gaussians.rotations, gaussians.codes)
@@ -214,7 +214,7 @@ def _code_alike(planes: Planes, name: str, rows: Int64) -> Int64:
 
 def _code_sequence(planes: Planes, name: str, contexts: Int64, rows: Int64) -> Int64:
     if np.any(np.abs(rows) > CODE_LIMIT):
-        message = f"two codes of a Gaussian are more than {CODE_LIMIT} apart: take larger steps"
+        message = f"two codes of a Gaussian are more than {CODE_LIMIT} apart: increase the step"
         raise EncodeError(message)
     return code_signed(planes, name, contexts, CLASS_BITS, rows.reshape(-1)).reshape(rows.shape)
 

@@ -47,7 +47,7 @@ def write_motion(
         EncodeError: A symbol is beyond 65.
     """
     if any(np.any(np.abs(level) > SYMBOL_LIMIT) for level in symbols):
-        message = f"a symbol is beyond {SYMBOL_LIMIT}: take a larger step"
+        message = f"a symbol exceeds {SYMBOL_LIMIT}: increase the step"
         raise EncodeError(message)
     writer = PlaneWriter(counts)
     _walk_motion(writer, levels, symbols)

@@ -50,10 +50,10 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
         EncodeError: A residual is out of the format's range.
     """
     if np.abs(updates.residuals[ROTATION]).max(initial=0) > ROTATION_UNITY_LIMIT:
-        message = f"a rotation residual is beyond {ROTATION_UNITY_LIMIT}"
+        message = f"a rotation residual exceeds {ROTATION_UNITY_LIMIT}"
         raise EncodeError(message)
     if np.abs(updates.residuals).max(initial=0) > CODE_LIMIT:
-        message = f"a residual of an update is beyond {CODE_LIMIT}: take larger steps"
+        message = f"a residual of an update exceeds {CODE_LIMIT}: increase the step"
         raise EncodeError(message)
     count = context.recency.size
     changes, dies = np.zeros((2, count), dtype=np.bool_)

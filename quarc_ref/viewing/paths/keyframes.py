@@ -49,7 +49,7 @@ class Keyframes:
         """
         count = float(self.times[-1]) * frames_per_second + 1
         if count > _MOST_PICTURES:
-            message = f"the path has {count:.0f} pictures; at most {_MOST_PICTURES:,} can be drawn"
+            message = f"the path has {count:.0f} pictures; at most {_MOST_PICTURES:,} are allowed"
             raise PathError(message)
         return math.floor(count + 1e-6)
 
@@ -130,7 +130,7 @@ def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
         raise PathError(message)
     listed = found.get("keyframes")
     if not isinstance(listed, list) or not listed or set(found) != {"schema", "keyframes"}:
-        message = "beside its schema it has a list of keyframes, and nothing else"
+        message = 'it must have the keys "schema" and "keyframes" (a list) and no others'
         raise PathError(message)
     for number, entry in enumerate(listed):
         if not isinstance(entry, dict) or not set(entry) <= _KEYS:
@@ -142,7 +142,7 @@ def _parse_list(data: bytes) -> list[Mapping[str, Any]]:
 def _take_time(entry: Mapping[str, Any], before: Sequence[float]) -> float:
     time = _take_number(entry, "time")
     if before and time <= before[-1]:
-        message = f"its time, {time} s, is not after that of the keyframe before"
+        message = f"its time, {time} s, is not after that of the previous keyframe"
         raise PathError(message)
     return time
 
@@ -152,10 +152,12 @@ def _take_frame(entry: Mapping[str, Any], before: Sequence[int | None]) -> int |
     if frame is None:
         return None
     if not isinstance(frame, int) or isinstance(frame, bool) or not 0 <= frame < 1 << 32:
-        message = f"its frame is {frame!r}, and not the ordinal of one"
+        message = f"its frame is {frame!r}, which is not a frame number"
         raise PathError(message)
     if any(other is not None and other > frame for other in before):
-        message = f"its frame, {frame}, is before that of a keyframe before: streams play forward"
+        message = (
+            f"its frame, {frame}, is before that of an earlier keyframe: streams play forward only"
+        )
         raise PathError(message)
     return frame
 
@@ -170,7 +172,7 @@ def _take_pose(
             message = f"the stream has no camera {name!r}; it has {', '.join(named)}"
             raise PathError(message)
         if {"position", "target", "up"} & set(entry):
-            message = "it has both a camera and a position: give one of them"
+            message = "it has both a camera and a position: use one of them"
             raise PathError(message)
         pose = pose_of(named[name])
         return Pose(pose.eye, pose.axes, _take_angle(entry, pose.view_angle))

@@ -72,7 +72,7 @@ def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
     Raises:
         PathError: The places are the same, or one is right above the other.
     """
-    forward = _normalize(target - eye, "a camera looks at the place where it is")
+    forward = _normalize(target - eye, "the position and the target of a camera are the same point")
     right = _normalize(np.cross(forward, up), "a camera looks straight up or down")
     return Pose(eye, np.stack([right, np.cross(forward, right), forward]), view_angle)
 
@@ -90,7 +90,9 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
         toward: Vector = np.eye(3)[axis] * (-1 if is_negative else 1)
         return toward
     total = -sum((pose_of(camera).axes[1] for camera in cameras), np.zeros(3))
-    return _normalize(total, "the stream does not say what is up, and its cameras do not agree")
+    return _normalize(
+        total, "the stream does not state an up axis, and its cameras do not agree on one"
+    )
 
 
 def find_center(cameras: Sequence[Camera]) -> Vector:

@@ -32,7 +32,7 @@ def plan_shots(
     """
     first, count = max(span[0], outline.first_frame), outline.count_frames(*span)
     if not count:
-        message = "the stream holds none of the frames asked for"
+        message = "the stream has none of the requested frames"
         raise PathError(message)
     if name in PATHS:
         total = pictures or count
@@ -41,7 +41,8 @@ def plan_shots(
     else:
         if pictures is not None:
             message = (
-                "a file of keyframes has times: it cannot be combined with a number of pictures"
+                "a keyframe file sets its own times and cannot be combined with a number of "
+                "pictures"
             )
             raise PathError(message)
         found = read_keyframes(Path(name), outline.cameras, like, outline.header.up_axis)

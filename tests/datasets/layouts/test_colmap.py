@@ -182,7 +182,7 @@ def test_frames_are_counted_from_any_number_in_numeric_order(tmp_path, shots, pi
 def test_a_gap_between_frames_is_rejected(folder):
     shutil.rmtree(folder / "frames" / "0002")
 
-    with pytest.raises(CountMismatchError, match="from 0001 to 0003"):
+    with pytest.raises(CountMismatchError, match="between 0001 and 0003"):
         read(folder)
 
 
@@ -217,5 +217,5 @@ def test_a_point_that_is_not_finite_is_rejected(folder, shots, points):
     positions[3, 1] = np.inf
     rewrite_model(folder, shots, Points(positions, points.colors))
 
-    with pytest.raises(UnreadablePoseError, match="a point of it is not finite"):
+    with pytest.raises(UnreadablePoseError, match="a point is not finite"):
         read(folder)

@@ -41,7 +41,7 @@ def test_a_file_cut_anywhere_or_prolonged_is_rejected(model, copy, name, data):
 
     for wrong in (whole[:length], whole + b"\0"):
         (copy / name).write_bytes(wrong)
-        with pytest.raises(ValueError, match=f"{name} is not as long as its records"):
+        with pytest.raises(ValueError, match=f"the length of {name} does not match its records"):
             require_whole(copy)
 
 
@@ -50,7 +50,7 @@ def test_a_count_beyond_the_file_is_rejected(tmp_path, model, name):
     whole = (model / name).read_bytes()
     (tmp_path / name).write_bytes(struct.pack("<Q", 1 << 62) + whole[8:])
 
-    with pytest.raises(ValueError, match="not as long"):
+    with pytest.raises(ValueError, match="does not match its records"):
         require_whole(tmp_path)
 
 
@@ -59,7 +59,7 @@ def test_a_count_that_no_place_in_a_file_can_have_is_rejected(tmp_path, model, n
     whole = (model / name).read_bytes()
     (tmp_path / name).write_bytes(whole[:-8] + b"\xff" * 8 + whole)
 
-    with pytest.raises(ValueError, match="not as long"):
+    with pytest.raises(ValueError, match="does not match its records"):
         require_whole(tmp_path)
 
 

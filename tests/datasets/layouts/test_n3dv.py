@@ -127,7 +127,7 @@ def test_names_that_sort_in_two_ways_are_taken_by_their_numbers_and_this_is_said
     assert [camera.name for camera in footage.cameras] == ["cam_7", "cam_8", "cam_10", "cam_11"]
     (finding,) = footage.findings
     assert finding.kind == "order-of-poses"
-    assert "order of numbers, in which cam_7 comes before cam_11" in finding.message
+    assert "numeric order, where cam_7 comes before cam_11" in finding.message
 
 
 def test_a_video_of_another_length_is_named(folder, pictures):
@@ -222,8 +222,8 @@ def test_a_wrong_byte_in_the_poses_gives_poses_or_a_named_error(
         (lambda row: row.__setitem__(0, row[0] + 0.1), "cam01: .*not orthonormal"),
         (lambda row: row.__setitem__([0, 5, 10], -row[[0, 5, 10]]), "cam01: .*left-handed"),
         (lambda row: row.__setitem__(14, -40.0), "cam01: .*focal lengths must be positive"),
-        (lambda row: row.__setitem__(15, 0.0), "cam01: .*not a near and a far"),
-        (lambda row: row.__setitem__(16, 1.0), "cam01: .*not a near and a far"),
+        (lambda row: row.__setitem__(15, 0.0), "cam01: .*not positive and ascending"),
+        (lambda row: row.__setitem__(16, 1.0), "cam01: .*not positive and ascending"),
     ],
 )
 def test_numbers_that_are_no_pose_are_rejected_with_the_camera(folder, rows, change, fault):

@@ -100,14 +100,17 @@ def test_every_layout_is_listed_with_what_is_missing(tmp_path):
 def test_videos_without_poses_are_sent_to_calibrate(traced, tmp_path):
     traced.copy_videos(tmp_path)
 
-    with pytest.raises(UnknownLayoutError, match=r"4 videos without poses: quarc-ref calibrate"):
+    with pytest.raises(
+        UnknownLayoutError,
+        match=r"4 videos without poses; .* quarc-ref calibrate",
+    ):
         read(tmp_path)
 
 
 def test_a_capture_one_folder_down_is_named(traced, tmp_path):
     shutil.copytree(traced.folder, tmp_path / "steak")
 
-    with pytest.raises(UnknownLayoutError, match=r"The folder steak in it is a capture: use that"):
+    with pytest.raises(UnknownLayoutError, match=r"Its folder steak is a capture: use that one"):
         read(tmp_path)
 
 
@@ -115,7 +118,7 @@ def test_a_camera_without_pictures_is_named(built, tmp_path):
     folder = shutil.copytree(built("colmap_videos"), tmp_path / "copy")
     (folder / "cam02.mp4").unlink()
 
-    with pytest.raises(MissingCameraError, match=r"no NAME.mp4 for camera cam02, but it has poses"):
+    with pytest.raises(MissingCameraError, match=r"cam02 has a pose, but .* no NAME.mp4"):
         read(folder)
 
 
@@ -131,7 +134,7 @@ def test_a_gap_among_the_pictures_of_a_camera_is_named(built, tmp_path):
     (folder / "cam01" / "0003.png").write_bytes((folder / "cam01" / "0000.png").read_bytes())
     (folder / "cam01" / "0001.png").unlink()
 
-    with pytest.raises(CountMismatchError, match=r"cam01 goes from 0000 to 0002"):
+    with pytest.raises(CountMismatchError, match=r"cam01 has no frames between 0000 and 0002"):
         read(folder)
 
 

@@ -127,7 +127,7 @@ def test_rate_points_and_times_are_read_where_they_are_told(path):
         ({**SHARED, "frames": [{**FRAME, "fl_x": -1}]}, "must be positive"),
         ({**SHARED, "frames": [{**FRAME, "fl_x": 10**400}]}, "too large"),
         ({**SHARED, "frames": [{**FRAME, "cx": float("nan")}]}, "not finite"),
-        ({**SHARED, "frames": [{**FRAME, "w": 48.5}]}, "no whole number"),
+        ({**SHARED, "frames": [{**FRAME, "w": 48.5}]}, "not a whole number"),
         ({**SHARED, "frames": [{**FRAME, "time": None}]}, "'time' is missing, or no"),
         ({**SHARED, "fps": 0, "frames": [FRAME]}, "'fps' is 0"),
         ({**SHARED, "ply_file_path": 1, "frames": [FRAME]}, "'ply_file_path' is missing, or no"),

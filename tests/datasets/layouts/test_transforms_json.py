@@ -108,7 +108,7 @@ def test_a_camera_without_a_picture_of_some_time_is_named(frames_folder, shots):
     del document["frames"][1]
     scenes.write_transforms(frames_folder, document)
 
-    with pytest.raises(CountMismatchError, match=r"camera cam01 has 5 pictures, not one of .* 6"):
+    with pytest.raises(CountMismatchError, match=r"5 pictures of camera cam01 .* 6 times"):
         read_nerfstudio(frames_folder)
 
 
@@ -128,7 +128,7 @@ def test_a_camera_that_moves_is_rejected(frames_folder, shots):
         frame["transform_matrix"][0][3] += index
     scenes.write_transforms(frames_folder, document)
 
-    with pytest.raises(CountMismatchError, match="every camera must stand still"):
+    with pytest.raises(CountMismatchError, match="every camera must be static"):
         read_nerfstudio(frames_folder)
 
 
@@ -137,7 +137,7 @@ def test_two_videos_of_one_camera_are_rejected(folder, shots):
     document["frames"].append(scenes.entry(shots[0], "cam01.mp4"))
     scenes.write_transforms(folder, document)
 
-    with pytest.raises(CountMismatchError, match="2 videos like"):
+    with pytest.raises(CountMismatchError, match="2 videos for camera"):
         read_nerfstudio(folder)
 
 

@@ -161,7 +161,7 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(whole, tmp_path):
 @pytest.mark.parametrize("name", ["capture", "fingerprint", "encoder"])
 def test_another_capture_and_another_encoder_are_rejected(name, whole, tmp_path):
     other = _with_metadata(whole, **{name: "another"})
-    with pytest.raises(ResumeError, match=f"encoded with different inputs: another {name}$"):
+    with pytest.raises(ResumeError, match=f"encoded with different inputs; these differ: {name}$"):
         _go_on(tmp_path / "a.quarc", other)
 
 
@@ -202,7 +202,7 @@ def test_chunks_that_the_encoder_does_not_write_are_rejected():
     data, _ = make_stream(gaussian_count=8, frame_count=2)
     kinds = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
     for place in (1, 2, 4):
-        with pytest.raises(ResumeError, match="would not write"):
+        with pytest.raises(ResumeError, match="not in the order"):
             read_partial_stream(
                 BytesSource(rebuild_stream([*kinds[:place], (b"more", b""), *kinds[place:]]))
             )

@@ -104,7 +104,7 @@ def test_recoloring_with_a_crop_is_done_on_what_is_left(stream):
 
 
 def test_an_edit_that_leaves_nothing_is_rejected(stream):
-    with pytest.raises(EncodeError, match="no Gaussian"):
+    with pytest.raises(EncodeError, match="removes all Gaussians"):
         edited(stream, Edit(boxes=((5, 5, 5, 6, 6, 6),)))
 
 

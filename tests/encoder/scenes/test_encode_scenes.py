@@ -195,8 +195,8 @@ def test_positions_are_bounded_by_the_scale_of_the_scene_where_nothing_else_is_s
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"positions": np.full((200, 3), np.nan, np.float32)}, "not finite"),
-        ({"rotations": np.zeros((200, 4), np.float32)}, "quaternion 0"),
+        ({"positions": np.full((200, 3), np.nan, np.float32)}, "non-finite"),
+        ({"rotations": np.zeros((200, 4), np.float32)}, "zero quaternion"),
         ({"log_scales": np.full((200, 3), 1e6, np.float32)}, "beyond|measure"),
     ],
 )

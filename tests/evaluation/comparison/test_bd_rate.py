@@ -41,7 +41,7 @@ def test_a_curve_that_falls_is_no_curve():
     delta = compare_curves([*_ANCHOR, (20000.0, 30.0)], _TEST)
 
     assert delta.rate is None
-    assert "does not get better" in delta.remark
+    assert "does not increase" in delta.remark
 
 
 def test_curves_that_hardly_overlap_are_remarked_on_and_those_that_do_not_have_no_figure():

@@ -109,7 +109,7 @@ def test_cameras_can_be_chosen(rivals, compare):
     comparison = compare(stream, plys, capture=rivals.capture, cameras=("cam00",))
 
     assert comparison.cameras == ("cam00",)
-    with pytest.raises(EntryError, match="no camera cam09; there are cam00, cam01"):
+    with pytest.raises(EntryError, match="no camera cam09; the cameras are cam00, cam01"):
         compare(stream, plys, capture=rivals.capture, cameras=("cam09",))
 
 
@@ -129,8 +129,8 @@ def _shrink(folder):
     ("source", "spoil", "said"),
     [
         ("plys", _spoil_ply, "point_cloud_00001.ply: it ends before the last"),
-        ("plys", lambda it: (it / "first.ply").write_bytes(b""), "first.ply has no number"),
-        ("plys", lambda it: (it / "x_1.ply").write_bytes(b""), "have the same number"),
+        ("plys", lambda it: (it / "first.ply").write_bytes(b""), "first.ply has no frame number"),
+        ("plys", lambda it: (it / "x_1.ply").write_bytes(b""), "have the same frame number"),
         ("renders", _shrink, "24x16"),
         ("renders", lambda it: shutil.rmtree(it / "cam04"), "pictures of cam01, cam04"),
     ],

@@ -80,7 +80,7 @@ def test_a_greater_residual_cannot_be_written(row, value):
     residuals = np.zeros((RESIDUAL_ROWS, 1), dtype=np.int64)
     residuals[row] = value
 
-    with pytest.raises(EncodeError, match="beyond"):
+    with pytest.raises(EncodeError, match="exceeds"):
         write_updates(_still(3), _updates([1], residuals), _NEW)
 
 

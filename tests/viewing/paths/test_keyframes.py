@@ -66,7 +66,7 @@ def test_frames_that_are_named_stand_still_or_play_at_their_own_pace():
 @pytest.mark.parametrize(
     ("keyframes", "said"),
     [
-        ([], "a list of keyframes"),
+        ([], "must have the keys"),
         ([{"camera": "cam0"}], "keyframe 0: its time is not a number"),
         ([{"time": True, "camera": "cam0"}], "its time is not a number"),
         ([{"time": 1e300, "camera": "cam0"}], "its time is not a number"),
@@ -75,7 +75,7 @@ def test_frames_that_are_named_stand_still_or_play_at_their_own_pace():
         ([{"time": 0, "position": [0, 0]}], "its position is not a list of three"),
         ([{"time": 0, "position": [0, 0, "1"]}], "its position is not"),
         ([{"time": 0, "position": [0, 0, 1]}], "its target is not"),
-        ([{"time": 0, "position": [0, 0, 1], "target": [0, 0, 1]}], "where it is"),
+        ([{"time": 0, "position": [0, 0, 1], "target": [0, 0, 1]}], "are the same point"),
         ([{"time": 0, "camera": "cam0", "fov": 180}], "its fov, 180.0 degrees"),
         ([{"time": 0, "camera": "cam0", "frame": -1}], "its frame is -1"),
         ([{"time": 0, "camera": "cam0", "speed": 1}], "keys other than"),
@@ -97,7 +97,7 @@ def test_other_files_are_rejected_by_name(tmp_path):
         path.write_bytes(data)
         with pytest.raises(PathError, match=rf"a\.json: .*{said}"):
             read_keyframes(path, _RING, _RING[0], 0)
-    with pytest.raises(PathError, match="nothing else"):
+    with pytest.raises(PathError, match="no others"):
         _parse({"time": 0, "camera": "cam0"}, more=1)
 
 

@@ -170,7 +170,7 @@ pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
     if indices && numbers.all(|number| i64::from(number.unsigned_abs()) <= CODE_LIMIT) {
         return Ok(());
     }
-    Err(Error::Encode(format!("a rotation or a code is beyond {CODE_LIMIT}")))
+    Err(Error::Encode(format!("a rotation or a code exceeds {CODE_LIMIT}")))
 }
 
 /// Decode so many Gaussians; the count is proved by the level.

@@ -58,7 +58,7 @@ pub fn write_motion(
             && symbols[channels..].iter().all(|&symbol| symbol == 0)
     };
     if !counts_fit || !symbols.iter().flatten().all(fits) {
-        let message = format!("a symbol is beyond {SYMBOL_LIMIT}, or there are too many");
+        let message = format!("a symbol exceeds {SYMBOL_LIMIT}, or there are too many symbols");
         return Err(Error::Encode(message));
     }
     let mut writer = PlaneWriter::new(counts.clone());

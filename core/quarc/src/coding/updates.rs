@@ -100,7 +100,7 @@ fn require_writable(updates: &Updates, count: usize) -> Result<()> {
     require_shape(updates, count)?;
     let turns = updates.residuals[ROTATION].iter().flatten();
     if turns.map(|turn| turn.unsigned_abs()).any(|turn| turn > TURN_LIMIT) {
-        return Err(Error::Encode(format!("a residual of rotation is beyond {TURN_LIMIT}")));
+        return Err(Error::Encode(format!("a rotation residual exceeds {TURN_LIMIT}")));
     }
     Ok(())
 }

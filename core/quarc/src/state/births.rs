@@ -68,7 +68,7 @@ impl State {
         require_gaussians(&self.header, self.count() as u64 + newborn as u64)?;
         // [7.6-5]
         if self.next_id + newborn as u64 > COUNTER_LIMIT + 1 {
-            let message = "there are no ids left for the newborn";
+            let message = "no ids are left for new Gaussians";
             return Err(Error::new(Reject::CountExceedsLevel, message));
         }
         Ok(())

@@ -176,7 +176,7 @@ fn require_within(
     }
     let own = most(OWN_LIMITS);
     if count > u64::from(own) {
-        let message = format!("{count} {what} are more than this decoder takes, {own}");
+        let message = format!("{count} {what} exceed this decoder's limit of {own}");
         return Err(Error::Limit(message));
     }
     Ok(())

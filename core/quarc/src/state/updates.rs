@@ -51,7 +51,10 @@ impl State {
         let gone: Vec<u32> = dying.map(|(&gaussian, _)| gaussian).collect();
         // [7.8-1]
         if gone.len() == self.count() {
-            return Err(Error::new(Reject::Count, format!("all {} Gaussians leave", gone.len())));
+            return Err(Error::new(
+                Reject::Count,
+                format!("the updates delete all {} Gaussians", gone.len()),
+            ));
         }
         let recency = Arc::make_mut(&mut self.recency);
         recency.iter_mut().for_each(|recency| *recency = (*recency + 1).min(RECENCY_LIMIT));
@@ -114,7 +117,7 @@ impl State {
             }
             // [7.8-4]
             if [x, y, z].iter().any(|residual| residual.unsigned_abs() > TURN_LIMIT) {
-                let message = format!("a residual of rotation is beyond {TURN_LIMIT}");
+                let message = format!("a rotation residual exceeds {TURN_LIMIT}");
                 return Err(Error::new(Reject::SymbolRange, message));
             }
             let mut rotations = Arc::make_mut(&mut self.rotations).first_mut::<4>();

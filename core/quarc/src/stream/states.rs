@@ -231,7 +231,7 @@ impl StateDecoder {
             }
         }
         if sought.map_or(false, |sought| sought != name(chunk, frame)) {
-            let message = format!("the seek point that leads to frame {frame} says otherwise");
+            let message = format!("the seek point of frame {frame} does not match the frame");
             return Err(Error::new(Reject::IndexMismatch, message)); // [11.2-4]
         }
         Ok(())
@@ -239,7 +239,7 @@ impl StateDecoder {
 
     fn take_index(&mut self, chunk: &ChunkHeader, index: Vec<SeekPoint>) -> Result<()> {
         if !self.lost && index != self.points {
-            let message = "INDX does not say where the canonical frames are";
+            let message = "INDX does not list the canonical frames of the stream";
             return Err(Error::new(Reject::IndexMismatch, message)); // [5.9-1] [5.9-2] [11.4-3]
         }
         self.index = Some(index);
