@@ -99,9 +99,9 @@ def test_nothing_is_matched_where_a_mask_is_black(few, tmp_path):
 @pytest.mark.parametrize(
     ("name", "size", "error", "message"),
     [
-        ("cam00", (240, 320), CalibrationError, "black all over"),
+        ("cam00", (240, 320), CalibrationError, "entirely black"),
         ("cam00", (24, 32), MaskSizeError, "is 32x24, but the pictures .* are 320x240"),
-        ("elsewhere", (240, 320), MaskNameError, "masks named elsewhere, and no camera"),
+        ("elsewhere", (240, 320), MaskNameError, "masks named elsewhere, which match no camera"),
     ],
 )
 def test_masks_that_do_not_fit_are_rejected(few, tmp_path, name, size, error, message):
