@@ -102,11 +102,18 @@ class Written:
             self.names.append(target.write(name, self._sequence.finish()).name)
 
     def show(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
-        """Print the files written so far, and their folder, if there is one."""
+        """Print the files written so far.
+
+        Args:
+            output: The path as given, of a folder or of the one file; None if nothing was written.
+            as_json: Whether to print JSON.
+            past_damage: Whether gaps are of interest.
+        """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
             made = {"files": self.names, "sidecar": self._sidecar}
-            print_json("decode/2", {"folder": output and str(output), **made, **gaps})
+            folder = output if output is None or self._with_sidecar else output.parent
+            print_json("decode/2", {"folder": folder and str(folder), **made, **gaps})
             return
         ends = f", {self.names[0]} to {self.names[-1]}" if len(self.names) > 1 else ""
         lines = {"files": f"{len(self.names)}{ends or ''.join(f', {it}' for it in self.names)}"}

@@ -48,13 +48,16 @@ def as_settings(asked: dict[str, float | None]) -> list[str]:
 
 
 def print_settings() -> None:
-    """Print all settings, with the values of the preset `main`."""
-    from quarc_ref.encoder.settings.presets import choose_preset
+    """Print all settings, with their values in every preset."""
+    from quarc_ref.encoder.settings.presets import PRESETS
     from quarc_ref.encoder.settings.setting_list import describe_settings
 
-    described = describe_settings(choose_preset("main"))
-    rows = [("KEY", "in main", "values", "description")]
-    rows += [(each.name, each.text, each.values, each.description) for each in described]
+    by_preset = zip(*map(describe_settings, PRESETS.values()), strict=True)
+    rows = [("KEY", *(f"in {name}" for name in PRESETS), "values", "description")]
+    rows += [
+        (first.name, first.text, *(each.text for each in others), first.values, first.description)
+        for first, *others in by_preset
+    ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     # the last column is not padded: a terminal would wrap trailing blanks
     for *cells, meaning in rows:

@@ -1,9 +1,10 @@
 """Converts exceptions to messages and exit codes.
 
-0: success. 1: the stream is invalid. 2: the command line is invalid. 3: anything else
-failed: an unreadable capture, a full disk, a bug. After a signal, 128 plus its number, as
-in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe has
-closed it (SIGPIPE).
+0: success. 1: the stream is invalid. 2: the command line is invalid: options that exclude each
+other, a path to nothing, or to something that the command does not take. 3: anything else
+failed: a file or capture that cannot be read, a full disk, a bug. After a signal, 128 plus its
+number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if the reader of a pipe
+has closed it (SIGPIPE).
 """
 
 import os
@@ -20,6 +21,7 @@ import typer
 
 from quarc_ref.cli.output import print_message
 from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.export.errors import NoFramesError
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.files import OutputPathError
 from quarc_ref.format.errors import (
@@ -132,7 +134,8 @@ def _sentence(error: BaseException) -> str:
 
 _FAULTS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any], str]], ...] = (
     ((BitstreamError,), STREAM_IS_BAD, _rejection),
-    ((UsageError, EditError, ResumeError, EnvironmentVariableError), USAGE, str),
+    ((UsageError, EditError, ResumeError, NoFramesError), USAGE, str),
+    ((EnvironmentVariableError,), USAGE, str),
     ((OutputPathError,), USAGE, _offer_force),
     ((UnusableCaptureError,), TOOL_FAILED, _offer_no_checks),
     ((ImportError,), TOOL_FAILED, _name_extra),

@@ -11,6 +11,7 @@ from quarc_ref.cli.completion import complete_setting
 from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
+AXES = ("x", "-x", "y", "-y", "z", "-z")  # in the order of a stream's header
 _DIGITS = 20  # more digits than any ordinal has
 
 
@@ -67,6 +68,19 @@ def check_existing(path: str) -> None:
     _find_mode(path)
 
 
+def check_axis(name: str | None) -> str | None:
+    """Return the name of an axis without its plus sign.
+
+    Raises:
+        BadParameter: There is no such axis.
+    """
+    axis = None if name is None else name.removeprefix("+")
+    if axis is not None and axis not in AXES:
+        message = f"{name!r} is not one of {', '.join(AXES)}."
+        raise typer.BadParameter(message)
+    return axis
+
+
 def _find_file_mode(path: str) -> int:
     mode = _find_mode(path)
     if stat.S_ISDIR(mode):
@@ -120,7 +134,7 @@ CaptureFolder = Annotated[
     typer.Argument(
         metavar="CAPTURE",
         help="Folder of a capture, in the layout of N3DV, COLMAP, nerfstudio, EasyMocap or "
-        "Panoptic Studio (docs/guides/captures.md).",
+        "Panoptic Studio; quarc-ref doctor prints what a folder lacks.",
         show_default=False,
         readable=False,  # reading it reports the error, which is not one of the command line
         callback=check_folder,
@@ -131,8 +145,19 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a setting, such as motion.lr=5e-4.",
+        help="Change a setting, such as motion.lr=5e-4; may be repeated. encode "
+        "--list-settings prints all.",
         autocompletion=complete_setting,
+    ),
+]
+UpAxis = Annotated[
+    str | None,
+    typer.Option(
+        "--up",
+        metavar="AXIS",
+        help="Axis that points up: x, -x, y, -y, z or -z.",
+        show_default="from the stream or the files",
+        callback=check_axis,
     ),
 ]
 LpipsWeights = Annotated[

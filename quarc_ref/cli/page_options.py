@@ -1,6 +1,6 @@
 """Options of the commands that show a stream on a page: `view` and `publish`."""
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,10 +22,6 @@ CameraName = Annotated[
         help="Camera of the stream that sets the initial view.",
         show_default="the first",
     ),
-]
-Up = Annotated[
-    Literal["x", "-x", "y", "-y", "z", "-z"] | None,
-    typer.Option("--up", help="Axis that points up.", show_default="from the stream"),
 ]
 
 

@@ -9,3 +9,7 @@ class ExportError(QuarcError):
 
 class UnreadableFramesError(QuarcError):
     """Files do not contain readable frames of Gaussians."""
+
+
+class NoFramesError(UnreadableFramesError):
+    """A file or folder is not of a kind that frames are read from."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.export.errors import UnreadableFramesError
+from quarc_ref.export.errors import NoFramesError, UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
 from quarc_ref.export.sidecar import NAME, Sidecar, parse_sidecar
@@ -54,7 +54,8 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
         frames_per_second: Sampling rate of a `.4dgs` file; None for its own frame rate.
 
     Raises:
-        UnreadableFramesError: There are no readable frames.
+        NoFramesError: There are no frames, or frames of several formats.
+        UnreadableFramesError: A frame is malformed.
         ImportError: The library for the format is not installed.
         OSError: A file cannot be read.
     """
@@ -71,7 +72,7 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
     kind = paths[0].suffix.lower()
     if kind not in _PARSERS:
         message = f"{path} is not a {KINDS} file"
-        raise UnreadableFramesError(message)
+        raise NoFramesError(message)
     beside = (path if path.is_dir() else path.parent) / NAME
     sidecar = Sidecar()
     if path.is_dir() and beside.is_file():
@@ -92,14 +93,18 @@ def _list_frames(folder: Path) -> list[Path]:
     """Return the frames of a folder in the order of their numbers.
 
     Raises:
-        UnreadableFramesError: There are no frames, or frames of several formats.
+        NoFramesError: There are no frames, or frames of several formats.
     """
     paths = [path for path in folder.iterdir() if path.suffix.lower() in _PARSERS]
     kinds = sorted({path.suffix.lower() for path in paths})
+    whole = sorted(folder.glob(f"*{_WHOLE}"))
+    if not kinds and whole:
+        message = f"{folder} is a folder: name the file in it, {whole[0]}, which has all frames"
+        raise NoFramesError(message)
     if len(kinds) != 1:
         found = f"both {' and '.join(kinds)}" if kinds else f"no {' or '.join(_PARSERS)}"
         message = f"{folder} has {found} files; it must have files of one format, one per frame"
-        raise UnreadableFramesError(message)
+        raise NoFramesError(message)
     return sorted(paths, key=_count_up)
 
 

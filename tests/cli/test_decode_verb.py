@@ -51,6 +51,16 @@ def test_a_stream_that_is_still_growing_gives_the_frames_asked_for(stream_file, 
     assert printed["files"] == ["frame_0000.ply", "frame_0001.ply"]
 
 
+def test_one_file_is_named_as_it_was_given(stream_file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run("decode", stream_file, "-o", "one.ply", "--frames", "0")
+
+    assert [line.split() for line in result.stdout.splitlines()] == [
+        ["one.ply"],
+        ["files", "1,", "one.ply"],
+    ]
+
+
 def test_a_damaged_stream_leaves_no_folder_behind_and_the_old_one_whole(
     stream_file, made, tmp_path
 ):

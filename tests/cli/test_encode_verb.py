@@ -200,11 +200,11 @@ def test_the_settings_are_listed_without_a_capture():
     rows = [re.split("  +", line) for line in result.stdout.splitlines()]
 
     assert result.exit_code == 0
-    assert rows[0] == ["KEY", "in main", "values", "description"]
+    assert rows[0] == ["KEY", "in main", "in demo", "in paper", "values", "description"]
     assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
     rates = [row for row in rows if row[0] == "motion.lr"]
     said = "Learning rate of residuals at level 1, world units (paper: 5e-4)."
-    assert rates == [["motion.lr", "0.001", "a number at least 0", said]]
+    assert rates == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", said]]
 
 
 def test_a_device_that_is_not_there_is_a_usage_error(capture, tmp_path):

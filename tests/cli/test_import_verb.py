@@ -68,8 +68,36 @@ def test_what_cannot_be_done_leaves_nothing(options, code, folder, tmp_path):
     assert "a.quarc" not in list_names(tmp_path)
 
 
-def test_a_folder_without_frames_is_named(tmp_path):
-    result = run("import", tmp_path, "-o", tmp_path / "a.quarc")
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ([], "no .ply or .spz"),
+        (["frames.4dgs"], "name the file in it"),
+        (["cam00.mp4", "cam01.mp4"], "is a folder of 2 videos: quarc-ref encode"),
+        (["poses_bounds.npy", "cam00.mp4", "points3D_init.ply"], "is a capture in the layout N3DV"),
+    ],
+)
+def test_a_folder_without_frames_of_gaussians_is_a_usage_error(names, said, tmp_path):
+    (tmp_path / "in").mkdir()
+    for name in names:
+        (tmp_path / "in" / name).write_bytes(b"")
+    result = run("import", tmp_path / "in", "-o", tmp_path / "a.quarc")
 
-    assert result.exit_code == 3
-    assert "no .ply or .spz" in result.stderr
+    assert result.exit_code == 2
+    assert said in result.stderr
+
+
+def test_a_broken_ply_has_one_exit_code_in_import_and_compare(stream_file, tmp_path):
+    broken = tmp_path / "broken.ply"
+    broken.write_bytes(b"ply")
+
+    assert run("import", broken, "-o", tmp_path / "a.quarc").exit_code == 3
+    assert run("compare", stream_file, broken).exit_code == 3
+
+
+@pytest.mark.parametrize("axis", ["+y", "y"])
+def test_an_axis_may_have_a_plus_sign(axis, folder, tmp_path):
+    run("import", folder, "-o", tmp_path / "a.quarc", "--up", axis)
+
+    assert next(decode((tmp_path / "a.quarc").read_bytes())).header.up_axis == 3
+    assert run("import", folder, "-o", tmp_path / "b.quarc", "--up", "w").exit_code == 2

@@ -97,7 +97,7 @@ def decode_frames(
             if not written.names:
                 written.show(None, as_json=as_json, past_damage=past_damage)
                 raise typer.Exit(STREAM_IS_BAD)
-        written.show(output.parent if one else output, as_json=as_json, past_damage=past_damage)
+        written.show(output, as_json=as_json, past_damage=past_damage)
         if written.gaps:
             raise typer.Exit(STREAM_IS_BAD)
 

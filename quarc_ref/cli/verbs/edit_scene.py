@@ -35,7 +35,8 @@ def edit(
         typer.Option(
             "--crop",
             metavar="X,Y,Z,X,Y,Z",
-            help="Keep only Gaussians in a box, given by its two corners in world units.",
+            help="Keep only Gaussians in a box, given by its two corners in world units; may be "
+            "repeated.",
         ),
     ] = None,
     drop: Annotated[
@@ -43,7 +44,7 @@ def edit(
         typer.Option(
             "--drop",
             metavar="X,Y,Z,R",
-            help="Remove Gaussians in a sphere, given by its center and radius.",
+            help="Remove Gaussians in a sphere, given by its center and radius; may be repeated.",
         ),
     ] = None,
     transform: Annotated[
@@ -51,7 +52,8 @@ def edit(
         typer.Option(
             "--transform",
             metavar="M",
-            help="Rotate, scale and shift by a matrix: 12 or 16 numbers, row by row.",
+            help="Rotate, scale and shift by a 3x4 or 4x4 matrix: numbers row by row, separated by "
+            "commas, such as 1,0,0,0.5,0,1,0,0,0,0,1,0.",
         ),
     ] = None,
     recolor: Annotated[
@@ -59,7 +61,8 @@ def edit(
         typer.Option(
             "--recolor",
             metavar="NAME=VALUE",
-            help="gain multiplies all colors; red, green, blue are added to them (1 is white).",
+            help="gain multiplies all colors; red, green, blue are added to them (1 is white); may "
+            "be repeated.",
         ),
     ] = None,
     profile: Annotated[

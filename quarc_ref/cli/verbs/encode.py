@@ -73,7 +73,7 @@ def encode(
         bool,
         typer.Option(
             "--list-settings",
-            help="Print all settings with their values and descriptions.",
+            help="Print all settings: values in each preset, what they take, what they are.",
             is_eager=True,
             callback=_list_settings,
         ),

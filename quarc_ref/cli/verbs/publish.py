@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
-from quarc_ref.cli.options import AsJson, Force, StreamName
+from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
 from quarc_ref.cli.output import escape_controls, print_json, print_message, print_table
-from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
+from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, name_page
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.inspection.wording import count_noun
 
@@ -31,7 +31,7 @@ def publish(
     ],
     title: Title = None,
     camera: CameraName = None,
-    up: Up = None,
+    up: UpAxis = None,
     autoplay: Annotated[
         bool, typer.Option("--autoplay", help="Start playing when the page opens.")
     ] = False,

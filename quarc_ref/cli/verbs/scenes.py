@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
-from quarc_ref.cli.options import STANDARD_STREAM, AsJson, Force, Quiet
+from quarc_ref.cli.options import AXES, STANDARD_STREAM, AsJson, Force, Quiet, UpAxis
 from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
 from quarc_ref.cli.targets import written_stream
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.scenes.bounds import Bounds
     from quarc_ref.encoder.scenes.encode_scenes import GivenFrame, SceneOptions, SceneReport
     from quarc_ref.export.frames_in import FramesIn
-
-_UP = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 def import_frames(
@@ -51,7 +49,8 @@ def import_frames(
             metavar="NAME=VALUE",
             help="Largest allowed error of an attribute: position (world units), rotation "
             "(radians), log_scale, opacity (logit), sh_dc, sh_rest; most_slack: the factor "
-            "by which errors of position and rotation may grow where they are less visible.",
+            "by which errors of position and rotation may grow where they are less visible. "
+            "May be repeated.",
         ),
     ] = None,
     fps: Annotated[
@@ -72,10 +71,7 @@ def import_frames(
             help="Number of frames between keyframes; 0 for as few keyframes as possible.",
         ),
     ] = 0,
-    up: Annotated[
-        Literal["+x", "-x", "+y", "-y", "+z", "-z"] | None,
-        typer.Option("--up", help="Axis that points up.", show_default="from the source"),
-    ] = None,
+    up: UpAxis = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -94,6 +90,7 @@ def import_frames(
             message = "-o - and --json both write to standard output"
             raise UsageError(message)
         bounds = _change_bounds(PROFILES[profile], bound or [])
+        _reject_capture(source)
         frames = open_frames(source, fps)
         options = _describe(frames, fps, up)
         options = replace(options, bounds=bounds, keyframe_interval=interval, progress=progress)
@@ -103,6 +100,21 @@ def import_frames(
             degree = report.dropped_sh_degree
             print_message(f"SH degrees 2 to {degree} are dropped: a stream has at most degree 1")
         _show(output, report, as_json=as_json)
+
+
+def _reject_capture(source: Path) -> None:
+    """Raise UsageError if the source is a folder of pictures, which `encode` takes."""
+    if source.is_file():
+        return
+    from quarc_ref.datasets.layouts.table import describe_capture
+
+    what = describe_capture(source)
+    if what is not None:
+        message = (
+            f"{source} is {what}: quarc-ref encode makes a stream of pictures, after "
+            "quarc-ref calibrate if they have no poses; import takes Gaussians of another method"
+        )
+        raise UsageError(message)
 
 
 def _read(frames: "FramesIn") -> "Iterator[GivenFrame]":
@@ -117,7 +129,7 @@ def _describe(frames: "FramesIn", fps: float | None, up: str | None) -> "SceneOp
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
 
     options, sidecar = SceneOptions(), frames.sidecar
-    stated = _UP.index(up) + 1 if up else 0
+    stated = AXES.index(up) + 1 if up else 0
     return replace(
         options,
         frames_per_second=fps or frames.frames_per_second or options.frames_per_second,

@@ -12,9 +12,9 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.following import PATIENCE, FollowedName, FollowFlag, Patience, follow_stream
-from quarc_ref.cli.options import STANDARD_STREAM, AsJson, name_stream
+from quarc_ref.cli.options import STANDARD_STREAM, AsJson, UpAxis, name_stream
 from quarc_ref.cli.output import print_json, print_message, print_table
-from quarc_ref.cli.page_options import CameraName, Title, Up, choose_first_camera, name_page
+from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, name_page
 from quarc_ref.cli.seekable_stream import growing_copy, seekable_stream
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def view(
     ] = True,
     title: Title = None,
     camera: CameraName = None,
-    up: Up = None,
+    up: UpAxis = None,
     autoplay: Annotated[
         bool, typer.Option("--autoplay/--no-autoplay", help="Start playing when the page opens.")
     ] = True,

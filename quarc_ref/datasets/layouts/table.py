@@ -81,6 +81,18 @@ def choose_layout(folder: Path) -> Layout:
     raise UnknownLayoutError(message + "; ".join(rows) + _suggest(folder))
 
 
+def describe_capture(folder: Path) -> str | None:
+    """Return what a folder is, as the rest of "it is": a capture, or videos; None if neither."""
+    if not folder.is_dir():
+        return None
+    for layout in LAYOUTS:
+        if not layout.find_missing(folder):
+            return f"a capture in the layout {layout.name}"
+    videos = sum(len(paths) for paths in list_videos(folder).values())
+    others = sum(not path.name.startswith(".") for path in folder.iterdir()) - videos
+    return f"a folder of {videos} videos" if videos and not others else None
+
+
 def _suggest(folder: Path) -> str:
     """Return advice about a folder that is not a capture, to be appended to a message."""
     if not folder.is_dir():

@@ -74,7 +74,8 @@ class Entry(ABC):
 
         Raises:
             BitstreamError: A stream is malformed.
-            EntryError: A file is malformed, missing, or of another size.
+            UnreadableFramesError: A file of Gaussians is malformed.
+            CaptureError: A picture is malformed, missing, or of another size.
         """
 
 

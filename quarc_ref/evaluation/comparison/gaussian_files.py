@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from quarc_ref.decoder import Splats
-from quarc_ref.evaluation.comparison.entries import EntryError, Holdings, Label, SplatEntry
+from quarc_ref.evaluation.comparison.entries import Holdings, Label, SplatEntry
 from quarc_ref.evaluation.comparison.numbered_files import number_files
+from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
 
@@ -36,7 +37,7 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
         frames_per_second: Frame rate at which it is sampled and compared.
 
     Raises:
-        EntryError: The file is malformed.
+        UnreadableFramesError: The file is malformed.
         ImportError: `fourdgs` is not installed.
         OSError: The file cannot be read.
     """
@@ -45,7 +46,7 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
         found = read_4dgs(data, frames_per_second)
     except ValueError as error:
         message = f"{path}: {error}"
-        raise EntryError(message) from error
+        raise UnreadableFramesError(message) from error
     holdings = Holdings("4dgs", tuple(range(found.count)), len(data))
     return SplatEntry(label, holdings, _Reading(found.read(), path).load)
 
@@ -55,7 +56,7 @@ def _read_ply(path: Path) -> Splats:
         return parse_ply(path.read_bytes())
     except ValueError as error:
         message = f"{path}: {error}"
-        raise EntryError(message) from error
+        raise UnreadableFramesError(message) from error
 
 
 class _Reading:
@@ -70,4 +71,4 @@ class _Reading:
             return next(splats for number, (splats, _) in self._frames if number == frame)
         except ValueError as error:
             message = f"{self._path}: {error}"
-            raise EntryError(message) from error
+            raise UnreadableFramesError(message) from error

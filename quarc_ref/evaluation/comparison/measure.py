@@ -91,8 +91,9 @@ def measure_entries(
 
     Raises:
         BitstreamError: A stream is malformed.
-        CaptureError: A picture of the capture cannot be read.
-        EntryError: There is no common frame, or a file of another method cannot be used.
+        CaptureError: A picture cannot be read, or a render has another size than the camera.
+        UnreadableFramesError: A file of another method is malformed.
+        EntryError: There is no common frame.
     """
     frames = _choose_frames(opened, span)
     entries = opened.entries if opened.capture else opened.entries[1:]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.layouts.table import describe_capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Label
 from quarc_ref.evaluation.comparison.gaussian_files import open_fourdgs, open_plys
@@ -81,6 +82,7 @@ def open_entries(
         BitstreamError: A stream is malformed.
         CaptureError: The capture cannot be read.
         MismatchError: Something does not belong to the capture, or cannot be compared.
+        UnreadableFramesError: A file of another method is malformed.
         ImportError: `fourdgs` is not installed, and a `.4dgs` file is named.
         OSError: A file or folder cannot be read.
     """
@@ -108,10 +110,18 @@ def _is_stream(path: Path) -> bool:
 
 def _open_rival(each: Named, cameras: Mapping[str, Camera], pace: float) -> Entry:
     path = each.path
+    what = describe_capture(path)
+    if what is not None:
+        message = f"{path} is {what}, which is what entries are measured on: --capture {path}"
+        raise EntryError(message)
     if path.suffix.lower() == _FOURDGS:
         return open_fourdgs(path, each.label, pace)
     if path.is_file() or any(path.glob(f"*{_PLY}")):
         return open_plys(path, each.label)
+    whole = sorted(path.glob(f"*{_FOURDGS}"))
+    if whole:
+        message = f"{path} is a folder: name the file in it, {whole[0]}, which has all frames"
+        raise EntryError(message)
     return open_renders(path, each.label, cameras, each.byte_count)
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.video import read_still
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Holdings, Label
 from quarc_ref.evaluation.comparison.numbered_files import number_files
@@ -58,10 +57,7 @@ class _Renders(Entry):
 
 
 def _read_picture(path: Path, camera: Camera) -> Picture:
-    try:
-        levels = read_still(path, (camera.width, camera.height))
-    except CaptureError as error:
-        raise EntryError(str(error)) from error
+    levels = read_still(path, (camera.width, camera.height))
     picture: Picture = levels.astype(np.float32) / np.float32(255)
     return picture
 

@@ -3,11 +3,13 @@ import shutil
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.evaluation.comparison.entries import EntryError, Label
 from quarc_ref.evaluation.comparison.open_entries import Named
 from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.metrics import MOST_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
+from quarc_ref.export.errors import UnreadableFramesError
 from tests.evaluation.conftest import ignore
 
 
@@ -139,8 +141,19 @@ def test_a_rival_that_cannot_be_used_is_named(source, spoil, said, rivals, compa
     folder = shutil.copytree(rivals.place / source, tmp_path / source)
     spoil(folder)
 
-    with pytest.raises(EntryError, match=said):
+    with pytest.raises((EntryError, UnreadableFramesError, CaptureError), match=said):
         compare(rivals.place / "a.quarc", folder, capture=rivals.capture)
+
+
+def test_a_folder_that_is_the_truth_or_holds_one_file_is_pointed_out(rivals, compare, tmp_path):
+    stream = rivals.place / "a.quarc"
+    (tmp_path / "whole").mkdir()
+    (tmp_path / "whole" / "frames.4dgs").write_bytes(b"")
+
+    with pytest.raises(EntryError, match=r"is a capture in the layout .*: --capture "):
+        compare(stream, rivals.capture)
+    with pytest.raises(EntryError, match=r"name the file in it, .*frames\.4dgs"):
+        compare(stream, tmp_path / "whole")
 
 
 def test_rivals_alone_need_the_cameras_of_a_capture(rivals, compare):
@@ -203,5 +216,5 @@ def test_a_file_that_is_no_fourdgs_is_refused_by_name(rivals, compare, tmp_path)
     pytest.importorskip("fourdgs")
     (tmp_path / "a.4dgs").write_bytes(b"\x00" * 64)
 
-    with pytest.raises(EntryError, match=r"a\.4dgs"):
+    with pytest.raises(UnreadableFramesError, match=r"a\.4dgs"):
         compare(rivals.place / "a.quarc", tmp_path / "a.4dgs", capture=rivals.capture)
