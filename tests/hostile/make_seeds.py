@@ -242,15 +242,19 @@ _BINARY_PLY = (
 )
 
 
+def write_models(folder: Path) -> None:
+    """Write the COLMAP models, which pycolmap builds."""
+    shots = scenes.make_shots(2)
+    for form in ("binary", "text"):
+        scenes.write_model(folder / form, shots, scenes.plane_points(3), text=form == "text")
+
+
 def write_all() -> None:
     """Write every seed where it is committed."""
     for name, data in files():
         (FOLDER / name).parent.mkdir(parents=True, exist_ok=True)
         (FOLDER / name).write_bytes(data)
-    shots = scenes.make_shots(2)
-    for form in ("binary", "text"):
-        folder = FOLDER / "colmap" / form
-        scenes.write_model(folder, shots, scenes.plane_points(3), text=form == "text")
+    write_models(FOLDER / "colmap")
 
 
 if __name__ == "__main__":

@@ -1,3 +1,5 @@
+import pytest
+
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.streams import decode
 from tests.hostile import make_seeds
@@ -17,6 +19,18 @@ def test_the_seeds_that_are_committed_are_those_that_are_made():
         path.relative_to(make_seeds.FOLDER).as_posix(): path.read_bytes() for path in paths
     }
 
+    assert committed == made
+
+
+def test_the_colmap_models_that_are_committed_are_those_that_are_made(tmp_path):
+    pytest.importorskip("pycolmap")
+    make_seeds.write_models(tmp_path)
+    made, committed = (
+        {path.relative_to(folder): path.read_bytes() for path in sorted(folder.glob("*/*.*"))}
+        for folder in (tmp_path, make_seeds.FOLDER / "colmap")
+    )
+
+    assert len(made) == 10
     assert committed == made
 
 
