@@ -1,4 +1,4 @@
-"""Multi-view video to a stream: frame 0, then each frame from the decoded one before it.
+"""Encodes multi-view video: frame 0, then each frame from the previous decoded frame.
 
 points ──> train_canonical ──> commit_canonical ──> state of frame 0
 state ──> start_frame ──> fit_motion ──> move_frame ──> fit_births ──> commit_frame ──> state
@@ -59,11 +59,11 @@ def encode(
 
     Args:
         capture: Multi-view video; held-out cameras are not read.
-        sink: Binary file that the stream is appended to, a whole frame at a time.
+        sink: Binary file to which the stream is appended, one complete frame at a time.
         options: Settings.
-        partial_stream: The part of the stream that the sink already has. What follows it in
-            the sink is cut off, and the encode resumes as if it had never been interrupted.
-            A finished stream is left unchanged.
+        partial_stream: The part of the stream that the sink already has. Further bytes in
+            the sink are removed, and the encode continues with the same result as an
+            uninterrupted one. A complete stream is left unchanged.
 
     Raises:
         CaptureError: A picture cannot be read, or the capture has fewer frames
@@ -93,11 +93,11 @@ def encode(
 class _Encoding:
     """An encode in progress.
 
-    All that changes from frame to frame is the decoder's state and the sizes of the frames.
+    Only the decoder's state and the list of frame sizes change from frame to frame.
 
     Args:
-        capture: As for `encode`.
-        options: As for `encode`.
+        capture: See `encode`.
+        options: See `encode`.
 
     Attributes:
         frame_count: Number of frames of the finished stream.
@@ -116,7 +116,7 @@ class _Encoding:
         self._sizes: list[int] = []
 
     def announce(self, byte_count: int = 0) -> None:
-        """Tell the monitor the remaining work, after `byte_count` bytes of the stream."""
+        """Report the remaining work to the monitor, after `byte_count` bytes of the stream."""
         config, capture, context = self._config, self._capture, self._context
         plan = EncodePlan(
             capture.name,
@@ -196,7 +196,7 @@ class _Encoding:
         )
 
     def _commit(self, moved: MovedFrame, births: Births | None) -> bytes:
-        """Write a frame as the chunk type that is due; return the type."""
+        """Write a frame with the chunk type that its ordinal requires; return the type."""
         kind = self._config.canonical.kind_due(moved.state.scene.frame)
         if kind == container.CANO:
             self._loop.commit_as_canonical(moved, births)
@@ -210,7 +210,7 @@ class _Encoding:
     def _open(
         self, sink: BinaryIO, first_count: int, partial_stream: PartialStream | None = None
     ) -> None:
-        """Open the closed loop, once the Gaussians of frame 0 are counted."""
+        """Open the closed loop after the number of Gaussians in frame 0 is known."""
         capture, self._first_count = self._capture, first_count
         header = make_header(self._config, capture.frames_per_second, first_count)
         held, metadata = 0, self._metadata
@@ -223,7 +223,7 @@ class _Encoding:
         self._loop = ClosedLoop(sink, header, capture.cameras, metadata, held)
 
     def _start_inter_frames(self, state: FrameState) -> None:
-        """Derive from decoded frame 0 what every later frame depends on."""
+        """Compute the values from decoded frame 0 that all later frames use."""
         if self._config.canonical.exposure_lr:
             refit_exposures(self._context, state)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
@@ -232,15 +232,15 @@ class _Encoding:
             self._checkpoint.remove()
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
-        """The checkpoint of this encode, and of no other."""
+        """Open the checkpoint, bound to the inputs of this encode."""
         cameras = [asdict(camera) for camera in self._capture.cameras]
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
 
 
 def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
-    """Settings whose quantization steps suit the training views of a capture.
+    """Adapt the quantization steps to the training views of a capture.
 
-    They depend on the whole capture, so that its segments can be joined.
+    The steps depend on the whole capture, so that its segments can be joined.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -254,7 +254,7 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
 
 
 def count_deaths(state: FrameState, target: int, settings: BirthSettings) -> int:
-    """How many Gaussians to delete: the surplus over a target, if as many are faint enough."""
+    """Return the number of faint Gaussians to delete because of an excess over a target."""
     header = state.scene.header
     logits = state.scene.codes[OPACITY.start] * header.opacity_step
     may_die = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))

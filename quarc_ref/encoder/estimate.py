@@ -1,8 +1,7 @@
-"""How long an encode will take and how large its stream will be, before it begins.
+"""Estimates the time of an encode and the size of its stream before it starts.
 
-A few steps of frame 0 are timed on this machine; the rest is proportion. Sizes are those
-of the captures in benchmarks/, and right to a factor of two or three: after the first
-frames, the stream itself tells more.
+A few steps of frame 0 are timed on this machine and extrapolated. Sizes are extrapolated
+from the captures in benchmarks/, with an error of up to a factor of two or three.
 """
 
 import math
@@ -21,17 +20,18 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
 
 _WARM_STEPS, _TIMED_STEPS = 2, 4
-_HALF_RESOLUTION = 0.4  # of the time of a step
+_HALF_RESOLUTION = 0.4  # relative to the time of a step
 _BYTES_OF_GAUSSIAN = 7.0
-_BYTES_OF_MOVED, _BYTES_OF_UNPRICED = 0.25, 1.0  # per Gaussian and frame
-_MOST_GROWTH = 10  # times the initial Gaussians, without a price on them
-_BYTES_PER_LAMBDA = -0.2  # exponent: half the price, 15 % more bytes
+_BYTES_OF_MOVED, _BYTES_OF_UNPRICED = 0.25, 1.0  # bytes per Gaussian and frame
+# relative to the number of initial Gaussians, without their rate-distortion weight
+_MOST_GROWTH = 10
+_BYTES_PER_LAMBDA = -0.2  # exponent: half the weight gives 15 % more bytes
 
 
 def estimate_encode(
     context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
 ) -> Estimate:
-    """Return the estimate of an encode, without side effects on random numbers or training.
+    """Estimate time and size of an encode, without side effects on random numbers or training.
 
     Args:
         context: Views and renderer.
@@ -68,9 +68,9 @@ def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) 
 
 
 def _guess_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:
-    """Return how many Gaussians there are at first, and how many there may be in the end.
+    """Return the initial number of Gaussians, and an estimate of the final one.
 
-    Densification increases their number towards `max_gaussians`, and pruning reduces it.
+    Densification increases the number towards `max_gaussians`, and pruning reduces it.
     """
     initial = min(point_count, settings.initial_gaussians, settings.max_gaussians)
     limit = settings.max_gaussians if settings.prune_rd_lambda else _most_grown(initial, settings)
@@ -82,7 +82,7 @@ def _most_grown(initial: int, settings: CanonicalSettings) -> int:
 
 
 def _guess_bytes(gaussians: float, plan: EncodePlan, config: EncoderConfig) -> float:
-    """Return the bytes of a stream with the given number of Gaussians."""
+    """Estimate the size of a stream with the given number of Gaussians."""
     price = math.pow(config.rd_lambda * quality_factor(config.quality), _BYTES_PER_LAMBDA)
     per_gaussian = _BYTES_OF_MOVED if config.births.rd_lambda else _BYTES_OF_UNPRICED
     per_frame = config.target_kb_per_frame * 1024 or gaussians * per_gaussian * price

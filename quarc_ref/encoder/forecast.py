@@ -1,7 +1,7 @@
-"""Forecasts time, memory and size of an encode on this machine before it begins.
+"""Forecasts time, memory and size of an encode on this machine.
 
-Seconds are measured: some steps of the training itself are taken, on the capture's own
-pictures and points. The final scene is not known beforehand, so the size is a range;
+Times are measured by running some training steps on the capture's pictures and points.
+The final scene is not known in advance, so the size is a range;
 docs/experiments/forecast.md compares forecasts with encodes.
 """
 
@@ -20,20 +20,23 @@ from quarc_ref.encoder.training.trainable import Trainer
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
-_WARM_UP, _TIMED = 2, 8  # steps; the first ones compile, and fill the caches of truths
+# number of steps; the first ones compile kernels and fill caches of pictures
+_WARM_UP, _TIMED = 2, 8
 _FLOAT_BYTES = 4
-_PICTURE_COPIES = 4  # of a training picture: itself, corrected, and two moments of the SSIM
-_HALF = 1.25  # with the picture of half the size
-_BASE_BYTES = 700 << 20  # of torch and other libraries
-_DECODER_BYTES = 8 << 20  # of a camera's video, and some of its pictures:
+# buffers per training picture: original, corrected, and two moments of the SSIM
+_PICTURE_COPIES = 4
+_HALF = 1.25  # including the picture at half size
+_BASE_BYTES = 700 << 20  # memory of torch and other libraries
+_DECODER_BYTES = 8 << 20  # memory of a camera's video decoder, and its pictures:
 _DECODER_PICTURES = 20
-_PIXEL_BYTES = 1.5  # of yuv420p
-_CACHE_BYTES = 1 << 28  # of the capture's pictures
-_NUMBERS_TRAINED = 59 * 4  # of a Gaussian: its numbers, their gradient, and Adam's two moments
+_PIXEL_BYTES = 1.5  # bytes per pixel of yuv420p
+_CACHE_BYTES = 1 << 28  # size of the capture's picture cache
+# copies of a Gaussian's numbers: values, gradients, and Adam's two moments
+_NUMBERS_TRAINED = 59 * 4
 _BYTES_PER_GAUSSIAN = (7, 11)
 _FRAME_BYTES_PER_GAUSSIAN = (0.05, 0.4)
-_SHARE_OF_GAUSSIANS = (0.25, 1.0)  # that are left of the most allowed
-_FRAME_STEP = 0.6  # a step of a later frame, in steps of frame 0
+_SHARE_OF_GAUSSIANS = (0.25, 1.0)  # share of the maximum number of Gaussians that remains
+_FRAME_STEP = 0.6  # time of a step of a later frame, in steps of frame 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +44,11 @@ class Forecast:
     """Time, memory and size of an encode.
 
     Attributes:
-        seconds_of_first: For frame 0, measured on this machine.
-        seconds_per_frame: For every later frame, measured on this machine.
-        seconds: For all frames.
+        seconds_of_first: Time for frame 0, measured on this machine.
+        seconds_per_frame: Time per later frame, measured on this machine.
+        seconds: Time for all frames.
         memory_bytes: Upper bound of main memory, and on CUDA also of device memory.
-        disk_bytes: While encoding: the stream and its checkpoint.
+        disk_bytes: Disk space for the stream and its checkpoint.
         stream_bytes: Lower and upper bound of the size of the stream.
     """
 
@@ -60,13 +63,13 @@ class Forecast:
 def forecast(
     capture: Capture, config: EncoderConfig, frames: int | None = None, device: str = "auto"
 ) -> Forecast:
-    """Return the forecast of an encode.
+    """Forecast time, memory and size of an encode.
 
     Args:
         capture: Capture to encode.
         config: All settings.
-        frames: How many, from the first; None for all.
-        device: As in `EncodeOptions`.
+        frames: Number of frames; None for all.
+        device: Device, as in `EncodeOptions`.
 
     Raises:
         CaptureError: A picture cannot be read, or the capture has too few frames.
@@ -97,7 +100,7 @@ def forecast(
 
 
 def _count_picture_bytes(capture: Capture) -> int:
-    """Return the bytes of the training pictures of a frame, as training and decoders keep them."""
+    """Return the bytes that a frame's training pictures take in training and decoders."""
     cameras = [capture.cameras[index] for index in capture.training]
     pixels = sum(camera.width * camera.height for camera in cameras)
     trained = pixels * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF

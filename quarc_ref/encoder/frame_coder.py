@@ -1,9 +1,9 @@
-"""Frames as values: started, moved, then coded and ready to be written.
+"""Codes a frame in steps: started, moved, then coded and ready to be written.
 
 FrameState ──start──> FrameStart ──move──> MovedFrame ──with_births──> CodedFrame
 
-Every step encodes the choices of the encoder and decodes them with the decoder's engine, so these
-states are those of the decoder. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
+Every step encodes the encoder's decisions and decodes them with the decoder's engine, so
+its state equals that of a decoder. A `CodedFrame` is written by `closed_loop.ClosedLoop`.
 """
 
 from collections.abc import Callable
@@ -42,7 +42,7 @@ class FrameStart:
     Attributes:
         previous: State of the previous frame.
         state: State of this frame.
-        death_count: Gaussians deleted.
+        death_count: Number of deleted Gaussians.
     """
 
     previous: FrameState
@@ -57,7 +57,7 @@ class MovedFrame:
     Attributes:
         previous: State of the previous frame.
         state: State of this frame.
-        chunk: Its chunk so far, without births and state CRC.
+        chunk: Chunk of the frame without births and state CRC.
     """
 
     previous: FrameState
@@ -73,7 +73,7 @@ class CodedFrame:
         kind: Chunk type: CANO, SNAP or FRAM.
         payload: Payload of the chunk.
         state: State that decoding the chunk must give.
-        previous: State of the previous frame; None if it does not depend on one.
+        previous: State of the previous frame; None for frames that do not depend on one.
         chunk: The chunk of a FRAM, whose sections have been decoded; None otherwise.
     """
 
@@ -100,7 +100,7 @@ class FrameCoder:
         """Code a canonical frame (SPEC 5.4).
 
         Args:
-            gaussians: On the grid of canonical frames, in any order.
+            gaussians: Gaussians on the grid of canonical frames, in any order.
             frame: Index of the frame in the stream.
 
         Raises:
@@ -159,11 +159,11 @@ class FrameCoder:
         return MovedFrame(start.previous, state, chunk)
 
     def birth_bytes(self, moved: MovedFrame, births: Births) -> int:
-        """Size of the births' section, if they were coded into this frame."""
+        """Return the size of the births section if these births were coded in this frame."""
         return self._engine.write_births(moved.state, births).byte_count()
 
     def with_births(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
-        """Code the births of a frame, and so complete it (SPEC 7.6).
+        """Complete a frame by coding its births (SPEC 7.6).
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
@@ -178,10 +178,10 @@ class FrameCoder:
         return CodedFrame(container.FRAM, wire.build_frame(chunk), state, moved.previous, chunk)
 
     def as_canonical(self, moved: MovedFrame, births: Births | None) -> CodedFrame:
-        """Code a fitted frame as a canonical one.
+        """Code a fitted frame as a canonical frame.
 
-        Its scene is requantized to the grid of canonical frames (SPEC 7.2). Ids start again at 0:
-        nothing that was known by id or index stays valid.
+        Its scene is requantized to the grid of canonical frames (SPEC 7.2). Ids start
+        again at 0, so earlier ids and indices become invalid.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
@@ -195,21 +195,21 @@ class FrameCoder:
     def as_snapshot(
         self, moved: MovedFrame, births: Births | None, reference: Reference, roots: Int64
     ) -> CodedFrame:
-        """Code a fitted frame as a snapshot: its changes since a canonical frame (SPEC 5.10).
+        """Code a fitted frame as a snapshot, relative to a canonical frame (SPEC 5.10).
 
         Args:
             moved: The frame.
             births: Its births.
-            reference: The last CANO.
-            roots: `[n]` index in it of each Gaussian of the last canonical frame, by id; -1 of
-                those that it has not.
+            reference: The last canonical frame (CANO).
+            roots: `[n]` index in the CANO of each Gaussian of the last keyframe, by id;
+                -1 for those that are not in it.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
         """
         scene = self._append(moved, births)[0].scene
         scene_roots = np.full(scene.count, -1, dtype=np.int64)
-        is_old = scene.ids < roots.size  # the others were born after the last canonical frame
+        is_old = scene.ids < roots.size  # the others were added after the last canonical frame
         scene_roots[is_old] = roots[scene.ids[is_old]]
         try:
             coded = write_snapshot(reference.gaussians, requantize(scene), scene_roots)
@@ -229,7 +229,7 @@ class FrameCoder:
         return CodedFrame(container.SNAP, wire.build_snapshot(chunk), state)
 
     def _append(self, moved: MovedFrame, births: Births | None) -> tuple[FrameState, Section]:
-        """The state with the births of a frame, and their section.
+        """Return the state with the births of a frame, and their section.
 
         Raises:
             EncodeError: A new Gaussian is out of the format's range.

@@ -1,4 +1,4 @@
-"""The decoder of a closed loop: it decodes each section of a frame once."""
+"""The decoder of a closed loop, which decodes each section of a frame only once."""
 
 from typing import NamedTuple
 
@@ -19,10 +19,10 @@ class _Decoded(NamedTuple):
 class LoopDecoder(StreamDecoder):
     """A `StreamDecoder` that reuses what the commits of a frame have already decoded.
 
-    A frame's state depends only on the previous state and on the bytes of its chunk. The commits
-    decode the sections of these bytes one by one, so their final state equals that of decoding the
-    whole chunk. A chunk that differs in a single byte, or follows another state, is decoded from
-    its beginning.
+    A frame's state depends only on the previous state and on the bytes of its chunk. The
+    commits decode the sections of these bytes one by one, so their final state equals
+    that of decoding the whole chunk. A chunk that differs in any byte, or follows a
+    different state, is decoded completely.
     """
 
     _decoded: _Decoded | None = None
@@ -31,8 +31,8 @@ class LoopDecoder(StreamDecoder):
         """Store the result of the commits.
 
         Args:
-            before: State of the frame before.
-            chunk: Chunk of the frame: its sections as they were decoded, and the CRC of `after`.
+            before: State of the previous frame.
+            chunk: Chunk of the frame: the decoded sections, and the CRC of `after`.
             after: State from decoding them one by one.
         """
         self._decoded = _Decoded(before, wire.build_frame(chunk), after)

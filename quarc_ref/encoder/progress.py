@@ -1,4 +1,4 @@
-"""Progress of long work."""
+"""Interface for progress reports."""
 
 from typing import Protocol
 
@@ -7,7 +7,7 @@ class Progress(Protocol):
     """Called after every step of the encoder."""
 
     def advance(self, stage: str, done: int, total: int) -> None:
-        """`done` of `total` steps of a stage are complete."""
+        """Receive the number of completed steps of a stage."""
         ...
 
 

@@ -1,8 +1,7 @@
-"""Rounds a decoded scene to the grid of canonical frames: SPEC 7.2, backwards.
+"""Rounds a decoded scene to the grid of canonical frames: the inverse of SPEC 7.2.
 
-Integers only: no training, no floats. The error is at most half
-a `position_step` on an axis, and half a step of 2^-`rotation_bits` in each of
-the three coded components of a rotation.
+Uses only integers and no training. The error is at most half a `position_step` per axis,
+and half a step of 2^-`rotation_bits` in each of the three coded components of a rotation.
 """
 
 import numpy as np
@@ -16,7 +15,7 @@ from quarc_ref.format.records import Gaussians
 
 
 def requantize(scene: Scene) -> Gaussians:
-    """A scene's Gaussians in the steps of its stream, in scene order.
+    """Return a scene's Gaussians in the quantization steps of its stream, in scene order.
 
     Raises:
         EncodeError: The scene is wider than a canonical frame can represent (SPEC 5.4).
@@ -34,7 +33,7 @@ def requantize(scene: Scene) -> Gaussians:
 
 
 def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
-    """Index of the largest component, made positive, and the other three, `[4, n]`."""
+    """Return `[4, n]` index of the largest component, made positive, and the other three."""
     count = rotations.shape[1]
     largest = np.argmax(np.abs(rotations), axis=0)
     columns = np.arange(count)

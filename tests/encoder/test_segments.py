@@ -68,7 +68,7 @@ def test_a_joined_stream_is_known_again(joined, tmp_path):
     path.write_bytes(joined)
 
     require_finished(path, make_capture(3), _OPTIONS)
-    with pytest.raises(ResumeError, match="another seed"):
+    with pytest.raises(ResumeError, match="these differ: seed"):
         require_finished(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
     with pytest.raises(ResumeError, match="with 3 frames, not 2"):
         require_finished(path, make_capture(3), replace(_OPTIONS, frames=2))

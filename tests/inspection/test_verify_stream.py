@@ -60,7 +60,9 @@ def test_a_seek_point_that_leads_to_another_state_is_found(monkeypatch):
             yield replace(scene, codes=codes.astype(np.int16))
 
     monkeypatch.setattr(proving, "decode", decode_another)
-    with pytest.raises(VerificationError, match="frame 4 has another state from seek point 3"):
+    with pytest.raises(
+        VerificationError, match="frame 4 decodes to a different state from seek point 3"
+    ):
         verify_stream(BytesSource(_DATA))
 
 

@@ -57,7 +57,7 @@ def test_a_process_that_dies_fails_its_own_job_alone():
     with pytest.raises(JobsError) as caught:
         run_jobs(works.end_if_odd, _make_jobs(1, 2), WorkerPool())
 
-    assert caught.value.faults == {"job 1": "its process ended with code -9"}
+    assert caught.value.faults == {"job 1": "the process ended with exit code -9"}
 
 
 def test_a_result_that_cannot_be_handed_over_is_the_job_s_fault():

@@ -1,8 +1,8 @@
-"""Rate-distortion selection of births: the loss reduction compared with their bytes.
+"""Rate-distortion selection of births, which compares their loss reduction with their bytes.
 
-A new Gaussian stays if it lowers the loss of the training views by more than its share of the
-section costs. The births of a frame are kept if together they lower the loss by more than the cost
-of the whole section.
+A new Gaussian is kept if it lowers the loss of the training views by more than the cost
+of its share of the section. The births of a frame are kept if together they lower the
+loss by more than the cost of the whole section.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ class ByteCost:
 
     Attributes:
         weight: Loss per byte.
-        count_bytes: Size of births in the frame.
+        count_bytes: Function that returns the size of births in the frame.
     """
 
     weight: float
@@ -50,7 +50,7 @@ class BirthObjective:
     lambda_dssim: float
 
     def activate(self, births: Attributes) -> Gaussians:
-        """Quantize new Gaussians as a stream would, ready to be rendered."""
+        """Quantize new Gaussians as in the stream, and activate them for rendering."""
         return births.quantized(self.decoded.header).activated()
 
     def render(self, births: Gaussians, view: int) -> tuple[Rendering, Tensor]:
@@ -59,13 +59,13 @@ class BirthObjective:
         return rendering, self._loss(rendering.image, view)
 
     def mean_loss(self, births: Attributes) -> float:
-        """Mean loss of the training views with new Gaussians."""
+        """Return the mean loss of the training views with new Gaussians."""
         drawn, views = self.activate(births), range(self.context.view_count)
         with torch.no_grad():
             return sum(float(self.render(drawn, view)[1]) for view in views) / len(views)
 
     def mean_loss_without(self) -> float:
-        """Mean loss of the training views without new Gaussians."""
+        """Return the mean loss of the training views without new Gaussians."""
         views = range(self.context.view_count)
         losses = (self._loss(self.background.backdrop(view).image, view) for view in views)
         return sum(map(float, losses)) / len(views)
@@ -77,7 +77,7 @@ class BirthObjective:
 def select_births(
     objective: BirthObjective, births: Attributes, parents: Tensor, cost: ByteCost
 ) -> Births | None:
-    """The quantized new Gaussians whose gain exceeds their cost; None if there are none.
+    """Return the quantized new Gaussians whose gain exceeds their cost; None if there are none.
 
     Args:
         objective: Loss of the frame.
@@ -98,11 +98,11 @@ def select_births(
 
 
 def measure_gains(objective: BirthObjective, births: Attributes) -> Tensor:
-    """By how much each new Gaussian lowers the mean loss of the training views, `[n]`.
+    """Return the `[n]` reductions of the mean loss of the training views by each new Gaussian.
 
-    To second order, the decrease from without to with a Gaussian is minus the derivative of
-    the loss by its opacity factor halfway, at 0.5. At the end of training, where the factor
-    is 1, the derivative itself is close to 0.
+    To second order, the reduction by a Gaussian equals the negative derivative of the
+    loss with respect to a factor of its opacity, at a factor of 0.5. At a factor of 1,
+    the derivative is close to 0 after training.
     """
     drawn = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()

@@ -1,7 +1,7 @@
 """Stage 2 of a frame: new Gaussians where the scene changes (paper section 5).
 
-Only the new Gaussians are trained. The scene behind them is the decoded scene after its motion,
-and stays fixed.
+Only the new Gaussians are trained. The other Gaussians are those of the decoded scene
+after its motion, and stay fixed.
 """
 
 import torch
@@ -101,7 +101,7 @@ def _train(
 def _choose_split(
     trainer: Trainer, statistics: ScreenStatistics, settings: BirthSettings, extent: float
 ) -> tuple[Tensor, Tensor]:
-    """Masks of the new Gaussians to keep as they are and to split; the others are pruned."""
+    """Return masks of the new Gaussians to keep unchanged and to split; the others are pruned."""
     births = trainer.attributes.detached()
     scales = torch.exp(births.log_scales.amax(dim=1))
     large = statistics.mean_gradients() >= settings.grad_threshold

@@ -1,4 +1,4 @@
-"""The change gate: where the scene changed between frames (paper section 5).
+"""The change gate, which detects where the scene changed between frames (paper section 5).
 
 One rendered scene is compared with two pictures a frame apart; the difference of the two losses
 has a screen-space gradient only where the pictures differ (Eq. 4).
@@ -17,17 +17,17 @@ _LEAST_MEDIAN = 1e-12
 def measure_change(
     context: TrainingContext, attributes: Attributes, frame: int, view_count: int
 ) -> Tensor:
-    """The gate's weight of each Gaussian, 0 to 1, `[N]` (Eq. 5).
+    """Return the gate's `[N]` weights of the Gaussians, from 0 to 1 (Eq. 5).
 
     Args:
         context: Views and renderer.
         attributes: Attributes of the scene after its motion.
-        frame: Compared with the frame before it.
-        view_count: Training views taken, evenly spread over all, the same in
-            every frame; 0 opens the gate for all.
+        frame: Ordinal of the frame, which is compared with the previous one.
+        view_count: Number of training views to use, evenly distributed and the same in
+            every frame; 0 opens the gate for all Gaussians.
 
-    The median is taken over the Gaussians that some view sees: were those
-    unseen counted, a median of 0 would open the gate for all.
+    The median is computed over the Gaussians that are visible in some view. With the
+    others, it could be 0, which would open the gate for all.
     """
     if view_count == 0:
         return torch.ones_like(attributes.opacities)

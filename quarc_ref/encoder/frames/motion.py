@@ -1,7 +1,7 @@
 """Stage 1 of a frame: motion residuals of the anchors (paper section 4).
 
-Every iteration renders the scene as quantized residuals would move it. The estimated rate of
-the residuals is part of the loss, so that what does not move costs nothing.
+Every iteration renders the scene moved by quantized residuals. The loss includes the
+estimated rate of the residuals, so that static parts cost nothing.
 """
 
 from collections.abc import Sequence
@@ -41,10 +41,9 @@ class FittedMotion:
 
     Attributes:
         symbols: `[c, a]` motion symbols of each level, level 1 first.
-        residuals: `[A, c]` residuals in steps, levels concatenated. They equal the symbols,
-            except within `without_rounding`.
-        statistics: Screen-space gradients over the iterations, for stage 2; of the Gaussians
-            that remain.
+        residuals: `[A, c]` residuals in steps, levels concatenated. These equal the
+            symbols, except within `without_rounding`.
+        statistics: Accumulated screen-space gradients of the remaining Gaussians, for stage 2.
         updates: Updates of single Gaussians; None if the stream has none.
     """
 
@@ -61,7 +60,7 @@ def fit_motion(
     update_settings: UpdateSettings | None = None,
     rd: RateDistortion = RateDistortion(),  # noqa: B008, immutable
 ) -> FittedMotion:
-    """Fit the motion of a frame to its pictures, and updates of single Gaussians.
+    """Fit the motion of a frame, and updates of single Gaussians, to its pictures.
 
     Args:
         context: Training views, renderer and random numbers.
@@ -112,7 +111,7 @@ class _Fit:
         self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
 
     def take_step(self, step: int) -> None:
-        """Take an optimizer step; at `UpdateSettings.select_at`, select the updates before it."""
+        """Take an optimizer step; at `UpdateSettings.select_at`, first select updates."""
         settings, updates = self._settings, self._updates
         if updates is not None and step == self._select_at:
             updates.select(self._move().detached(), self._render, self._context.view_count)
@@ -134,7 +133,7 @@ class _Fit:
         self._context.report_step("motion", place, view, count, rendering.image, loss)
 
     def result(self) -> FittedMotion:
-        """The motion and updates as fitted so far."""
+        """Return the current motion and updates."""
         residuals = self._residuals
         fitted = FittedMotion(residuals.symbols(), residuals.in_steps(), self._statistics)
         if self._updates is None:
@@ -157,7 +156,7 @@ class _Fit:
 def _descend(
     adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra: Tensor
 ) -> Tensor:
-    """Take an optimizer step; return the gradient by one more tensor of the graph."""
+    """Take an optimizer step; return the gradient with respect to an additional tensor."""
     *gradients, by_extra = torch.autograd.grad(loss, [*leaves, extra])
     for leaf, gradient in zip(leaves, gradients, strict=True):
         leaf.grad = gradient
@@ -169,9 +168,9 @@ class _Residuals:
     """The residuals of all levels, and their quantizer.
 
     Args:
-        symbols: `[A, c]` where they start, in steps; levels one after the other.
-        borders: Index of the first anchor of each level, and the end.
-        header: The steps.
+        symbols: `[A, c]` initial residuals in steps, levels concatenated.
+        borders: Index of the first anchor of each level, and the total number of anchors.
+        header: Header of the stream, which has the quantization steps.
     """
 
     def __init__(self, symbols: Tensor, borders: Tensor, header: StreamHeader) -> None:
@@ -187,11 +186,11 @@ class _Residuals:
         ]
 
     def leaves(self) -> list[Tensor]:
-        """The trained tensors: one per level, of translation, then of rotation."""
+        """The trained tensors: the translations of each level, then the rotations."""
         return [leaf for kind in self._kinds for leaf in kind]
 
     def learning_rates(self, settings: MotionSettings, left: float) -> list[float]:
-        """Learning rate of each leaf, with a decay factor applied."""
+        """Return the learning rate of each leaf, multiplied by a decay factor."""
         translation = settings.translation_lr * self._steps[0] or settings.lr
         return [
             rate * left * settings.level_lr_factor**level

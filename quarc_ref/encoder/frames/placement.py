@@ -1,8 +1,8 @@
-"""Where new Gaussians start: as clones that pass the change gate, or on errors.
+"""Places new Gaussians: clones that pass the change gate, or at pixels with errors.
 
-`gate` is the paper's rule (section 5). `errors` (not in the paper) puts a Gaussian with the true
-color on the surface at pixels with a large error: the gate hardly sees changes of color, because
-they move no Gaussian.
+`gate` is the paper's rule (section 5). `errors` (not in the paper) puts a Gaussian with
+the true color on the surface at pixels with a large error, because the gate hardly
+detects changes of color, which do not move Gaussians.
 """
 
 import math
@@ -34,14 +34,14 @@ def place_clones(
     """Clone the Gaussians with the largest gated gradients.
 
     Args:
-        context: Views, renderer and draws.
-        scene: After the motion of the frame.
-        frame: Its ordinal.
-        statistics: Screen gradients of stage 1.
+        context: Views, renderer and random numbers.
+        scene: Scene after the motion of the frame.
+        frame: Ordinal of the frame.
+        statistics: Screen-space gradients of stage 1.
         settings: Thresholds and bound.
 
     Returns:
-        The clones, and the index of each one's parent, `[n]`.
+        The clones, and the `[n]` indices of their parents.
     """
     weights = measure_change(context, scene, frame, settings.gate_views)
     gated = statistics.mean_gradients() * weights
@@ -69,12 +69,12 @@ def place_on_errors(
 
     Args:
         context: Views and renderer.
-        scene: After the motion of the frame.
-        frame: Its ordinal.
+        scene: Scene after the motion of the frame.
+        frame: Ordinal of the frame.
         settings: Threshold and bound.
 
     Returns:
-        The new Gaussians, and the index of the Gaussian nearest to each, `[n]`.
+        The new Gaussians, and the `[n]` indices of the Gaussians nearest to them.
     """
     found = [
         _find_errors(context, scene, view, frame, settings)
@@ -95,7 +95,7 @@ def place_on_errors(
 
 
 def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
-    """Index of the row of `scene` `[N, 3]` nearest to each place `[n, 3]`, `[n]`."""
+    """Return `[n]` indices of the rows of `scene` `[N, 3]` nearest to `places` `[n, 3]`."""
     if not places.shape[0]:
         return torch.zeros(0, dtype=torch.int64, device=places.device)
     _, nearest = cKDTree(scene.cpu().numpy()).query(places.cpu().numpy())
@@ -103,13 +103,13 @@ def find_nearest(scene: Tensor, places: Tensor) -> Tensor:
 
 
 def find_largest_around(numbers: Tensor, reach: int) -> Tensor:
-    """Maximum filter over squares of `2 reach + 1` pixels, `[H, W]`.
+    """Apply a maximum filter over squares of `2 reach + 1` pixels.
 
-    It is `max_pool2d`, in a tenth of the time on a CPU.
+    Equivalent to `max_pool2d`, but ten times as fast on a CPU.
 
     Args:
-        numbers: `[H, W]`, none negative.
-        reach: How far to look.
+        numbers: `[H, W]` nonnegative numbers.
+        reach: Half size of the squares.
     """
     for axis in (0, 1):
         margins = (0, 0, reach, reach) if axis == 0 else (reach, reach, 0, 0)
@@ -122,10 +122,10 @@ def find_largest_around(numbers: Tensor, reach: int) -> Tensor:
 def _find_errors(
     context: TrainingContext, scene: FixedScene, view: int, frame: int, settings: BirthSettings
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Error, position, true color and pixel size at the worst pixels of a view.
+    """Return error, position, true color and pixel size at the worst pixels of a view.
 
-    A pixel counts if it is the worst of those around it, above the threshold,
-    and covered by the scene, so that its depth is known.
+    A pixel is selected if its error is a local maximum above the threshold, and the scene
+    covers it, so that its depth is known.
     """
     camera, truth = context.camera(view), context.truth(view, frame)
     seen = scene.backdrop(view)
@@ -141,14 +141,14 @@ def _find_errors(
 
 
 def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:
-    """Mean depth of a view, `[H, W]`."""
+    """Return the `[H, W]` mean depths of a view."""
     with torch.no_grad():
         painted = context.render(_paint_depths(scene.attributes, context.camera(view)), view)
     return painted.image[..., 0] / painted.alpha
 
 
 def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:
-    """Gaussians colored by their depth."""
+    """Return the Gaussians colored by their depth."""
     drawn = scene.activated()
     forward = scene.means.new_tensor(camera.rotation[6:])
     depths = scene.means @ forward + camera.translation[2]
@@ -158,7 +158,7 @@ def _paint_depths(scene: Attributes, camera: Camera) -> Gaussians:
 
 
 def _unproject(camera: Camera, columns: Tensor, rows: Tensor, depths: Tensor) -> Tensor:
-    """World positions of pixels at given depths, `[n, 3]`."""
+    """Return the `[n, 3]` world positions of pixels at given depths."""
     x = (columns - camera.cx) / camera.fx * depths
     y = (rows - camera.cy) / camera.fy * depths
     rotation = depths.new_tensor(camera.rotation).reshape(3, 3)

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 from quarc_ref.encoder.settings.config import EncoderConfig
 
-# Frames over which the bytes overspent or saved so far are made up for.
+# Number of frames over which an accumulated surplus or deficit of bytes is compensated.
 _HORIZON = 8
-# Weight of the last frame in the model of bytes.
+# Weight of the last frame in the model of frame sizes.
 _LEARNING = 0.5
-# Fraction of the way from the current factor to the one the model asks for. Below 1, because
-# a frame's size reacts late: full steps make the sizes oscillate.
+# Step from the current factor to the one that the model requires. It is below 1, because
+# frame sizes react with a delay, and full steps make them oscillate.
 _STRIDE = 0.5
-_NEUTRAL_QUALITY = 50.0  # at which every weight is what the settings say
+_NEUTRAL_QUALITY = 50.0  # quality at which all weights have the values of the settings
 _QUALITY_PER_DOUBLING = 20.0
 _MAX_AIM = 2.0
 _MAX_LOG_CHANGE = math.log(3)
@@ -38,16 +38,16 @@ class RateDistortion:
     reference_loss: float = 1.0
 
     def absolute(self, weight: float) -> float:
-        """A weight that does not depend on the capture."""
+        """Scale a weight that does not depend on the capture."""
         return weight * self.factor
 
     def relative(self, weight: float) -> float:
-        """A weight that is relative to the loss of frame 0."""
+        """Scale a weight that is relative to the loss of frame 0."""
         return weight * self.factor * self.reference_loss
 
 
 def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
-    """The factor of every rate-distortion weight in the next frame.
+    """Return the factor of all rate-distortion weights in the next frame.
 
     Args:
         config: Quality, lambda and target.
@@ -59,15 +59,15 @@ def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
 
 
 def quality_factor(quality: float) -> float:
-    """The factor of every rate-distortion weight at a quality from 0 to 100."""
+    """Return the factor of all rate-distortion weights for a quality from 0 to 100."""
     return math.exp2((_NEUTRAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
 def control_rate(sizes: Sequence[int], target: float) -> float:
-    """The factor that brings the mean frame size to a target.
+    """Return the factor that brings the mean frame size to a target.
 
-    The model: bytes are a constant divided by the factor. The constant is learned from the
-    frames so far.
+    The model assumes that the bytes are a constant divided by the factor, and estimates
+    the constant from the frames so far.
 
     Args:
         sizes: Bytes of every frame so far, each coded with the factor that this function

@@ -1,7 +1,7 @@
-"""The decoder's motion in floats, for gradients only: SPEC 7.5 and 7.8, paper Eq. 2.
+"""Differentiable motion in floats, used for gradients only: SPEC 7.5 and 7.8, paper Eq. 2.
 
-Its results never become state: only the decoder applies residuals. The two differ only by rounding
-on the lattice and in Q22.
+Its results never become part of the state, because only the decoder applies residuals.
+The two differ only by rounding on the lattice and in Q22.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ class BindingSums:
 
     Args:
         anchors: Anchors of a frame.
-        device: Where sums are made.
+        device: Device of the computation.
     """
 
     def __init__(self, anchors: Anchors, device: torch.device) -> None:
@@ -33,13 +33,13 @@ class BindingSums:
         self._counts = torch.bincount(flat, minlength=sum(sizes)).to(device)
 
     def sum_levels(self, residuals: Tensor) -> Tensor:
-        """Sum of each Gaussian's residuals `[A, c]` over the levels, `[N, c]`."""
+        """Return the `[N, c]` sums of each Gaussian's residuals `[A, c]` over the levels."""
         total: Tensor = _SumLevels.apply(residuals, self._anchors, self._followers, self._counts)
         return total
 
 
 class _SumLevels(Function):
-    """Gathers forward; backward sums in a fixed order, so that every run gives the same."""
+    """Gathers forward; the backward pass sums in a fixed order, for reproducible results."""
 
     @staticmethod
     def forward(
@@ -70,10 +70,10 @@ def deform(
 
     Args:
         attributes: Attributes of the scene before the motion.
-        translations: `[N, 3]` world units.
-        rotations: `[N, 3 or 4]` residuals from the identity, its steps being
+        translations: `[N, 3]` translations, world units.
+        rotations: `[N, 3 or 4]` residuals from the identity, with steps of
             1 / rotation_unity.
-        header: Levels and components.
+        header: Header of the stream, which has the levels and components.
     """
     identity = float(header.level_count)
     w = rotations[:, :-3].sum(dim=1, keepdim=True) + identity
@@ -93,7 +93,7 @@ def rotate(rotations: Tensor, residuals: Tensor) -> Tensor:
 
 
 def _product(left: Tensor, right: Tensor) -> Tensor:
-    """Hamilton product, `[N, 4]` wxyz."""
+    """Return the `[N, 4]` Hamilton products, wxyz."""
     aw, ax, ay, az = left.unbind(dim=1)
     bw, bx, by, bz = right.unbind(dim=1)
     return torch.stack(

@@ -1,8 +1,8 @@
 """Updates of single Gaussians, trained together with the motion (SPEC 7.8).
 
-At first every Gaussian may change on its own. Partway through training, the updates that lower the
-loss enough are selected and trained to the end; the others are reset to zero. A Gaussian that an
-update has faded out is deleted.
+Initially every Gaussian may change individually. Partway through training, the updates
+that lower the loss enough are selected and trained further; the others are reset to zero.
+A Gaussian that an update has faded out is deleted.
 """
 
 from collections.abc import Callable
@@ -70,15 +70,15 @@ class TrainedUpdates:
         self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
     def learning_rate(self, decay: float) -> float:
-        """Learning rate in steps, with a decay factor applied."""
+        """Return the learning rate in steps, multiplied by a decay factor."""
         return self._settings.lr * decay
 
     def apply_to(self, moved: Attributes) -> Attributes:
-        """Attributes after the motion plus the quantized updates (straight-through gradients)."""
+        """Return moved attributes plus quantized updates (straight-through gradients)."""
         return add_residuals(moved, self._quantized(), self._header)
 
     def penalty(self) -> Tensor:
-        """Weighted rate of the updates before rounding: mean of ln(1 + norm of residuals)."""
+        """Return the weighted rate of the unrounded updates: mean of ln(1 + norm of residuals)."""
         norms = (self.leaf * self._kept).square().sum(dim=1).add(_NORM_FLOOR).sqrt()
         return self._rd.relative(self._settings.rd_lambda) * torch.log1p(norms).mean()
 
@@ -88,14 +88,14 @@ class TrainedUpdates:
         render: Callable[[Attributes, int], tuple[Rendering, Tensor]],
         view_count: int,
     ) -> None:
-        """Keep the updates that gain enough and reset the others for good.
+        """Keep the updates that reduce the loss enough, and disable the others.
 
         The gain of an update is estimated from the gradient at zero residuals: half of its linear
         prediction, because the gradient falls to about 0 at the trained residuals.
 
         Args:
             moved: Attributes after the motion.
-            render: Renders attributes in a view and returns the loss too.
+            render: Function that renders attributes in a view and returns rendering and loss.
             view_count: Number of views.
         """
         nothing = torch.zeros_like(self.leaf, requires_grad=True)
@@ -109,10 +109,10 @@ class TrainedUpdates:
             self._kept = (gains > least).to(self.leaf.dtype)[:, None]
 
     def updates(self, before: Attributes) -> Updates:
-        """The updates of a frame, quantized.
+        """Return the quantized updates of a frame.
 
         Args:
-            before: Attributes that they are added to.
+            before: Attributes to which they are added.
         """
         with torch.no_grad():
             residuals = self._quantized()
@@ -127,7 +127,7 @@ class TrainedUpdates:
         return Updates(chosen, dies, rows[:, chosen] * ~dies)
 
     def _quantized(self) -> Tensor:
-        """Quantized residuals of the kept updates, in steps, `[N, RESIDUAL_ROWS]`."""
+        """Return the `[N, RESIDUAL_ROWS]` quantized residuals of the kept updates in steps."""
         return round_to_step(torch.clamp(self.leaf, -self._limits, self._limits), 1.0) * self._kept
 
 

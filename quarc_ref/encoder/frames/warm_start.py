@@ -1,6 +1,6 @@
 """Initial motion residuals of a frame, from the decoded motion of the previous one.
 
-They depend on the decoder's state alone, so that a resumed encode continues exactly. Gaussians
+They depend only on the decoder's state, so a resumed encode continues exactly. Gaussians
 without previous motion start at the identity.
 """
 
@@ -19,7 +19,7 @@ _NEIGHBORS = 3
 
 
 def start_symbols(previous: FrameState, start: FrameState, settings: MotionSettings) -> Tensor:
-    """Initial residuals of a frame, in steps, not rounded, `[A, c]`.
+    """Return the `[A, c]` initial residuals of a frame in steps, not rounded.
 
     Args:
         previous: State of the previous frame.
@@ -34,7 +34,7 @@ def start_symbols(previous: FrameState, start: FrameState, settings: MotionSetti
 def _project(start: FrameState) -> NDArray[np.float64]:
     """Fit each Gaussian's previous motion level by level, from coarse to fine.
 
-    An anchor starts at the mean of its Gaussians' motion that coarser levels leave over.
+    An anchor starts at the mean of its Gaussians' motion that remains after coarser levels.
     """
     left = start.motion.astype(np.float64)
     starts = []
@@ -49,7 +49,7 @@ def _project(start: FrameState) -> NDArray[np.float64]:
 
 
 def _carry(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
-    """The anchors' previous symbols; of resampled anchors, the mean of the nearest old ones."""
+    """Return the anchors' previous symbols; after resampling, the mean of the nearest ones."""
     new_levels = start.known_anchors.levels
     if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)

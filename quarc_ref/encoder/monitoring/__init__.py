@@ -1,1 +1,1 @@
-"""Reports of a running encode: every training step, every frame, and how long is left."""
+"""Reports of a running encode: every training step, every frame, and the remaining time."""

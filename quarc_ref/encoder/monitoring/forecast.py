@@ -1,4 +1,4 @@
-"""How long an encode still takes, from how long it has taken so far."""
+"""Forecasts the remaining time of an encode from the time so far."""
 
 import time
 from collections import deque
@@ -7,14 +7,14 @@ from statistics import fmean
 
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 
-# Seconds of a frame in seconds of a canonical step, as benchmarks/encode.py measures them: its
-# steps cost other than those of frame 0, and what lies between them is drawn view by view.
+# Time of a frame in canonical steps, measured by benchmarks/encode.py: the steps have
+# different costs, and work between them renders view by view.
 _MOTION_STEP, _BIRTH_STEP, _VIEW = 1.2, 0.3, 1.4
 _RECENT_STEPS, _RECENT_FRAMES = 50, 8
 
 
 def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
-    """Return how long a frame after the first may take.
+    """Estimate the time of a frame after the first.
 
     Args:
         plan: Plan of the encode.
@@ -25,11 +25,11 @@ def frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
 
 
 class Forecast:
-    """Follows an encode.
+    """Forecast of the remaining time, updated during an encode.
 
     Args:
         plan: The remaining work.
-        clock: Returns seconds since an arbitrary moment.
+        clock: Function that returns seconds since an arbitrary time.
     """
 
     def __init__(self, plan: EncodePlan, clock: Callable[[], float] = time.monotonic) -> None:
@@ -41,13 +41,13 @@ class Forecast:
         self._frame_begun = clock()
 
     def note_step(self, stage: str, step: int) -> None:
-        """Note that a step of a stage, counted from 1, is done."""
+        """Record that a step of a stage, counted from 1, is done."""
         if stage == "canonical":
             self._steps.append(self._clock())
             self._steps_left = self._plan.canonical_steps - step
 
     def note_frame(self, frame: int) -> None:
-        """Note that a frame is in the stream."""
+        """Record that a frame has been written."""
         now = self._clock()
         if frame > 0:
             self._frames.append(now - self._frame_begun)
@@ -55,7 +55,7 @@ class Forecast:
         self._steps_left = 0
 
     def seconds_left(self) -> float | None:
-        """Return the remaining time of the whole encode; None before anything is measured."""
+        """Return the remaining time of the whole encode; None before the first measurement."""
         frames = self._plan.frames - max(1, self._next_frame)
         if self._frames:
             passed = self._clock() - self._frame_begun

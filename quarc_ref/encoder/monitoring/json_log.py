@@ -1,4 +1,4 @@
-"""An encode as lines of JSON (docs/schemas/encode-log.json): the plan, every step, every frame."""
+"""Logs an encode as JSON lines (docs/schemas/encode-log.json): plan, steps and frames."""
 
 import json
 import math
@@ -14,11 +14,11 @@ _SCHEMA = "encode-log/1"
 
 
 class JsonLog:
-    """A monitor that writes a line of JSON for everything, as soon as it happens.
+    """A monitor that writes every event as a JSON line immediately.
 
     Args:
-        sink: Text file that lines are appended to; existing lines stay.
-        clock: Returns seconds since an arbitrary moment.
+        sink: Text file to which lines are appended.
+        clock: Function that returns seconds since an arbitrary time.
     """
 
     def __init__(self, sink: TextIO, clock: Callable[[], float] = time.monotonic) -> None:

@@ -1,4 +1,4 @@
-"""Callbacks during an encode; they do not change a byte of the stream."""
+"""Callbacks during an encode, which do not affect the stream."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from torch import Tensor
 
-_LEAST_SHARE = 1e-12  # of the pixels of a view
+_LEAST_SHARE = 1e-12  # minimum share of a view's pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,13 +17,13 @@ class EncodePlan:
 
     Attributes:
         capture: Name of the capture.
-        frames: How many the stream is to have.
-        first_frame: The first that is still to be encoded; above 0 in an encode that resumes.
-        byte_count: Bytes that the stream has already.
-        views: Training cameras.
-        canonical_steps: Iterations of frame 0.
-        motion_steps: Iterations of the motion of a later frame.
-        birth_steps: Iterations of the births of a later frame.
+        frames: Number of frames of the complete stream.
+        first_frame: First frame to encode; above 0 in a resumed encode.
+        byte_count: Number of bytes that the stream already has.
+        views: Number of training cameras.
+        canonical_steps: Number of iterations of frame 0.
+        motion_steps: Number of iterations of a later frame's motion.
+        birth_steps: Number of iterations of a later frame's births.
     """
 
     capture: str
@@ -41,8 +41,8 @@ class Estimate:
     """Expected duration and size of an encode.
 
     Attributes:
-        seconds: How long it takes.
-        byte_count: How large the stream is.
+        seconds: Duration of the encode.
+        byte_count: Size of the stream.
     """
 
     seconds: float
@@ -58,11 +58,11 @@ class TrainingStep:
         frame: Ordinal of the frame.
         step: Number of the iteration in its stage, from 1.
         steps: Number of iterations of the stage.
-        gaussians: Number of Gaussians drawn.
+        gaussians: Number of rendered Gaussians.
         loss_tensor: The loss, a scalar in the graph.
-        image: `[H, W, 3]` as drawn.
-        truth: Returns the picture that the view is compared with, `[H, W, 3]`.
-        mask: `[H, W, 1]` 1 for the pixels that count; None if all do.
+        image: `[H, W, 3]` rendering.
+        truth: Function that returns the `[H, W, 3]` ground truth of the view.
+        mask: `[H, W, 1]` mask, 1 for pixels to use; None to use all.
     """
 
     stage: str
@@ -76,7 +76,7 @@ class TrainingStep:
     mask: "Tensor | None" = None
 
     def loss(self) -> float:
-        """Return the loss, prices of bytes and regularizers included."""
+        """Return the loss, including rate terms and regularizers."""
         return float(self.loss_tensor.detach())
 
     def psnr(self) -> float:
@@ -90,16 +90,16 @@ class TrainingStep:
 
 @dataclass(frozen=True, slots=True)
 class FrameWritten:
-    """A frame that is in the stream.
+    """A frame that has been written to the stream.
 
     Attributes:
-        frame: Its ordinal.
+        frame: Ordinal of the frame.
         kind: `canonical`, `snapshot` or `moved`.
-        byte_count: Size of its chunk, framing included, bytes.
+        byte_count: Size of its chunk including framing, bytes.
         total_bytes: Size of the stream so far.
-        gaussians: How many it shows.
-        births: How many joined in it.
-        deaths: How many left before it.
+        gaussians: Number of Gaussians.
+        births: Number of births.
+        deaths: Number of deaths.
     """
 
     frame: int
@@ -112,27 +112,27 @@ class FrameWritten:
 
 
 class Monitor(Protocol):
-    """Called during an encode, by the thread that encodes."""
+    """Interface of callbacks, which are called during an encode by the encoding thread."""
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
-        """Receive the plan, before the work begins.
+        """Receive the plan before encoding starts.
 
         Args:
             plan: The remaining work.
-            estimate: Measures how long it will take; this takes a second or two.
+            estimate: Function that estimates the time; it takes a second or two.
         """
         ...
 
     def step(self, step: TrainingStep) -> None:
-        """Note an iteration of training."""
+        """Receive an iteration of training."""
         ...
 
     def frame(self, frame: FrameWritten) -> None:
-        """Note a frame that is in the stream."""
+        """Receive a frame that has been written."""
         ...
 
     def end(self) -> None:
-        """Report that the stream is complete."""
+        """Receive the end of the encode, when the stream is complete."""
         ...
 
 
@@ -153,10 +153,10 @@ class NullMonitor:
 
 
 class Monitors:
-    """Passes everything on to several monitors; the estimate is made once.
+    """Forwards all calls to several monitors; the estimate is computed once.
 
     Args:
-        monitors: In the order in which they are called.
+        monitors: Monitors in the order of the calls.
     """
 
     def __init__(self, monitors: Sequence[Monitor]) -> None:

@@ -1,4 +1,4 @@
-"""The status of an encode in one line: frame, PSNR, Gaussians, bytes, time left."""
+"""Formats the status of an encode in one line: frame, PSNR, Gaussians, bytes, time left."""
 
 import time
 from collections import deque
@@ -9,16 +9,17 @@ from quarc_ref.encoder.monitoring.forecast import Forecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
 
 _KILOBYTE = 1024
-_SECONDS_BETWEEN_SAMPLES = 0.25  # of the PSNR, which costs about as much as a loss
+# steps between measurements of the PSNR, which takes about as long as the loss
+_SECONDS_BETWEEN_SAMPLES = 0.25
 _SAMPLES = 12
 
 
 class EncodeStatus:
-    """A monitor that keeps the status of an encode.
+    """A monitor that stores the status of an encode.
 
     Args:
-        announce: Called with the estimate before training begins; None to make none.
-        clock: Returns seconds since an arbitrary moment.
+        announce: Called with the estimate before training starts; None for no estimate.
+        clock: Function that returns seconds since an arbitrary time.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class EncodeStatus:
         """See `Monitor.end`."""
 
     def describe(self) -> str:
-        """Return the line, without the frame: `31.20 dB train, 8,950 Gaussians, 95.1 KB, ...`."""
+        """Return the status without the frame: `31.20 dB train, 8,950 Gaussians, 95.1 KB, ...`."""
         parts = []
         if self._psnr:
             parts.append(f"{fmean(self._psnr):.1f} dB train")
@@ -75,7 +76,7 @@ class EncodeStatus:
 
 
 def format_duration(seconds: float) -> str:
-    """Return a duration in readable form: `45 s`, `3 min 20 s`, `2 h 5 min`."""
+    """Format a duration: `45 s`, `3 min 20 s`, `2 h 5 min`."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

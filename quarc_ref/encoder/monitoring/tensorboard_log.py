@@ -1,4 +1,4 @@
-"""An encode in TensorBoard, by torch's own writer of its event files."""
+"""Logs an encode for TensorBoard by torch's `SummaryWriter`."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,14 +7,14 @@ from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWrit
 
 
 class TensorBoardLog:
-    """A monitor that writes scalars and pictures; steps of a stage are counted over all frames.
+    """A monitor that writes scalars and pictures; steps are counted over all frames.
 
     Args:
         folder: Folder for the event files; TensorBoard shows every folder as a run.
 
     Raises:
         ImportError: `tensorboard` is not installed.
-        OSError: The folder cannot be made.
+        OSError: The folder cannot be created.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Named arrays in a file, which is rejected unless all of it is as expected.
+"""Stores named arrays in a file, which is rejected unless all of it matches a layout.
 
 A line of JSON gives a key, the type and shape of every array, and a CRC; the bytes of
 the arrays follow in that order, uncompressed. Types and shapes are compared with a

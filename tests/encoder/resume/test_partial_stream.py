@@ -126,7 +126,7 @@ def _with_metadata(data, **changes):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"seed": 1}, "another seed$"),
+        ({"seed": 1}, "these differ: seed$"),
         ({"motion": replace(CONFIG.motion, lr=0.5)}, "another motion.lr$"),
         (
             {"rd_lambda": 2.0, "motion": replace(CONFIG.motion, momentum=0.1)},
@@ -170,14 +170,14 @@ def test_other_cameras_and_another_clock_are_rejected(whole, tmp_path):
     capture.cameras = (replace(capture.cameras[0], fx=51.0), *capture.cameras[1:])
     capture.frames_per_second = 25.0
     (tmp_path / "a.quarc").write_bytes(whole)
-    with pytest.raises(ResumeError, match="another set of cameras, timescale"):
+    with pytest.raises(ResumeError, match="these differ: set of cameras, timescale"):
         encode_file(capture, tmp_path / "a.quarc", _OPTIONS)
 
 
 def test_frames_that_do_not_fit_are_rejected(whole, tmp_path):
-    with pytest.raises(ResumeError, match="finished with 5 frames, not 4"):
+    with pytest.raises(ResumeError, match="complete with 5 frames, not 4"):
         _go_on(tmp_path / "a.quarc", whole, replace(_OPTIONS, frames=4))
-    with pytest.raises(ResumeError, match="finished with 5 frames, not 6"):
+    with pytest.raises(ResumeError, match="complete with 5 frames, not 6"):
         _go_on(tmp_path / "b.quarc", whole, replace(_OPTIONS, frames=6), frames=6)
     with pytest.raises(ResumeError, match="has 4 frames, not 3"):
         _go_on(tmp_path / "c.quarc", whole[: _ends(whole)[6]], replace(_OPTIONS, frames=3))
