@@ -1,6 +1,6 @@
 """Encodes a capture in segments, on one machine or many, and joins them.
 
-Every segment starts with a canonical frame of its own, so that none waits for another.
+Every segment starts with its own canonical frame, so segments are independent.
 """
 
 from collections.abc import Sequence
@@ -35,10 +35,10 @@ class Segment:
 
     Attributes:
         folder: Folder of the capture.
-        opening: How to open it.
+        opening: Options for opening it.
         options: Options of the encode; all frames of the segment are encoded.
-        first: Its first frame.
-        count: How many frames it has.
+        first: First frame of the segment.
+        count: Number of frames.
         file: File of its stream; an existing partial stream in it is resumed.
     """
 
@@ -56,7 +56,7 @@ class Segment:
 
 
 def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
-    """First frame and number of frames of each segment, as even as possible.
+    """Return first frame and number of frames of each segment, as even as possible.
 
     Raises:
         ValueError: There are more segments than frames.
@@ -74,10 +74,10 @@ def encode_segments(
     """Encode segments, several at a time, without checking the capture for each.
 
     Args:
-        segments: Each with a file of its own, which every machine reaches.
+        segments: Segments with distinct files on storage that all machines share.
         pool: Processes or Ray cluster that encode them.
         progress: Called after every finished segment.
-        report: Called with the findings of all segments, once all are done.
+        report: Called with the findings of all segments at the end.
 
     Raises:
         JobsError: Some segments could not be encoded; the others are complete.
@@ -95,14 +95,14 @@ def encode_segments(
 
 
 def _cut_off(options: EncodeOptions) -> EncodeOptions:
-    """Options that can be sent to another process: without callbacks."""
+    """Return options without callbacks, which can be sent to another process."""
     return replace(
         options, progress=NullProgress(), checks=False, report=ignore, monitor=NullMonitor()
     )
 
 
 def encode_segment(segment: Segment) -> list[Finding]:
-    """Encode a segment into its file; return the findings."""
+    """Encode a segment to its file; return the findings."""
     findings: list[Finding] = []
     capture = slice_capture(
         open_capture(segment.folder, segment.opening), segment.first, segment.count
@@ -119,7 +119,7 @@ def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
 
 
 def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> None:
-    """Raise ResumeError unless a file is the finished stream of this encode."""
+    """Raise ResumeError unless a file is the complete stream of this encode."""
     with path.open("rb") as file:
         existing = read_partial_stream(FileSource(file))
     if existing is None or not existing.is_finished:
@@ -131,7 +131,7 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:
-    """A capture with a range of frames of another one; everything else is the same."""
+    """Return a capture with a range of frames of another one."""
     return Capture(
         name=capture.name,
         cameras=capture.cameras,
@@ -140,7 +140,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         points=capture.points,
         source=_LaterFrames(capture, first),
         fingerprint=capture.fingerprint,
-        cache_bytes=0,  # the capture behind it has a cache
+        cache_bytes=0,  # the underlying capture has a cache
         whole=capture.whole,
         start=capture.start,
         notes=capture.notes,

@@ -1,11 +1,11 @@
-"""Times the stages of an encode by its progress."""
+"""Measures the time of the stages of an encode from its progress calls."""
 
 import time
 from collections.abc import Callable
 
 from quarc_ref.encoder.progress import NullProgress, Progress
 
-# What happens between the last step of one stage and the first of the next.
+# Time between the last step of one stage and the first step of the next.
 _BETWEEN = {
     ("canonical", "frames"): "canonical commit",
     ("frames", "motion"): "anchors",
@@ -16,11 +16,11 @@ _BETWEEN = {
 
 
 class StageTimer:
-    """Adds up the seconds of every stage, and passes the progress on.
+    """Accumulates the seconds of every stage, and forwards the progress.
 
     Args:
-        then: Progress that every step is passed on to.
-        clock: Returns seconds since an arbitrary moment.
+        then: Progress to which every step is forwarded.
+        clock: Function that returns seconds since an arbitrary time.
 
     Attributes:
         seconds: By stage: `canonical`; then of all later frames together `anchors`

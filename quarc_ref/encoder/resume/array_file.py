@@ -1,8 +1,9 @@
 """Stores named arrays in a file, which is rejected unless all of it matches a layout.
 
-A line of JSON gives a key, the type and shape of every array, and a CRC; the bytes of
-the arrays follow in that order, uncompressed. Types and shapes are compared with a
-layout before any array is read, so that no file takes more memory than the layout allows.
+The file starts with a JSON line with a key, the type and shape of every array, and a CRC,
+followed by the uncompressed bytes of the arrays. Types and shapes are compared with the
+layout before any array is read, so that reading never takes more memory than the layout
+allows.
 """
 
 import json
@@ -23,24 +24,24 @@ _HEADER_LIMIT = 1 << 16
 
 
 class ArrayFileError(Exception):
-    """A file does not hold the expected arrays."""
+    """A file does not have the expected arrays."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The arrays that a file is expected to hold.
+    """Expected arrays of a file.
 
     Attributes:
-        kinds: Type, as `numpy.dtype.str`, and shape of each. A name in place of a
-            length stands for the same length wherever it is used.
-        lengths: What each named length may be.
+        kinds: Type (`numpy.dtype.str`) and shape of each array. A dimension can be a
+            name, which stands for the same length in all shapes.
+        lengths: Allowed values of each named length.
     """
 
     kinds: dict[str, Kind]
     lengths: dict[str, range]
 
     def fits(self, found: _Shapes) -> bool:
-        """Whether arrays have the expected names, types and shapes."""
+        """Return whether arrays have the expected names, types and shapes."""
         lengths: dict[str, int] = {}
         return found.keys() == self.kinds.keys() and all(
             dtype == self.kinds[name][0] and self._fits(shape, self.kinds[name][1], lengths)
@@ -50,7 +51,7 @@ class Layout:
     def _fits(
         self, shape: tuple[int, ...], expected: tuple[int | str, ...], lengths: dict[str, int]
     ) -> bool:
-        """Whether a shape is as expected; named lengths are recorded in `lengths`."""
+        """Return whether a shape is as expected, and record named lengths in `lengths`."""
         return len(shape) == len(expected) and all(
             length in self.lengths[place] and lengths.setdefault(place, length) == length
             if isinstance(place, str)
@@ -60,7 +61,7 @@ class Layout:
 
 
 def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
-    """Write arrays, with a key that identifies what they belong to."""
+    """Write arrays with a key that identifies their purpose."""
     shapes = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
     header = {"key": key, "crc32": _compute_crc(arrays), "arrays": shapes}
     sink.write(json.dumps(header).encode() + b"\n")
@@ -69,16 +70,16 @@ def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
 
 
 def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
-    """Return the arrays of a file.
+    """Read the arrays of a file.
 
     Args:
         file: A regular file, opened at its beginning.
-        key: Key with which the arrays must have been written.
-        layout: What they must be.
+        key: Expected key.
+        layout: Expected arrays.
 
     Raises:
-        ArrayFileError: The file holds anything else.
-        OSError: It cannot be read.
+        ArrayFileError: The key or the arrays are not the expected ones.
+        OSError: The file cannot be read.
     """
     line = file.readline(_HEADER_LIMIT)
     found_key, crc, shapes = _parse(line)
@@ -102,7 +103,7 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
 
 
 def _parse(line: bytes) -> tuple[object, object, _Shapes]:
-    """Key, CRC and shapes from a header."""
+    """Parse key, CRC and shapes from the header."""
     try:
         header = json.loads(line)
         shapes = {

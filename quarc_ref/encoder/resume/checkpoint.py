@@ -1,6 +1,6 @@
 """Checkpoints of the training of a canonical frame.
 
-Later frames need none: they resume from the stream itself (`partial_stream`).
+Later frames resume from the stream itself (`partial_stream`) without checkpoints.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ _SUFFIX = ".training"
 
 
 def checkpoint_path(stream: Path) -> Path:
-    """Path of the checkpoint of a stream, beside it."""
+    """Return the path of the checkpoint next to a stream."""
     return stream.with_name(stream.name + _SUFFIX)
 
 
@@ -36,11 +36,11 @@ def remove_checkpoint(path: Path) -> None:
 
 
 class Checkpoint:
-    """A file with everything that the next iteration depends on, written every minute.
+    """A file with the complete training state, written every minute.
 
     Args:
         path: Path of the file.
-        said: Identifies this training, as JSON values.
+        said: JSON values that identify this training.
     """
 
     def __init__(self, path: Path, said: object) -> None:
@@ -52,7 +52,7 @@ class Checkpoint:
         """Load the arrays; None if the file is missing, damaged or from another training.
 
         Args:
-            layout: What the arrays of this training can be.
+            layout: Expected arrays of this training.
         """
         try:
             with open_regular(self._path, os.O_RDONLY) as file:
@@ -61,7 +61,7 @@ class Checkpoint:
             return None
 
     def save_if_due(self, describe: Callable[[], Arrays]) -> None:
-        """Save if the last save is a minute ago.
+        """Save if the last save was at least a minute ago.
 
         Raises:
             OSError: The file cannot be written.

@@ -10,10 +10,10 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def signals_deferred() -> Iterator[None]:
-    """Deliver signals that arrive within this context when it ends.
+    """Defer signals that arrive within this context until its end.
 
-    Signals without a Python handler are left unchanged, and so are all signals outside the main
-    thread, where none arrive.
+    Signals without a Python handler are not affected. Outside the main thread, which
+    receives all signals, the context has no effect.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

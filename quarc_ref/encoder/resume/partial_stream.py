@@ -1,9 +1,10 @@
 """Partial streams, from which an interrupted encode is resumed.
 
-The whole frames of the stream are all that is needed: a frame depends on the decoder's state of
-the previous one, random numbers on (seed, frame, purpose), exposures on decoded frame 0, and
-rate-distortion weights on the sizes of frames. The bytes are those of an uninterrupted encode if
-capture, settings and software are the same, which the metadata of the stream shows.
+The complete frames of the stream are sufficient to resume: a frame depends on the
+decoder's state of the previous one, random numbers on (seed, frame, purpose), exposures
+on decoded frame 0, and rate-distortion weights on frame sizes. The result is
+byte-identical to an uninterrupted encode if capture, settings and software are the same,
+which is checked by the metadata of the stream.
 """
 
 from collections.abc import Sequence
@@ -25,14 +26,14 @@ _PROLOGUE = (container.HEAD, container.CAME, container.META)
 
 @dataclass(frozen=True, slots=True)
 class PartialStream:
-    """The whole frames at the beginning of a stream.
+    """The complete frames at the beginning of a stream.
 
     Attributes:
-        header: From HEAD.
-        cameras: From `came`.
-        metadata: From `meta`.
-        frames: Chunks of the frames, the first canonical.
-        end: Where the chunk after the last of them begins, bytes.
+        header: Header from the HEAD chunk.
+        cameras: Cameras from the `came` chunk.
+        metadata: Metadata from the `meta` chunk.
+        frames: Chunks of the frames; the first one is canonical.
+        end: Offset of the end of the last of these chunks, bytes.
         is_finished: Whether the stream ends with TAIL.
     """
 
@@ -45,16 +46,16 @@ class PartialStream:
 
 
 def read_partial_stream(source: Source) -> PartialStream | None:
-    """Read a stream up to its last whole frame.
+    """Read a stream up to its last complete frame.
 
-    What follows is taken for the rest of a write that was interrupted.
+    Bytes after it are assumed to be left from an interrupted write.
 
     Returns:
-        The part; None if there is no whole frame.
+        The partial stream; None if there is no complete frame.
 
     Raises:
         BitstreamError: The bytes are not a stream.
-        ResumeError: It has chunks that no encoder of ours has written there.
+        ResumeError: The chunks are not in the order in which this encoder writes them.
     """
     chunks: list[Chunk] = []
     reader = ChunkReader(source)
@@ -120,8 +121,8 @@ def require_frames(existing: PartialStream, frame_count: int, canonical: Canonic
 
     Args:
         existing: The partial stream.
-        frame_count: Frames asked for.
-        canonical: Ordinals of those that must be canonical.
+        frame_count: Requested number of frames.
+        canonical: Settings that determine which frames are canonical.
     """
     for frame, chunk in enumerate(existing.frames):
         due = canonical.kind_due(frame)
@@ -145,7 +146,7 @@ def require_count(existing: PartialStream, frame_count: int) -> None:
 
 
 def _name_canonical(chunk: Chunk) -> int | None:
-    """Frame number of a canonical frame; None for other frames."""
+    """Return the ordinal of a canonical frame; None for other frames."""
     return canonical_frame(chunk.payload) if chunk.kind in container.CANONICAL else None
 
 
@@ -154,13 +155,13 @@ def _as_written(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
 
 
 def _compare_headers(before: StreamHeader, now: StreamHeader) -> list[str]:
-    """Names of header fields that differ; the conformance level follows from frame 0."""
+    """Return the names of header fields that differ, ignoring the conformance level."""
     names = [field.name for field in fields(StreamHeader) if field.name != "level"]
     return [name for name in names if getattr(before, name) != getattr(now, name)]
 
 
 def _compare_metadata(before: dict[str, str], now: dict[str, str]) -> list[str]:
-    """Names of metadata that differ, with each setting by its name."""
+    """Return the names of metadata entries and settings that differ."""
     if "settings" in before:
         before = before | {"settings": update_names(before["settings"])}
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]

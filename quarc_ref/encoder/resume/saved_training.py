@@ -1,7 +1,7 @@
 """Validates checkpoints of the canonical frame before they are used.
 
-Other users may be able to write its file. Kernels do not check what they are
-given, so types, shapes and values are checked here.
+The file may be writable by other users, and kernels do not check their arguments, so
+types, shapes and values are checked here.
 """
 
 from collections.abc import Collection
@@ -18,12 +18,12 @@ _GAUSSIANS, _VIEWS = "Gaussians", "views"
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Bounds of the numbers in a checkpoint.
+    """Bounds of the values in a checkpoint.
 
     Attributes:
-        gaussians: How many there are at most.
-        views: How many there are.
-        iterations: How many steps it takes.
+        gaussians: Maximum number of Gaussians.
+        views: Number of views.
+        iterations: Number of training iterations.
     """
 
     gaussians: int
@@ -31,11 +31,11 @@ class Bounds:
     iterations: int
 
     def describe_layout(self, fresh: Arrays, of_gaussians: Collection[str]) -> Layout:
-        """Types and shapes of the training's arrays at any step.
+        """Return the types and shapes of the training's arrays at any step.
 
         Args:
-            fresh: State at the beginning of the training.
-            of_gaussians: Names of those with a row per Gaussian, or with no rows.
+            fresh: Initial state of the training.
+            of_gaussians: Names of the arrays with one row per Gaussian, or without rows.
         """
         kinds: dict[str, Kind] = {}
         for name, array in fresh.items():
@@ -46,7 +46,7 @@ class Bounds:
         return Layout(kinds, lengths)
 
     def allow(self, saved: Arrays) -> bool:
-        """Whether arrays of that layout have values that are possible in the training."""
+        """Return whether the values of arrays are possible in the training."""
         squares = [array for name, array in saved.items() if name.endswith(".exp_avg_sq")]
         return (
             0 < int(saved["step"]) <= self.iterations

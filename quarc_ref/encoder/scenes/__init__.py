@@ -1,1 +1,1 @@
-"""Gaussians of other methods to a stream, without pictures: fitted, coded, verified; no torch."""
+"""Encodes Gaussians of other methods, without pictures and torch: fit, code, verify."""

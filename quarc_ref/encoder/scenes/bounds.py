@@ -10,10 +10,10 @@ from quarc_ref.format.errors import EncodeError
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """The largest error per attribute, of any Gaussian in any frame.
+    """The largest allowed error of each attribute, for all Gaussians and frames.
 
     Attributes:
-        position: On each axis, world units; 0 for `position_share`.
+        position: Error per axis, world units; 0 to use `position_share`.
         rotation: Angle between the two rotations, radians.
         log_scale: Error of the natural logarithm of each standard deviation.
         opacity: Error of the opacity logit.
@@ -21,9 +21,10 @@ class Bounds:
         sh_rest: Error of each coefficient of degree 1.
         position_share: Bound of positions relative to the median scale of the first frame; used if
             `position` is 0.
-        most_slack: Largest factor by which the bounds of position and rotation grow for a
-            Gaussian in which an error shows less (`slack.measure_slack`); 1 for none.
-        size: Median scale of the first frame, world units; 0 until it is settled.
+        most_slack: Largest factor by which the bounds of position and rotation grow for
+            Gaussians in which errors are less visible (`slack.measure_slack`); 1 for no
+            growth.
+        size: Median scale of the first frame, world units; 0 before `settled`.
     """
 
     position: float = 0.0
@@ -67,7 +68,7 @@ class Bounds:
         return " ".join(f"{name}={value:.6g}" for name, value in self.listed().items())
 
     def listed(self) -> dict[str, float]:
-        """Return the bounds by name, once they are settled, and `most_slack` where there is any."""
+        """Return the settled bounds by name, and `most_slack` if it is above 1."""
         named = asdict(self)
         del named["position_share"], named["size"]
         if self.most_slack == 1:

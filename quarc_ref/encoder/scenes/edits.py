@@ -1,7 +1,7 @@
-"""Edits of decoded frames, the same in all of them: crop, erase, transform, recolor.
+"""Applies the same edit to all decoded frames: crop, erase, transform, recolor.
 
-The set of Gaussians and their positions determine the anchors: after an edit that changes either,
-the stream is fitted again, with the same identities.
+The set of Gaussians and their positions determine the anchors: after an edit that changes
+either, the stream is fitted again, and Gaussians keep their identities.
 """
 
 from collections.abc import Iterable, Iterator
@@ -25,12 +25,12 @@ _NOT_RIGID = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Similarity:
-    """A turn, a uniform scaling and a shift: p becomes scale * rotation * p + shift.
+    """A rotation, a uniform scaling and a shift: p becomes scale * rotation * p + shift.
 
     Attributes:
-        rotation: Nine numbers, row by row, of a rotation.
-        scale: Above 0.
-        shift: World units, after scaling.
+        rotation: Rotation matrix as nine numbers, row by row.
+        scale: Factor above 0.
+        shift: Translation after scaling, world units.
     """
 
     rotation: tuple[float, ...]
@@ -42,7 +42,7 @@ class Similarity:
         """Return the similarity of a matrix `[3, 4]` or `[4, 4]`.
 
         Raises:
-            ValueError: The matrix is not a similarity: it mirrors or shears.
+            ValueError: The matrix is not a similarity, because it mirrors or shears.
         """
         linear = matrix[:3, :3]
         determinant = float(np.linalg.det(linear)) if np.isfinite(matrix).all() else 0.0
@@ -58,11 +58,11 @@ class Similarity:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """The rotation, `[3, 3]`."""
+        """The `[3, 3]` rotation matrix."""
         return np.array(self.rotation).reshape(3, 3)
 
     def apply(self, splats: Splats) -> Splats:
-        """Return a scene turned, scaled and shifted, its view-dependent color with it."""
+        """Rotate, scale and shift a scene, including its view-dependent color."""
         moved = self.scale * (splats.positions.astype(np.float64) @ self.matrix.T) + self.shift
         return replace(
             splats,
@@ -101,10 +101,11 @@ class Edit:
     """Edits of every frame, applied in this order.
 
     Attributes:
-        boxes: Everything outside of each box is removed: least x, y, z, then greatest; world units.
-        spheres: Everything inside of each sphere is removed: center x, y, z and radius.
-        similarity: How all else is turned; None not at all.
-        recoloring: Its new colors; None for the old.
+        boxes: Boxes outside of which everything is removed: smallest x, y, z, then
+            largest; world units.
+        spheres: Spheres inside of which everything is removed: center x, y, z and radius.
+        similarity: Transformation of the scene; None for no change.
+        recoloring: Change of colors; None for no change.
     """
 
     boxes: tuple[tuple[float, ...], ...] = field(default=())
@@ -147,7 +148,7 @@ class Edit:
 
 
 def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
-    """Yield decoded frames after an edit; ids are told apart from one canonical frame to the next.
+    """Yield decoded frames after an edit, with ids that are unique across canonical frames.
 
     Args:
         scenes: Frames of a stream, in order.
@@ -163,7 +164,7 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
 
 
 def _quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the quaternion wxyz of a rotation, by the largest of its components."""
+    """Convert a rotation matrix to a quaternion wxyz."""
     m = matrix
     trace = np.trace(m)
     squares = np.array([trace, m[0, 0], m[1, 1], m[2, 2]])

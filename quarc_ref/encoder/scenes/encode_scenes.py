@@ -1,9 +1,9 @@
-"""Gaussians of other methods to a stream: no pictures, no training, every error bounded.
+"""Encodes Gaussians of other methods with bounded errors, without pictures and training.
 
 frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
 
-A frame of which more than half is new is a canonical frame.
+A frame in which more than half of the Gaussians are new becomes a canonical frame.
 """
 
 from collections.abc import Iterable
@@ -43,12 +43,12 @@ from quarc_ref.format.updates import Updates
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GivenFrame:
-    """A frame that another program made.
+    """A frame of Gaussians from another program.
 
     Attributes:
-        splats: Its Gaussians, as 3DGS stores them; SH of degree 0 to 3, of which a
-            stream keeps degree 1.
-        ids: `[N]` which Gaussian each is, the same in all frames; None to match by order.
+        splats: Gaussians in the form of 3DGS; SH of degree 0 to 3, of which a stream
+            keeps up to degree 1.
+        ids: `[N]` identities of the Gaussians across frames; None to match by order.
     """
 
     splats: Splats
@@ -57,15 +57,17 @@ class GivenFrame:
 
 @dataclass(frozen=True, slots=True)
 class SceneOptions:
-    """How to encode given Gaussians.
+    """Options for encoding given Gaussians.
 
     Attributes:
         bounds: Allowed errors.
         frames_per_second: Frame rate.
-        keyframe_interval: Frames from a canonical frame to the next; 0 for as few as possible.
-        cameras: Stored in the stream; not used for encoding.
-        metadata: For the stream, besides `encoder` and `bounds`.
-        header: Header with the values that Gaussians do not determine: axes, scale, seed, anchors.
+        keyframe_interval: Number of frames between canonical frames; 0 for as few
+            canonical frames as possible.
+        cameras: Cameras to store in the stream, which are not used for encoding.
+        metadata: Metadata of the stream besides `encoder` and `bounds`.
+        header: Header with the values that do not depend on the Gaussians: axes, scale,
+            seed, anchors.
         progress: Called after every frame.
         frame_count: Number of frames, for the progress; 0 if unknown.
     """
@@ -91,8 +93,8 @@ class SceneReport:
     Attributes:
         frames: Number of frames written.
         bounds: Allowed errors.
-        errors: The largest errors of all decoded frames.
-        dropped_sh_degree: The highest SH degree that was left out; 0 for none.
+        errors: Largest errors over all decoded frames.
+        dropped_sh_degree: Highest SH degree that was dropped; 0 for none.
     """
 
     frames: int
@@ -106,16 +108,16 @@ def encode_scenes(
 ) -> SceneReport:
     """Encode given Gaussians into a stream of format 1.1.
 
-    Every frame is decoded as it is written, and compared with the input: the errors
-    in the report are those of any decoder's output.
+    Every frame is decoded and compared with the input, so the reported errors are those
+    of the decoder's output.
 
     Args:
-        scenes: The frames, in order; read one by one, three of them ahead.
-        sink: Binary file that the stream is appended to.
+        scenes: Frames in order, which are read one by one, three in advance.
+        sink: Binary file to which the stream is appended.
         options: Bounds, and properties of the stream.
 
     Raises:
-        EncodeError: A stream cannot hold the Gaussians within the bounds.
+        EncodeError: The Gaussians cannot be represented within the bounds.
     """
     options = options or SceneOptions()
     given = map(_as_given, scenes)
@@ -137,9 +139,9 @@ class _Encoding:
     """A stream that is being written.
 
     Args:
-        sink: Binary file that the stream is appended to.
-        options: As given to `encode_scenes`.
-        ahead: The first frames, from which the steps are chosen.
+        sink: Binary file to which the stream is appended.
+        options: Options of `encode_scenes`.
+        ahead: The first frames, which determine the quantization steps.
     """
 
     def __init__(self, sink: BinaryIO, options: SceneOptions, ahead: list[GivenFrame]) -> None:
@@ -152,7 +154,8 @@ class _Encoding:
         self._errors = Errors()
         self._count = 0
         self._last = ahead[0]
-        self._rows = np.zeros(0, dtype=np.int64)  # of the last frame, of each Gaussian in the state
+        # rows of the last frame for the Gaussians of the state
+        self._rows = np.zeros(0, dtype=np.int64)
         self._dropped = 0
         scale = self._header.translation_step * 2.0**-self._header.lattice_exponent
         turn = self._header.rotation_unity * self._header.level_count / 2
@@ -230,7 +233,7 @@ class _Encoding:
 
 
 def match_frames(before: GivenFrame, after: GivenFrame) -> Match:
-    """Return which Gaussians of two frames are the same, by ids if both have them."""
+    """Match the Gaussians of two frames, by ids if both have them."""
     if before.ids is not None and after.ids is not None:
         return match_ids(before.ids, after.ids)
     return match_order(before.splats, after.splats)
@@ -252,12 +255,12 @@ def _make_header(options: SceneOptions, bounds: Bounds, ahead: list[GivenFrame])
 
 
 def _count_faint_deaths(state: FrameState, dying: Bits) -> Int64:
-    """Return the indices of Gaussians that can die as the faintest ones, which costs no bits."""
+    """Return the Gaussians whose deletion needs no bits, because they are the faintest ones."""
     order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
     stays = np.flatnonzero(~dying[order])
     return order[: stays[0] if stays.size else 0]
 
 
 _AHEAD = 3
-_ROOM = 2  # how many times as many Gaussians there may be later
+_ROOM = 2  # maximum growth of the number of Gaussians
 _CLOCK_LIMIT = 1001

@@ -1,4 +1,4 @@
-"""Gaussians that are new in a frame, by parents that are near: SPEC 7.6."""
+"""Codes the new Gaussians of a frame relative to nearby parents: SPEC 7.6."""
 
 import numpy as np
 
@@ -11,16 +11,16 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import Births, Gaussians
 
-_REACH = 4  # neighbors on each side
-_KEY_SHIFT = 3  # a coordinate of the lattice has 24 bits, one of a Morton key 21
+_REACH = 4  # number of neighbors on each side
+_KEY_SHIFT = 3  # a lattice coordinate has 24 bits, a coordinate of a Morton key 21
 
 
 def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births | None, Int64]:
-    """Return the births of a frame, and the rows of the target in their order.
+    """Return the births of a frame, and their rows of the target in the same order.
 
     Args:
-        updated: After motion and updates.
-        target: The frame.
+        updated: State after motion and updates.
+        target: The target frame.
         rows: `[n]` rows of the target that are new.
 
     Raises:
@@ -44,7 +44,7 @@ def fit_births(updated: FrameState, target: Target, rows: Int64) -> tuple[Births
 
 
 def _find_parents(positions: Int64, newborn: Float64) -> Int64:
-    """Return `[n]` the index of a near Gaussian: the nearest of some neighbors in Morton order."""
+    """Return `[n]` indices of nearby Gaussians: the nearest of some neighbors in Morton order."""
     keys = _keys(positions)
     order = np.argsort(keys, kind="stable")
     places = np.searchsorted(keys[order], _keys(np.rint(newborn).astype(np.int64)))

@@ -1,4 +1,4 @@
-"""Edits the frames of a stream and fits them again, as `import` does."""
+"""Edits the frames of a stream and fits them again, as in `import`."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,14 +15,14 @@ from quarc_ref.streams.source import Source
 
 
 def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOptions) -> SceneReport:
-    """Write an edited stream. For edits of colors only, use `recolor`.
+    """Write an edited stream; use `recolor` for pure color changes.
 
-    Frame rate, axes, scale, anchors, cameras and metadata are those of the stream, transformed
-    with it.
+    Frame rate, axes, scale, anchors, cameras and metadata are taken from the stream, and
+    transformed if necessary.
 
     Args:
         source: A stream.
-        sink: Binary file that the stream is appended to.
+        sink: Binary file to which the stream is appended.
         edit: The edit of every frame.
         options: Bounds and progress; other options are taken from the stream.
 

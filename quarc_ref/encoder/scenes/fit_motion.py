@@ -1,9 +1,9 @@
-"""Symbols of anchors that move Gaussians to their target positions.
+"""Fits the symbols of anchors so that Gaussians move to their target positions.
 
-From the coarsest level to the finest, each anchor takes the median, in steps, of the remaining
-motion of its Gaussians. Most of them move in the same way; a mean would follow outliers halfway,
-while the median leaves them to finer levels and updates. A second sweep fits each level to the
-residual of the others. An anchor takes nothing where all of its Gaussians are close enough without
+From the coarsest level to the finest, each anchor gets the median, in steps, of the
+remaining motion of its Gaussians. The median ignores outliers, which finer levels and
+updates can handle. A second sweep fits each level to the residual of the others. The
+symbols of an anchor are 0 if all its Gaussians are close enough to their targets without
 it.
 """
 
@@ -21,15 +21,15 @@ from quarc_ref.format.arrays import Int32, Int64
 from quarc_ref.format.constants import ROTATION_ONE, SYMBOL_LIMIT
 
 _SWEEPS = 2
-_MOST_TURN = 190.0  # what three levels of symbols can do
+_MOST_TURN = 190.0  # largest sum of symbols of three levels
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """Largest errors allowed, in steps of the motion.
+    """Largest allowed errors, in steps of the motion.
 
     Attributes:
-        translation: On an axis.
+        translation: Error per axis.
         rotation: Error of a rotation residual.
     """
 
@@ -37,7 +37,7 @@ class Tolerances:
     rotation: float
 
     def groups(self, slack: Slack) -> tuple[tuple[slice, Float64], ...]:
-        """Return the channels of symbols that go together, and the tolerance of each Gaussian."""
+        """Return groups of symbol channels, and the tolerance of each Gaussian for them."""
         return (
             (slice(0, 3), self.translation * slack.position),
             (slice(3, 6), self.rotation * slack.rotation),
@@ -50,10 +50,10 @@ def fit_motion(
     """Return `[6, a]` symbols of each level, level 1 first.
 
     Args:
-        start: After the deaths.
+        start: State after the deaths.
         target: The frame.
-        rows: `[N]` row of the target for each Gaussian; -1 for those that are about to leave.
-        tolerances: Largest errors allowed.
+        rows: `[N]` row of the target for each Gaussian; -1 for those that will be deleted.
+        tolerances: Largest allowed errors.
     """
     alive = np.flatnonzero(rows >= 0)
     lacking = _measure(start, target, rows, alive)
@@ -63,7 +63,7 @@ def fit_motion(
 
 
 def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Float64:
-    """Return `[6, n]` the sums of symbols that would bring Gaussians to the target."""
+    """Return `[6, n]` sums of symbols that move Gaussians to the target."""
     scene, header = start.scene, start.scene.header
     wanted = rows[alive]
     apart = target.positions[:, wanted] - scene.positions[:, alive]
@@ -76,7 +76,7 @@ def _measure(start: FrameState, target: Target, rows: Int64, alive: Int64) -> Fl
 
 
 def _sweep(anchors: Anchors, lacking: Float64, alive: Int64) -> list[Int64]:
-    """Fit level by level, from the coarsest on, more than once."""
+    """Fit level by level, from coarse to fine, in several sweeps."""
     symbols = [np.zeros((6, level.owners.size), dtype=np.int64) for level in anchors.levels]
     left = lacking.copy()
     for _ in range(_SWEEPS):
@@ -90,15 +90,15 @@ def _sweep(anchors: Anchors, lacking: Float64, alive: Int64) -> list[Int64]:
 
 
 def find_medians(values: Float64, followed: Int32, count: int) -> Float64:
-    """Return `[c, count]` the median of the values `[c, n]` of each anchor's followers.
+    """Return the `[c, count]` medians of the values `[c, n]` of each anchor's Gaussians.
 
-    Of two middle values it takes the one nearer to 0; it is 0 if they differ in sign, or if there
-    are none.
+    If there are two middle values, the one nearer to 0 is used, or 0 if they differ in
+    sign. The median of no values is 0.
 
     Args:
-        values: A column per Gaussian.
-        followed: `[n]` the anchor of each.
-        count: How many anchors there are.
+        values: Values with one column per Gaussian.
+        followed: `[n]` anchor of each Gaussian.
+        count: Number of anchors.
     """
     sizes = np.bincount(followed, minlength=count)
     starts = np.cumsum(sizes) - sizes
@@ -120,7 +120,7 @@ def _drop_needless(
     alive: Int64,
     limits: Sequence[tuple[slice, Float64]],
 ) -> list[Int64]:
-    """Return the symbols without those that no Gaussian needs, checking the finest level first."""
+    """Remove symbols that no Gaussian needs, starting with the finest level."""
     bindings = anchors.binding[:, alive]
     left = lacking - sum(level[:, bound] for level, bound in zip(symbols, bindings, strict=True))
     kept = [level.copy() for level in symbols]

@@ -1,4 +1,4 @@
-"""Fits updates of single Gaussians after the motion, or replaces them by births: SPEC 7.8."""
+"""Fits updates of single Gaussians after the motion, or replaces Gaussians by births: SPEC 7.8."""
 
 from dataclasses import dataclass
 
@@ -18,17 +18,17 @@ from quarc_ref.format.constants import (
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST, StreamHeader
 from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 
-_ROUNDING = 1 + 1e-6  # of floats, in numbers that are compared with a bound
+_ROUNDING = 1 + 1e-6  # tolerance for float errors in comparisons with a bound
 _FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
 
 
 @dataclass(frozen=True, slots=True)
 class CodeBounds:
-    """The bounds of codes, in their steps.
+    """Error bounds of codes, in code steps.
 
     Attributes:
-        fields: By the name of the field of an update.
-        sh_rest: Which no update changes.
+        fields: Bounds by the name of the field of an update.
+        sh_rest: Bound of SH rest, which updates cannot change.
     """
 
     fields: dict[str, float]
@@ -36,7 +36,7 @@ class CodeBounds:
 
 
 def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeBounds:
-    """Return the bounds in the steps of a stream."""
+    """Convert bounds to the quantization steps of a stream."""
     return CodeBounds(
         {
             "log-scales": bounds.log_scale / header.log_scale_step * _ROUNDING,
@@ -48,12 +48,12 @@ def bound_codes(bounds: Bounds, header: StreamHeader) -> CodeBounds:
 
 
 def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeBounds) -> Bits:
-    """Return `[N]` which Gaussians have view-dependent color that no update can mend.
+    """Return `[N]` whether view-dependent color is out of bounds, which updates cannot change.
 
     Args:
-        state: Any of the frame.
+        state: Any state of the frame.
         target: The frame.
-        rows: `[N]` row of the target of each Gaussian; -1 for none.
+        rows: `[N]` row of the target for each Gaussian; -1 for none.
         bounds: Error bounds, in code steps.
     """
     found = np.zeros(rows.size, dtype=np.bool_)
@@ -67,16 +67,16 @@ def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeB
 def fit_updates(
     moved: FrameState, target: Target, rows: Int64, bounds: Bounds
 ) -> tuple[Updates, Bits]:
-    """Return the updates of a frame, and which Gaussians leave by them.
+    """Return the updates of a frame, and the Gaussians that they delete.
 
-    Gaussians without a row in the target die, and so do those that no update can bring close
-    enough.
+    Gaussians without a row in the target are deleted, and so are those that no update can
+    bring within the bounds.
 
     Args:
-        moved: After the motion.
+        moved: State after the motion.
         target: The frame.
-        rows: `[N]` row of the target for each Gaussian; -1 for those that leave.
-        bounds: Largest errors allowed.
+        rows: `[N]` row of the target for each Gaussian; -1 for those to delete.
+        bounds: Largest allowed errors.
     """
     scene, header = moved.scene, moved.scene.header
     kept = np.flatnonzero(rows >= 0)
@@ -106,7 +106,7 @@ def fit_updates(
 def _fit_turns(
     before: Float64, wanted: Float64, bounds: Float64, header: StreamHeader
 ) -> tuple[Int64, Bits]:
-    """Return `[3, n]` residuals of rotation, and which Gaussians stay too far off all the same."""
+    """Return `[3, n]` rotation residuals, and which Gaussians remain out of bounds."""
     off = angles_between(before, wanted) > bounds * _ROUNDING
     turns = rotations_between(before, wanted)
     residuals = header.rotation_unity * turns[1:] / np.maximum(turns[0], 1e-9)

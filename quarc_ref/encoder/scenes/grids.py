@@ -1,17 +1,18 @@
-"""Detects existing quantization steps, so that quantized values are not quantized again."""
+"""Detects quantization steps in values, so that they need not be quantized again."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT
 
-_OFF_GRID = 1e-3  # of a step: binary32 leaves less of a number below 2^13 steps
+# tolerance relative to a step: larger than binary32 errors of numbers below 2^13 steps
+_OFF_GRID = 1e-3
 _MOST_VALUES = 1 << 16
 _NEARLY_ALL = 0.98
 
 
 def find_step(values: NDArray[np.floating], least: float) -> float | None:
-    """Return the step of which all numbers are multiples; None if there is none.
+    """Return the step of which all numbers are multiples, or None.
 
     Args:
         values: Numbers, in an array of any shape.
@@ -28,17 +29,18 @@ def find_step(values: NDArray[np.floating], least: float) -> float | None:
     multiples = np.rint(distinct / rough)
     if not multiples[-1] or rough < least:
         return None
-    step = float(distinct[-1] / multiples[-1])  # the farthest number tells it most exactly
+    # the largest number gives the most accurate estimate
+    step = float(distinct[-1] / multiples[-1])
     is_grid = np.abs(distinct / step - np.rint(distinct / step)).max() < _OFF_GRID
     return step if is_grid else None
 
 
 def find_lattice(positions: list[NDArray[np.floating]], most: float) -> int | None:
-    """Return the least k such that all coordinates are multiples of 2^-k; None if there is none.
+    """Return the smallest k such that all coordinates are multiples of 2^-k, or None.
 
     Args:
         positions: Arrays of coordinates, world units.
-        most: The largest multiple allowed.
+        most: The largest allowed multiple.
     """
     reach = max(float(np.abs(array).max()) for array in positions)
     for exponent in range(LATTICE_EXPONENT_LIMIT + 1):
@@ -60,10 +62,10 @@ def usual_divisor(numbers: NDArray[np.floating], most: int) -> int:
 
     Args:
         numbers: Integers; zeros are ignored.
-        most: Largest candidate.
+        most: Largest divisor to consider.
 
     Returns:
-        That number; 1 if there is none, or if all numbers are 0.
+        The divisor; 1 if there is none, or if all numbers are 0.
     """
     whole = np.abs(np.rint(numbers).astype(np.int64))
     whole = whole[whole > 0]

@@ -1,8 +1,8 @@
-"""Which Gaussians of a frame are which of the next: by their ids, or by their order.
+"""Matches the Gaussians of consecutive frames by ids or by order.
 
-Without ids, rows in the same order are the same Gaussians. If frames have different numbers of
+Without ids, Gaussians are matched by row. If frames have different numbers of
 rows, rows that are unique and equal except for position and rotation are landmarks; between two
-landmarks, runs of equal length are matched in order. Unmatched rows have died or were born.
+landmarks, runs of equal length are matched in order. Unmatched rows are deaths or births.
 """
 
 from bisect import bisect_left
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.arrays import Bits, Int64
 
-_FAR = 10.0  # scales of a Gaussian that it hardly moves by in a frame
-_RECOLORED = 1.0  # of SH DC: 0.28 of a color from 0 to 1
+_FAR = 10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
+_RECOLORED = 1.0  # difference of SH DC: 0.28 of a color from 0 to 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,8 +23,8 @@ class Match:
     """Rows of the same Gaussians in two frames.
 
     Attributes:
-        before: `[m]` rows of the first frame.
-        after: `[m]` rows of the second, no row twice.
+        before: `[m]` rows in the first frame.
+        after: `[m]` rows in the second frame, without duplicates.
     """
 
     before: Int64
@@ -32,14 +32,14 @@ class Match:
 
 
 def match_ids(before: Int64, after: Int64) -> Match:
-    """Return the rows that have the same ids; an id occurs at most once in a frame."""
+    """Match rows by ids, which are unique in each frame."""
     _, first, second = np.intersect1d(before, after, assume_unique=True, return_indices=True)
     order = np.argsort(first)
     return Match(first[order], second[order])
 
 
 def match_order(before: Splats, after: Splats) -> Match:
-    """Return the rows that are the same Gaussians by their order."""
+    """Match rows by order."""
     count = len(before.positions)
     if count == len(after.positions):
         rows = np.arange(count)
@@ -63,7 +63,7 @@ def match_order(before: Splats, after: Splats) -> Match:
 
 
 def _match_landmarks(before: Splats, after: Splats) -> tuple[Int64, Int64]:
-    """Return rows whose attributes are unique in both frames, in the same order."""
+    """Match rows whose attributes are unique in both frames, in the same order."""
     keys = np.concatenate([_describe(before), _describe(after)])
     _, names, counts = np.unique(keys, return_inverse=True, return_counts=True)
     names = names.reshape(-1)
@@ -82,11 +82,11 @@ def _match_landmarks(before: Splats, after: Splats) -> tuple[Int64, Int64]:
 
 
 def _describe(splats: Splats) -> NDArray[np.void]:
-    """Return `[N]` all of each Gaussian but its position and rotation, as one item."""
+    """Return `[N]` items with all attributes of a Gaussian except position and rotation."""
     table = np.hstack(
         [splats.log_scales, splats.opacities[:, None], splats.sh.reshape(len(splats.sh), -1)]
     )
-    packed = np.ascontiguousarray(table, dtype="<f4") + np.float32(0)  # -0 is 0
+    packed = np.ascontiguousarray(table, dtype="<f4") + np.float32(0)  # replaces -0 by 0
     return packed.view(np.dtype((np.void, packed.itemsize * packed.shape[1]))).reshape(-1)
 
 
@@ -115,7 +115,7 @@ def _longest_ascent(numbers: Int64) -> Int64:
 def _match_gap(
     before: Splats, rows: tuple[int, int], after: Splats, others: tuple[int, int]
 ) -> tuple[Int64, Int64]:
-    """Return the matching rows between two landmarks, counted from the front."""
+    """Match the rows between two landmarks from the front."""
     first, second = np.arange(*rows), np.arange(*others)
     count = min(first.size, second.size)
     first, second = first[:count], second[:count]
@@ -127,7 +127,7 @@ def _match_gap(
 
 
 def _is_plausible(before: Splats, rows: Int64, after: Splats, others: Int64) -> Bits:
-    """Return `[n]` whether Gaussians may be the same, by position and color."""
+    """Return `[n]` whether position and color allow Gaussians to be the same."""
     moved = np.abs(after.positions[others] - before.positions[rows]).max(axis=1)
     reach = _FAR * np.exp(np.minimum(before.log_scales[rows].max(axis=1), 30.0))
     recolored = np.abs(after.sh[others, 0] - before.sh[rows, 0]).max(axis=1)

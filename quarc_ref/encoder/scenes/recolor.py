@@ -1,9 +1,9 @@
 """Recolors a stream exactly: all coded integers stay, except the codes of SH DC.
 
-A color is 0.5 + C0 s, s being the coefficients (SPEC 10.2). A common gain scales the steps of SH
-and adds a number to the codes of SH DC; an offset of a channel also adds to these codes.
-Positions, anchors and decoder decisions do not depend on these codes, so the symbols of motion,
-updates and deaths stay the same.
+A color is 0.5 + C0 s, where s are the coefficients (SPEC 10.2). A common gain scales the
+steps of SH and adds a number to the codes of SH DC; an offset of a channel also adds to
+these codes. Positions, anchors and decoder decisions do not depend on these codes, so the
+symbols of motion, updates and deaths stay the same.
 """
 
 from dataclasses import dataclass, replace
@@ -41,13 +41,13 @@ class Recoloring:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def apply(self, splats: Splats) -> Splats:
-        """Return a scene in the new colors."""
+        """Return a scene with the new colors."""
         sh = splats.sh * np.float32(self.gain)
         sh[:, 0] += ((self.gain - 1) / 2 + np.array(self.offset, np.float32)) / np.float32(SH_BASE)
         return replace(splats, sh=sh)
 
     def change_header(self, header: StreamHeader) -> StreamHeader:
-        """Return the header with steps of SH that bring the gain.
+        """Return the header with the SH steps that apply the gain.
 
         Raises:
             EncodeError: The steps are out of the header's range.
@@ -63,10 +63,10 @@ class Recoloring:
             raise EncodeError(message) from error
 
     def count_codes(self, header: StreamHeader) -> Int64:
-        """Return `[3]` offsets of the codes of SH DC, for a header with the new steps.
+        """Return the `[3]` offsets of the codes of SH DC, for a header with the new steps.
 
         Raises:
-            EncodeError: It is beyond all codes.
+            EncodeError: An offset exceeds the range of the codes.
         """
         shift = (self.gain - 1) / 2 + np.array(self.offset)
         codes = np.rint(shift / (SH_BASE * header.sh_dc_step))
@@ -80,15 +80,15 @@ class Recoloring:
 
 
 def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
-    """Write a stream in other colors; return how many frames it has.
+    """Write a stream with new colors; return its number of frames.
 
-    Offsets are rounded to whole codes; everything else is exact. Cameras and metadata stay;
-    snapshots become canonical frames of the same state, and ancillary chunks of
-    unknown types are left out.
+    Offsets are rounded to whole codes; everything else is exact. Cameras and metadata are
+    kept. Snapshots become canonical frames with the same state, and ancillary chunks of
+    unknown types are dropped.
 
     Args:
         source: A stream.
-        sink: Binary file that the stream is appended to.
+        sink: Binary file to which the stream is appended.
         recoloring: The new colors.
 
     Raises:
@@ -113,8 +113,8 @@ class _Recoloring:
     """A stream that is being recolored.
 
     Args:
-        decoder: Decoder of the stream that is read, at its first frame.
-        sink: Binary file that the stream is appended to.
+        decoder: Decoder of the input stream, at its first frame.
+        sink: Binary file to which the stream is appended.
         recoloring: The new colors.
     """
 
@@ -149,7 +149,7 @@ class _Recoloring:
         updates: Updates | None,
         births: Births | None,
     ) -> None:
-        """Write a frame of the same motion, updates and deaths."""
+        """Write a frame with the same motion, updates and deaths."""
         parsed = wire.parse_frame(chunk.payload, updates=self._old.updates)
         start = self._loop.start_frame(parsed.death_count)
         moved = self._loop.move_frame(start, list(symbols), updates)
@@ -161,7 +161,7 @@ class _Recoloring:
         self._count += 1
 
     def finish(self) -> int:
-        """Write the end; return how many frames there are."""
+        """Write the end of the stream; return the number of frames."""
         self._loop.finish()
         return self._count
 

@@ -1,4 +1,4 @@
-"""Quaternions in floats, `[4, n]` wxyz: what turns one into another, and by how much."""
+"""Quaternions in floats, `[4, n]` wxyz: normalization, relative rotations and angles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ def normalize(rotations: Float64) -> Float64:
     """Return unit quaternions.
 
     Raises:
-        EncodeError: One is 0.
+        EncodeError: A quaternion is zero.
     """
     lengths = np.sqrt((rotations * rotations).sum(axis=0))
     if not lengths.all():
@@ -23,7 +23,7 @@ def normalize(rotations: Float64) -> Float64:
 
 
 def rotations_between(before: Float64, after: Float64) -> Float64:
-    """Return the unit quaternions that turn `before` into `after` from the right, w >= 0."""
+    """Return the unit quaternions q with w >= 0 for which `before` q is `after`."""
     aw, ax, ay, az = before[0], -before[1], -before[2], -before[3]
     bw, bx, by, bz = after
     turn = np.stack(

@@ -19,31 +19,32 @@ _LEAST_OPACITY = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slack:
-    """Factors of the bounds of each Gaussian, 1 or more.
+    """Factors of the error bounds of each Gaussian, at least 1.
 
     Attributes:
-        position: `[N]`.
-        rotation: `[N]`.
+        position: `[N]` factors for positions.
+        rotation: `[N]` factors for rotations.
     """
 
     position: Float64
     rotation: Float64
 
     def rows(self, which: Int64) -> "Slack":
-        """Return those of some Gaussians."""
+        """Return the factors of selected Gaussians."""
         return Slack(self.position[which], self.rotation[which])
 
 
 def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     """Return the slack of the Gaussians of a frame.
 
-    For positions it is the middle one of the three scales divided by the median scale of the first
-    frame. For rotations it is one divided by the natural logarithm of the ratio of the longest
-    scale to the shortest. Both are divided by the opacity, and clipped to 1 and `most_slack`.
+    For positions, it is the middle one of the three scales divided by the median scale of
+    the first frame. For rotations, it is the reciprocal of the natural logarithm of the
+    ratio of the largest scale to the smallest. Both are divided by the opacity, and
+    clipped to 1 and `most_slack`.
 
     Args:
         splats: The frame.
-        bounds: Settled.
+        bounds: Settled bounds.
     """
     scales = np.sort(splats.log_scales.astype(np.float64), axis=1)
     with np.errstate(over="ignore"):  # clipped below

@@ -1,8 +1,8 @@
-"""The header of a stream of given Gaussians: its lattice and its steps, by the bounds.
+"""Chooses the lattice and quantization steps for given Gaussians from error bounds.
 
-A step is as wide as the bound: rounding takes up to half of it, which leaves the other half for
-changes between frames. Where numbers are on a grid already, and one that keeps the bound, that is
-taken: they are exact then.
+A step equals the bound: rounding takes up to half of it, which leaves the other half for
+changes between frames. If values are already on a suitable grid, its step is used, and
+they remain exact.
 """
 
 import math
@@ -30,21 +30,21 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
 _LEAST_UNITS = 8
-_ROOM = 2  # how much farther Gaussians may go than in the first frames
+_ROOM = 2  # margin for Gaussians that move farther than in the first frames
 _COARSEST_BITS = 5
-_SHARE = 1.6  # of a bound in a step: what rounding leaves of it is for what changes
+_SHARE = 1.6  # step relative to the bound; the rest after rounding is for changes between frames
 _EXACT = 1e-5  # radians
 
 
 def choose_steps(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
-    """Return a header with the lattice and the steps that keep bounds.
+    """Return a header with a lattice and steps that keep the bounds.
 
     Args:
-        header: All else of it.
-        bounds: Settled.
-        frames: The first frames, one at least.
+        header: Header with the other values.
+        bounds: Settled bounds.
+        frames: The first frames, at least one.
         matches: Matches between each frame and the next.
 
     Raises:
@@ -101,7 +101,7 @@ def _choose_lattice(
 
 
 def _keep(divisor: int, most: int, otherwise: int) -> int:
-    """Return the step of a grid that was found, if it is neither too wide nor needlessly fine."""
+    """Return the step of a detected grid, unless it is too coarse or too fine."""
     return divisor if otherwise / 16 <= divisor <= most else otherwise
 
 

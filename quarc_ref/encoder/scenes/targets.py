@@ -1,4 +1,4 @@
-"""A frame that a stream must approximate, in the steps of the stream."""
+"""A frame to approximate, in the quantization steps of the stream."""
 
 from dataclasses import dataclass, fields
 
@@ -17,11 +17,11 @@ from quarc_ref.format.records import Gaussians, StreamHeader
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """Gaussians in steps, not rounded; a column to each.
+    """Gaussians in unrounded quantization steps, one column per Gaussian.
 
     Attributes:
         header: Header of the stream.
-        positions: `[3, N]` lattice units.
+        positions: `[3, N]` positions, lattice units.
         rotations: `[4, N]` unit quaternions wxyz.
         codes: `[code_planes, N]` attributes in their steps, in the order of the state's codes.
         slack: Factors of the bounds of each Gaussian.
@@ -39,7 +39,7 @@ class Target:
         return int(self.positions.shape[1])
 
     def coded(self, rows: Int64) -> Gaussians:
-        """Return Gaussians as a canonical frame codes them, rounded."""
+        """Return Gaussians rounded to the form that canonical frames code."""
         header = self.header
         fixed = np.rint(self.rotations[:, rows] * ROTATION_ONE).astype(np.int64)
         return Gaussians(
@@ -50,12 +50,12 @@ class Target:
 
 
 def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
-    """Return a frame in the steps of a stream, with SH up to the degree of the stream.
+    """Convert a frame to the steps of a stream, with SH up to its degree.
 
     Args:
         splats: The frame.
         header: Header of the stream.
-        bounds: Settled.
+        bounds: Settled bounds.
 
     Raises:
         EncodeError: A number is not finite, or out of the format's range.

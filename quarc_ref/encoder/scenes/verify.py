@@ -13,12 +13,12 @@ from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.errors import BoundError
 from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST
 
-_ROUNDING = 1 + 1e-5  # of floats and of Q22
+_ROUNDING = 1 + 1e-5  # tolerance for rounding errors of floats and Q22
 
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """The largest errors of a frame, in the units of `Bounds`.
+    """Largest errors of a frame, in the units of `Bounds`.
 
     Errors of positions and rotations are divided by the slack of their Gaussians.
     """
@@ -31,17 +31,17 @@ class Errors:
     sh_rest: float = 0.0
 
     def joined(self, other: "Errors") -> "Errors":
-        """Return the larger of each."""
+        """Return the maximum of each error."""
         names = [field.name for field in fields(self)]
         return Errors(*(max(getattr(self, name), getattr(other, name)) for name in names))
 
 
 def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
-    """Return how far a decoded frame is from its target.
+    """Measure the errors of a decoded frame.
 
     Args:
-        scene: As decoded.
-        target: The frame.
+        scene: The decoded scene.
+        target: The target frame.
         rows: `[N]` row of the target of each Gaussian of the scene.
     """
     header = scene.header
@@ -61,10 +61,10 @@ def measure_errors(scene: Scene, target: Target, rows: Int64) -> Errors:
 
 
 def require_bounds(errors: Errors, bounds: Bounds, frame: int) -> None:
-    """Compare the errors of a frame with the bounds.
+    """Check that the errors of a frame are within the bounds.
 
     Raises:
-        BoundError: One is beyond its bound.
+        BoundError: An error exceeds its bound.
     """
     for field in fields(errors):
         error, bound = getattr(errors, field.name), getattr(bounds, field.name)

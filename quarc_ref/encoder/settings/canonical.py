@@ -16,7 +16,8 @@ from quarc_ref.format.described import described
 
 @dataclass(frozen=True, slots=True)
 class CanonicalSettings(Validated):
-    """Canonical frames: training of frame 0 (3DGS; paper section 3), and later keyframes."""
+    """Settings of canonical frames: training of frame 0 (3DGS; paper section 3), later
+    keyframes."""
 
     keyframe_interval: NonNegativeInt = described(
         0, "Frames between keyframes (canonical frames); 0: only frame 0 is one (paper)."
@@ -116,7 +117,7 @@ class CanonicalSettings(Validated):
     rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (1e-3).")
 
     def kind_due(self, frame: int) -> bytes:
-        """The chunk type of a frame: CANO, SNAP or FRAM."""
+        """Return the chunk type of a frame: CANO, SNAP or FRAM."""
         if frame == 0 or (self.keyframe_interval and frame % self.keyframe_interval == 0):
             return container.CANO
         if self.snapshot_interval and frame % self.snapshot_interval == 0:

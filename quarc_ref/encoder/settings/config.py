@@ -1,9 +1,9 @@
 """All encoder settings, with their defaults and descriptions.
 
-Where the paper states a value, it is the default. `presets` names whole sets of
-settings; `--set motion.lr=5e-4` changes one. Fields carry their description as metadata,
-which `quarc-ref encode --list-settings` prints. Iteration counts are optimizer steps;
-lengths are world units unless stated otherwise.
+Values stated in the paper are the defaults. `presets` defines named sets of settings;
+`--set motion.lr=5e-4` changes one. Fields carry their description as metadata, which
+`quarc-ref encode --list-settings` prints. Iteration counts are optimizer steps; lengths
+are world units unless stated otherwise.
 """
 
 from dataclasses import dataclass, field, replace
@@ -44,12 +44,14 @@ class EncoderConfig(Validated):
     """All settings of an encode.
 
     Attributes:
-        stream: Header fields; the encoder sets clock, conformance level, seed and snapshots.
+        stream: Header fields, except clock, conformance level, seed and snapshots, which
+            the encoder sets.
         steps: Header fields that are derived from the capture.
-        canonical: Canonical frames.
-        motion: Stage 1 of every other frame.
-        updates: Updates of single Gaussians, part of stage 1, where `stream.updates` is set.
-        births: Stage 2 of every other frame.
+        canonical: Settings of canonical frames.
+        motion: Settings of stage 1 of the other frames.
+        updates: Settings of updates of single Gaussians, a part of stage 1, used if
+            `stream.updates` is set.
+        births: Settings of stage 2 of the other frames.
     """
 
     stream: StreamHeader = field(default_factory=StreamHeader)
@@ -75,13 +77,13 @@ class EncoderConfig(Validated):
 def make_header(
     config: EncoderConfig, frames_per_second: float, gaussian_count: int
 ) -> StreamHeader:
-    """The header of a stream.
+    """Make the header of a stream.
 
     Args:
-        config: Its `stream`, except for clock, conformance level, seed and snapshots.
+        config: All settings; `stream` determines the other header fields.
         frames_per_second: Frame rate of the capture.
-        gaussian_count: Gaussians of the canonical frame; the conformance level leaves room for
-            one frame's births besides.
+        gaussian_count: Number of Gaussians in the canonical frame; the conformance level
+            also allows one frame's births.
     """
     clock = Fraction(frames_per_second).limit_denominator(_CLOCK_LIMIT)
     most = gaussian_count + config.births.max_births

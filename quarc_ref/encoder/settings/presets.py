@@ -1,9 +1,9 @@
-"""Named trees of settings, and changes to single leaves by name.
+"""Named sets of settings, and changes of single settings by name.
 
-`main` is the best that was measured, bytes against PSNR (benchmarks/README.md).
-`demo` encodes the built-in capture in a few minutes on two cores, with the same quality at several
-times the bytes. `paper` follows the schedule that the paper states and its steps, which are all
-0.01 except that of positions.
+`main` has the best measured trade-off between bytes and PSNR (benchmarks/README.md).
+`demo` encodes the built-in capture in a few minutes on two cores, with the same quality
+but several times the bytes. `paper` has the schedule and the quantization steps of the
+paper, which are all 0.01 except that of positions.
 """
 
 import difflib
@@ -116,7 +116,7 @@ PRESETS = {"main": _MAIN, "demo": _DEMO, "paper": _PAPER}
 
 
 class SettingError(ValueError):
-    """A setting that does not exist, or a value that it does not take."""
+    """A setting does not exist, or a value is invalid."""
 
 
 def choose_preset(name: str) -> EncoderConfig:
@@ -132,15 +132,15 @@ def choose_preset(name: str) -> EncoderConfig:
 
 
 def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig:
-    """Return the settings with one leaf changed.
+    """Return settings with one change.
 
     Args:
         config: Settings.
-        path: Name of a leaf, such as `motion.lr`.
-        text: Its new value; a tuple's items are separated by commas.
+        path: Name of a setting, such as `motion.lr`.
+        text: New value; items of tuples are separated by commas.
 
     Raises:
-        SettingError: No such leaf, or no such value.
+        SettingError: The setting does not exist, or the value is invalid.
     """
     if path in RENAMED:
         message = f"setting {path!r} is now {RENAMED[path]!r}"
@@ -157,7 +157,7 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
 
 
 def list_settings(config: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401
-    """Yield the path and the value of every leaf."""
+    """Yield the name and the value of every setting."""
     for field in fields(config):
         value = getattr(config, field.name)
         path = prefix + field.name
@@ -185,7 +185,7 @@ def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa:
 
 
 def _parse_value(hint: Any, text: str) -> Any:  # noqa: ANN401
-    """Return the value of a text; raise KeyError or ValueError if it is invalid."""
+    """Parse a value; raise KeyError or ValueError if it is invalid."""
     kind = get_args(hint)[0] if get_origin(hint) is Annotated else hint
     if kind is bool:
         return _BOOLEANS[text.lower()]

@@ -37,7 +37,7 @@ Quality = Annotated[float, Bounds(0, 100)]
 
 @dataclass(frozen=True, slots=True)
 class Validated:
-    """Base of dataclasses whose numbers must be within the bounds of their types.
+    """Base class of dataclasses whose numbers are checked against the bounds of their types.
 
     Raises:
         ValueError: A value is out of bounds when an instance is created.
@@ -54,10 +54,10 @@ class Validated:
 
 
 def describe_values(hint: Any) -> str:  # noqa: ANN401
-    """The valid values of a setting, in words.
+    """Describe the valid values of a setting.
 
     Args:
-        hint: Type of the setting, with `Bounds` where it is a bounded number.
+        hint: Type of the setting, with `Bounds` for bounded numbers.
     """
     kind, *bounds = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     if get_origin(kind) is tuple:

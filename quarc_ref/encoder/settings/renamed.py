@@ -1,7 +1,7 @@
-"""Old names of settings, and their names today.
+"""Old names of settings, and their current names.
 
-`--set` rejects an old name with the new one in the message. The metadata of older streams
-quotes old names; `--resume` reads them as today's.
+`--set` rejects old names with the new name in the message. The metadata of older streams
+has old names, which `--resume` translates.
 """
 
 RENAMED = {
@@ -58,6 +58,6 @@ RENAMED = {
 
 
 def update_names(settings: str) -> str:
-    """The settings of a stream's metadata, `NAME=VALUE` separated by spaces, with today's names."""
+    """Return the settings in a stream's metadata (`NAME=VALUE ...`) with current names."""
     items = (item.partition("=") for item in settings.split(" "))
     return " ".join(RENAMED.get(name, name) + equals + value for name, equals, value in items)

@@ -1,4 +1,4 @@
-"""Every setting with its value, valid values and description: what `--list-settings` prints."""
+"""Lists every setting with its value, valid values and description, for `--list-settings`."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -13,13 +13,13 @@ from quarc_ref.format.described import describe_field
 
 @dataclass(frozen=True, slots=True)
 class DescribedSetting:
-    """A setting.
+    """A setting and its description.
 
     Attributes:
-        name: Its path, such as `motion.lr`.
-        text: Its value, as `change_setting` takes it.
-        values: Its valid values, in words.
-        description: What it is.
+        name: Name, such as `motion.lr`.
+        text: Value in the form that `change_setting` accepts.
+        values: Description of the valid values.
+        description: Meaning of the setting.
     """
 
     name: str
