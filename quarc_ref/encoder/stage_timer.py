@@ -23,11 +23,10 @@ class StageTimer:
         clock: Function that returns seconds since an arbitrary time.
 
     Attributes:
-        seconds: By stage: `canonical`; then of all later frames together `anchors`
-            (sampling, binding, warm start), `motion`, `placement` (commit of the
-            motion, and where newborn start), `births` and `commit` (of the
-            births, of the frame, and its decoding). The first step of a stage is counted in the
-            previous stage.
+        seconds: Seconds by stage: `canonical` for frame 0; for all later frames `anchors`
+            (sampling, binding, warm start), `motion`, `placement` (commit of the motion,
+            placement of new Gaussians), `births` and `commit` (of births and frame, and
+            its decoding). The first step of a stage is counted in the previous stage.
     """
 
     def __init__(

@@ -1,9 +1,9 @@
 """Chooses lattice and quantization steps from a capture's scale and resolution.
 
 World units have no fixed meaning: a capture may be in meters or in arbitrary units of its
-calibration. The quality cost of a step shows in pixels, so steps are set in pixels, or by how much
-they change the pictures, and rounded to a slightly finer lattice. Sharp pictures show a small
-motion; blurred ones, or ones with more pixels than detail, do not.
+calibration. The visible effect of a step depends on pixels, so steps are set in pixels,
+or by how much they change the pictures, and rounded to a slightly finer lattice. A small
+motion is visible in sharp pictures, but not in blurred or oversampled ones.
 """
 
 import math
@@ -34,21 +34,21 @@ def propose_steps(
     points: Points,
     pictures: Iterable[Image],
 ) -> StreamHeader:
-    """A header whose lattice and steps suit a capture.
+    """Return a header with a lattice and steps that suit a capture.
 
-    The smaller step is 8 to 16 lattice units, so that either step is within a sixteenth of the
-    requested value, unless the lattice must be coarser to reach 4 times as far as the cameras and
-    points.
+    The smaller step is 8 to 16 lattice units, so both steps deviate from the requested
+    values by at most a sixteenth. The lattice is coarser if this is necessary to cover 4
+    times the distance of cameras and points.
 
     Args:
-        stream: Its steps in world units apply where the settings are 0.
-        settings: Steps in pixels and in changes of the pictures.
+        stream: Header settings, whose steps in world units are used where `settings` are 0.
+        settings: Steps in pixels and in picture changes.
         cameras: The training views.
         points: Initial points.
-        pictures: `[H, W, 3]` of each view at frame 0.
+        pictures: Pictures `[H, W, 3]` of each view at frame 0.
 
     Raises:
-        EncodeError: No view sees a point.
+        EncodeError: No view sees any point.
     """
     if not (settings.position_pixels or settings.translation_change):
         return stream
@@ -68,13 +68,13 @@ def propose_steps(
 
 
 def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
-    """Width of a pixel at the scene's distance, world units.
+    """Measure the width of a pixel at the scene's distance, in world units.
 
-    It is the median over the points that a view sees, and the median of that
+    The result is the median over the points that a view sees, and the median of these
     over the views.
 
     Raises:
-        EncodeError: No view sees a point.
+        EncodeError: No view sees any point.
     """
     widths = []
     for camera in cameras:
@@ -91,13 +91,14 @@ def measure_pixel(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def measure_sharpness(pictures: Iterable[Image]) -> float:
-    """Mean change of pictures from a pixel to the next; white is 1.
+    """Measure the mean difference between neighboring pixels; white is 1.
 
-    It is the mean over pixels, colors and both directions, after a 3x3 box filter that suppresses
-    noise. All sums are of integers, so that every machine gets the same result.
+    The mean is over pixels, colors and both directions, after a 3x3 box filter that
+    suppresses noise. All sums are integer sums, so the result is the same on every
+    machine.
 
     Args:
-        pictures: `[H, W, 3]`; those with a side below 4 pixels are ignored.
+        pictures: Pictures `[H, W, 3]`; those with a side below 4 pixels are ignored.
     """
     total = count = 0
     for picture in pictures:
@@ -110,7 +111,7 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
 
 
 def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
-    """Largest coordinate of cameras and points, world units."""
+    """Return the largest coordinate of cameras and points, in world units."""
     reach = float(np.abs(points.positions).max())
     for camera in cameras:
         reach = max(reach, float(np.abs(camera_center(camera)).max()))
@@ -118,12 +119,12 @@ def _measure_reach(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def _choose_exponent(step: float, reach: float) -> int:
-    """Lattice exponent: fine enough for a step, wide enough for a reach."""
+    """Choose a lattice exponent that is fine enough for a step and covers a reach."""
     fine = math.ceil(math.log2(_LEAST_UNITS / step))
     wide = math.floor(math.log2(POSITION_LIMIT / (_MARGIN * reach)))
     return min(max(min(fine, wide), 0), LATTICE_EXPONENT_LIMIT)
 
 
 def _count_units(step: float, exponent: int) -> int:
-    """A step in lattice units."""
+    """Convert a step to lattice units."""
     return max(1, round(step * 2.0**exponent))

@@ -1,4 +1,4 @@
-"""Encodes into a file, one encode at a time."""
+"""Encodes to a file that is locked against other encodes."""
 
 import os
 from collections.abc import Iterator
@@ -18,16 +18,16 @@ from quarc_ref.streams.sources import FileSource
 
 
 def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
-    """Encode a capture into a file, resuming a partial stream in it.
+    """Encode a capture to a file, or resume a partial stream in it.
 
-    After any interruption, another call resumes the file and ends with the same
-    bytes. A file that holds the whole stream is left unchanged. Until frame 0 is written, its
-    training is saved in a file beside it (`checkpoint_path`).
+    After an interruption, another call resumes the encode and produces the same bytes. A
+    file with the complete stream is left unchanged. Until frame 0 is written, its
+    training is saved in a checkpoint next to the file (`checkpoint_path`).
 
     Args:
-        capture: As `encode` takes it.
+        capture: Multi-view video.
         path: Path of the file, which is created if missing.
-        options: Settings; the checkpoint is chosen here.
+        options: Options; the checkpoint is set here.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -35,7 +35,7 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         BitstreamError: The file is not a stream.
         ResumeError: The file has a stream of another encode, or is
             being written by another process.
-        OutputPathError: It is a symbolic link, or not a regular file.
+        OutputPathError: The path is a symbolic link, or not a regular file.
     """
     with open_exclusively(path) as file:
         encode_into(capture, file, path, options)
@@ -45,15 +45,15 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
     """Like `encode_file`, with a file from `open_exclusively`.
 
     Args:
-        capture: As `encode` takes it.
-        file: Opened to be read and written.
-        path: Where it is.
-        options: As for `encode_file`.
+        capture: Multi-view video.
+        file: File that is open for reading and writing.
+        path: Path of the file.
+        options: Options, as for `encode_file`.
 
     Raises:
-        CaptureError: As for `encode_file`, and so all that follows.
-        EncodeError: See there.
-        BitstreamError: See there.
+        CaptureError: See `encode_file`.
+        EncodeError: See `encode_file`.
+        BitstreamError: See `encode_file`.
         ResumeError: The file has a stream of another encode.
     """
     existing = read_partial_stream(FileSource(file))
@@ -64,14 +64,14 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
 
 @contextmanager
 def open_exclusively(path: Path) -> Iterator[BinaryIO]:
-    """Open a file for reading and writing, locked against other encodes.
+    """Open a file for reading and writing, and lock it against other encodes.
 
-    It is created if missing. A file that is rejected is left unchanged.
+    The file is created if it is missing. Rejected files are left unchanged.
 
     Raises:
-        ResumeError: Another process has it open.
-        OutputPathError: It is a symbolic link, or not a regular file.
-        OSError: It cannot be opened.
+        ResumeError: Another process has the file open.
+        OutputPathError: The path is a symbolic link, or not a regular file.
+        OSError: The file cannot be opened.
     """
     while True:
         with open_regular(path, os.O_RDWR | os.O_CREAT) as file:

@@ -1,6 +1,6 @@
-"""Which way is up in a stream, and how long a unit is, from the notes of a capture.
+"""Sets the up direction and scale of a stream from the notes of a capture.
 
-HEAD (SPEC 5.3) names an axis that points up; another direction is metadata (SPEC I.4).
+HEAD (SPEC 5.3) has an axis that points up; other directions are stored as metadata (SPEC I.4).
 """
 
 from dataclasses import replace
@@ -23,7 +23,7 @@ def name_up_axis(notes: CaptureNotes) -> int:
 
 def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
     """Return a header with the up axis and scale of a capture, if known."""
-    meters = float(np.float32(notes.meters_per_unit or 0.0))  # as the file holds it
+    meters = float(np.float32(notes.meters_per_unit or 0.0))  # as stored in the file
     return replace(
         header,
         up_axis=name_up_axis(notes) or header.up_axis,
@@ -32,7 +32,7 @@ def set_world_frame(header: StreamHeader, notes: CaptureNotes) -> StreamHeader:
 
 
 def describe_up(notes: CaptureNotes) -> dict[str, str]:
-    """Return the metadata for the up direction, where the header cannot express it."""
+    """Return the metadata for an up direction that the header cannot express."""
     if notes.up is None or name_up_axis(notes):
         return {}
     return {"up": " ".join(f"{value:.6f}" for value in notes.up)}

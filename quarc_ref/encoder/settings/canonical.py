@@ -16,8 +16,7 @@ from quarc_ref.format.described import described
 
 @dataclass(frozen=True, slots=True)
 class CanonicalSettings(Validated):
-    """Settings of canonical frames: training of frame 0 (3DGS; paper section 3), later
-    keyframes."""
+    """Settings of frame 0 (3DGS training; paper section 3) and of later keyframes."""
 
     keyframe_interval: NonNegativeInt = described(
         0, "Frames between keyframes (canonical frames); 0: only frame 0 is one (paper)."

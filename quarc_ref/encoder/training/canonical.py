@@ -1,16 +1,16 @@
-"""Training of the canonical frame: 3DGS on frame 0, ending on the format's grid.
+"""Trains the canonical frame: 3DGS on frame 0, with attributes on the format's grid at the end.
 
-What differs from 3DGS, all of it set by `CanonicalSettings`:
+Differences from 3DGS, all controlled by `CanonicalSettings`:
 
-- Noise on positions (paper section 3) keeps the scene from overfitting its views; noise along
-  each Gaussian's own axes tells training that positions within a Gaussian are equivalent.
-- Opacities decay, so that only Gaussians that the pictures need survive. Haze in
-  front of the cameras disappears first.
-- Gaussians that contribute little are pruned halfway through densification and after it. The
-  others have time to take their place, and train faster.
+- Noise on positions (paper section 3) prevents overfitting of the training views; noise
+along each Gaussian's axes makes positions within a Gaussian equivalent.
+- Opacities decay, so that only Gaussians that the pictures need remain. Haze in front of
+the cameras disappears first.
+- Gaussians that contribute little are pruned halfway through densification and after it.
+The others have time to replace them, and training becomes faster.
 - The first iterations may use pictures of half the size.
-- The last part is fine-tuning: all attributes pass through the quantizer, so the trained values
-    are those that will be written.
+- The last part is fine-tuning: all attributes pass through the quantizer, so that
+training optimizes the values that are written.
 """
 
 import math
@@ -38,7 +38,7 @@ from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_dec
 _INITIAL_OPACITY = 0.1
 _NEIGHBORS = 3
 _MIN_SPACING = 1e-7
-_RATE_EVERY = 2  # iterations per evaluation of the code rate, at twice the weight: it is slow
+_RATE_EVERY = 2  # the slow code rate is evaluated every second iteration, at twice the weight
 
 
 def train_canonical(
@@ -53,11 +53,11 @@ def train_canonical(
         context: Training views, renderer and random numbers.
         points: Initial points.
         objective: Schedule, weights and quantization steps.
-        checkpoint: File to save the training in, every minute and when it is interrupted, and
-            to resume it from; None for no file.
+        checkpoint: File in which training is saved every minute and on interruptions, and
+            from which it resumes; None for no file.
 
     Returns:
-        The attributes, quantized.
+        The quantized attributes.
 
     Raises:
         OSError: The checkpoint cannot be written.
@@ -73,7 +73,7 @@ def train_canonical(
             if checkpoint is not None:
                 checkpoint.save_if_due(training.describe)
             context.progress.advance("canonical", training.step, settings.iterations)
-        if checkpoint is not None:  # until the frame is written, which takes a while
+        if checkpoint is not None:  # kept until the frame is written, which takes some time
             checkpoint.save(training.describe)
     final = training.attributes.quantized(objective.header)
     return final.rows(torch.sigmoid(final.opacities) >= settings.final_prune_opacity)
@@ -101,11 +101,11 @@ class _Training:
 
     @property
     def attributes(self) -> Attributes:
-        """The attributes so far."""
+        """The current attributes."""
         return self._trainer.attributes.detached()
 
     def take_step(self) -> None:
-        """One iteration: prune if due, train on one view, densify if due."""
+        """Run one iteration: prune if due, train on one view, densify if due."""
         context, objective, trainer = self._context, self._objective, self._trainer
         settings, step = objective.settings, self.step
         weight = objective.prune_weight_at(step)
@@ -121,7 +121,7 @@ class _Training:
         self.step += 1
 
     def describe(self) -> Arrays:
-        """Everything that the next iteration depends on, as arrays."""
+        """Return the complete training state as arrays."""
         tensors = {
             "generator": self._generator.get_state(),
             "gains": self._context.exposures.gains,
@@ -132,7 +132,7 @@ class _Training:
         return arrays | {"step": np.array(self.step), "left": np.array(self._views.left, np.int64)}
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Continue from a checkpoint, if its state is valid for this training."""
+        """Continue from a checkpoint if its state is valid for this training."""
         of_gaussians = {**self._trainer.state(), **self._statistics.state()}
         settings = self._objective.settings
         bounds = Bounds(
@@ -152,7 +152,7 @@ class _Training:
         self._statistics.restore(tensors)
 
     def _train_view(self, context: TrainingContext) -> None:
-        """Render the next view and take an optimizer step down its loss."""
+        """Render the next view and take an optimizer step."""
         objective, trainer, step = self._objective, self._trainer, self.step
         settings = objective.settings
         attributes = _as_rendered(trainer.attributes, objective, step, self._generator)
@@ -177,7 +177,7 @@ class _Training:
 
 @contextmanager
 def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
-    """Save a training that is interrupted between two iterations."""
+    """Save the training when it is interrupted between two iterations."""
     try:
         yield
     except KeyboardInterrupt:
@@ -190,9 +190,9 @@ def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> It
 def start_from_points(
     points: Points, settings: CanonicalSettings, generator: torch.Generator, device: torch.device
 ) -> Attributes:
-    """A Gaussian for every initial point, or for a random subset if there are too many.
+    """Create a Gaussian for every initial point, or for a random subset if there are too many.
 
-    Its size is the distance of the point to its three nearest neighbors, as in 3DGS.
+    The size of a Gaussian is the distance to the three nearest points, as in 3DGS.
     """
     count = min(points.positions.shape[0], settings.initial_gaussians)
     chosen = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()
@@ -213,7 +213,7 @@ def start_from_points(
 
 
 def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Root mean square distance of each point to its three nearest neighbors, `[n]`."""
+    """Return the `[n]` root mean square distances of points to their three nearest neighbors."""
     neighbors = list(range(2, 2 + min(_NEIGHBORS, positions.shape[0] - 1)))
     if not neighbors:
         return np.ones(positions.shape[0])
@@ -223,7 +223,7 @@ def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
-    """Initial learning rates, in the order of `Attributes`."""
+    """Return the initial learning rates, in the order of `Attributes`."""
     return (
         settings.position_lr * extent,
         settings.rotation_lr,
@@ -235,9 +235,10 @@ def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tupl
 
 
 def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -> list[float]:
-    """Learning rates of an iteration, in the order of `Attributes`.
+    """Return the learning rates of an iteration, in the order of `Attributes`.
 
-    The rate of positions decays exponentially throughout; all rates decay during fine-tuning.
+    The learning rate of positions decays exponentially during all of training; all
+    learning rates decay during fine-tuning.
     """
     settings = objective.settings
     share = step / settings.iterations
@@ -257,7 +258,7 @@ def _as_rendered(
     step: int,
     generator: torch.Generator,
 ) -> Attributes:
-    """Attributes that an iteration renders: with noise, at first without SH, at last quantized."""
+    """Return the attributes to render: with noise, initially without SH, finally quantized."""
     settings, header, fine = objective.settings, objective.header, objective.fine_step
     noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
     noise = noise.to(attributes.means.device)

@@ -13,7 +13,7 @@ class CanonicalObjective:
 
     Attributes:
         settings: Schedule, thresholds and weights.
-        header: Header of the stream: the quantization steps to end on.
+        header: Header of the stream, which has the quantization steps.
         rd_lambda: Factor of the settings' rate-distortion weights.
     """
 
@@ -27,20 +27,21 @@ class CanonicalObjective:
         return math.ceil(self.settings.quantize_from * self.settings.iterations)
 
     def densifies_at(self, step: int) -> bool:
-        """Whether an iteration ends with densification."""
+        """Return whether an iteration ends with densification."""
         settings = self.settings
         is_within = settings.densify_from_iter <= step < settings.densify_until_iter
         return is_within and step % settings.densification_interval == 0
 
     def decays_opacity_at(self, step: int) -> bool:
-        """Whether an iteration decays the opacities of the Gaussians it rendered."""
+        """Return whether an iteration decays the opacities of rendered Gaussians."""
         settings = self.settings
         return bool(settings.opacity_decay) and settings.densify_from_iter <= step < self.fine_step
 
     def prune_weight_at(self, step: int) -> float:
-        """The contribution that a Gaussian needs to survive an iteration; 0 to prune none.
+        """Return the contribution below which an iteration prunes Gaussians; 0 for no pruning.
 
-        Halfway it is half the weight: new Gaussians have not found their place yet.
+        Halfway through training it is half the weight, because new Gaussians are not yet
+        converged.
         """
         weight = self.settings.prune_rd_lambda * self.rd_lambda
         last = min(self.settings.densify_until_iter, self.fine_step)

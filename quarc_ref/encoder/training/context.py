@@ -1,7 +1,7 @@
 """Shared context of training: views, renderer and random numbers.
 
-Random numbers depend only on (seed, frame, purpose), so that any frame can be trained again from
-the decoded state before it.
+Random numbers depend only on (seed, frame, purpose), so that training of any frame can be
+repeated from the previous decoded state.
 """
 
 import hashlib
@@ -21,12 +21,12 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rend
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingContext:
-    """The training views of a capture, and how to render them.
+    """The training views of a capture, and the means to render them.
 
     Attributes:
         views: The training views.
-        rasterizer: Draws on `device`.
-        device: Where tensors live.
+        rasterizer: Renderer on `device`.
+        device: Device of the tensors.
         seed: Seed of all random numbers.
         progress: Called after every step.
         extent: Extent of the capture, world units (`measure_extent`).
@@ -44,7 +44,7 @@ class TrainingContext:
     monitor: Monitor = field(default_factory=NullMonitor)
 
     def halved(self) -> "TrainingContext":
-        """The context at half the width and half the height."""
+        """Return a context with half the width and height of pictures."""
         return replace(self, views=self.views.halved())
 
     @property
@@ -53,16 +53,16 @@ class TrainingContext:
         return len(self.views.cameras)
 
     def camera(self, view: int) -> Camera:
-        """Camera of a view."""
+        """Return the camera of a view."""
         return self.views.cameras[view]
 
     def render(self, gaussians: Gaussians, view: int) -> Rendering:
-        """Render a view on black."""
+        """Render a view with a black background."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render(gaussians, self.camera(view), background)
 
     def render_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
-        """Render a view as a backdrop that Gaussians can be added to."""
+        """Render a view as a backdrop to which Gaussians can be added."""
         background = torch.zeros(3, device=self.device)
         return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
 
@@ -78,12 +78,12 @@ class TrainingContext:
         """Report a training step.
 
         Args:
-            stage: As `TrainingStep` has it.
-            place: The frame, the step, from 1, and how many the stage has.
-            view: That was compared.
-            gaussians: Number of Gaussians drawn.
-            image: `[H, W, 3]` what was drawn.
-            loss: A scalar.
+            stage: Stage, as in `TrainingStep`.
+            place: Frame, step (from 1), and number of steps of the stage.
+            view: Index of the view.
+            gaussians: Number of rendered Gaussians.
+            image: `[H, W, 3]` rendering.
+            loss: Scalar loss.
         """
         frame, step, steps = place
 
@@ -96,23 +96,23 @@ class TrainingContext:
         )
 
     def truth(self, view: int, frame: int) -> Tensor:
-        """Picture of a view with its exposure corrected, black where masked, `[H, W, 3]`."""
+        """Return the `[H, W, 3]` picture of a view with corrected exposure, black where masked."""
         return self.exposures.correct(self.views.picture(view, frame), view)
 
     def mask(self, image: Tensor, view: int, frame: int) -> Tensor:
-        """An image `[H, W, 3]` of a view, black where the view is masked.
+        """Set the masked pixels of an image `[H, W, 3]` of a view to black.
 
-        Every image that is compared with `truth` is masked here, so that masked pixels have no
-        error and no gradient. Without a mask it is the same tensor.
+        Images must be masked before they are compared with `truth`, so that masked pixels
+        have no error and no gradient. Without a mask, the same tensor is returned.
         """
         mask = self.views.mask(view, frame)
         return image if mask is None else image * mask
 
     def photometric_loss(self, image: Tensor, view: int, frame: int, dssim: float) -> Tensor:
-        """Loss of a rendered view against its picture, without masked pixels.
+        """Return the loss of a rendered view against its picture, ignoring masked pixels.
 
         Args:
-            image: `[H, W, 3]` rendered.
+            image: `[H, W, 3]` rendered view.
             view: Index of the view.
             frame: Ordinal of the frame.
             dssim: Weight of D-SSIM in the loss.
@@ -120,7 +120,7 @@ class TrainingContext:
         return photometric_loss(self.mask(image, view, frame), self.truth(view, frame), dssim)
 
     def generator(self, frame: int, purpose: str) -> torch.Generator:
-        """Random generator for a purpose in a frame, on the CPU."""
+        """Return a CPU random generator for a purpose in a frame."""
         name = f"{self.seed}/{frame}/{purpose}".encode()
         seed = int.from_bytes(hashlib.sha256(name).digest()[:8], "little") >> 1
         return torch.Generator().manual_seed(seed)

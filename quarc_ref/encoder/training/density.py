@@ -1,4 +1,4 @@
-"""Adaptive density control of 3DGS.
+"""Adaptive density control as in 3DGS.
 
 Gaussians with large screen-space gradients are cloned if small and split if large; nearly
 transparent ones are pruned.
@@ -36,8 +36,8 @@ class ScreenStatistics:
 
         Args:
             gradient: Gradient of the loss with respect to `rendering.means2d`.
-            rendering: The view.
-            camera: Its camera.
+            rendering: Rendering of the view.
+            camera: Camera of the view.
         """
         seen = rendering.radii > 0
         self._sums += torch.where(seen, to_ndc(gradient, camera).norm(dim=1), 0)
@@ -45,7 +45,7 @@ class ScreenStatistics:
         self._radii = torch.maximum(self._radii, rendering.radii)
 
     def add_last(self, gradient: Tensor, rendering: Rendering, camera: Camera) -> None:
-        """Add a view in which these Gaussians are the last rows."""
+        """Add a view whose last rows are these Gaussians."""
         count = self._sums.numel()
         part = Rendering(
             rendering.image, rendering.alpha, rendering.means2d, rendering.radii[-count:]
@@ -53,25 +53,25 @@ class ScreenStatistics:
         self.add(gradient.reshape(-1, 2)[-count:], part, camera)
 
     def mean_gradients(self) -> Tensor:
-        """Mean gradients in NDC, 0 for Gaussians that no view has seen, `[N]`."""
+        """Return the `[N]` mean gradients in NDC; 0 for Gaussians that no view has seen."""
         return self._sums / self._views.clamp(min=1)
 
     def state(self) -> dict[str, Tensor]:
-        """The accumulated tensors, each `[N]`."""
+        """Return the accumulated tensors, each `[N]`."""
         return {"sums": self._sums, "views": self._views, "radii": self._radii}
 
     def restore(self, state: dict[str, Tensor]) -> None:
-        """Restore what `state` returned."""
+        """Restore tensors returned by `state`."""
         self._sums, self._views, self._radii = (
             state[name].to(self._sums.device) for name in ("sums", "views", "radii")
         )
 
     def largest_radii(self) -> Tensor:
-        """Return `[N]` pixels."""
+        """Return the `[N]` largest radii in pixels."""
         return self._radii
 
     def without(self, gone: Tensor) -> "ScreenStatistics":
-        """Statistics without the Gaussians of a mask `[N]`."""
+        """Return the statistics without the Gaussians of a mask `[N]`."""
         left = ScreenStatistics(0, self._sums.device)
         left.restore({name: values[~gone] for name, values in self.state().items()})
         return left
@@ -84,12 +84,12 @@ def densify(
     extent: float,
     generator: torch.Generator,
 ) -> None:
-    """Clone, split and prune the Gaussians of a trainer (method of 3DGS).
+    """Clone, split and prune the Gaussians of a trainer as in 3DGS.
 
     Args:
-        trainer: Changed in place.
-        statistics: Since the last call.
-        settings: Thresholds and bound.
+        trainer: Trainer, which is modified in place.
+        statistics: Statistics since the last call.
+        settings: Thresholds and maximum number of Gaussians.
         extent: Extent of the capture, world units.
         generator: Random generator for the positions of split Gaussians.
     """
@@ -120,7 +120,7 @@ def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
 
 
 def draw_within(attributes: Attributes, spread: float, generator: torch.Generator) -> Tensor:
-    """Sample an offset from each Gaussian, with scales times `spread`, `[N, 3]`."""
+    """Sample `[N, 3]` offsets from the Gaussians, with scales multiplied by `spread`."""
     noise = torch.randn(attributes.means.shape, generator=generator).to(attributes.means.device)
     local = noise * torch.exp(attributes.log_scales) * spread
     unit = torch.nn.functional.normalize(attributes.rotations, dim=1)
@@ -131,7 +131,7 @@ def draw_within(attributes: Attributes, spread: float, generator: torch.Generato
 
 
 def _largest(values: Tensor, count: int) -> Tensor:
-    """Mask of the `count` largest values."""
+    """Return a mask of the `count` largest values."""
     mask = torch.zeros_like(values, dtype=torch.bool)
     mask[torch.topk(values, min(count, values.numel())).indices] = True
     return mask

@@ -1,9 +1,10 @@
 """Exposure compensation: a color gain per training camera (not in the paper).
 
-Cameras of a rig differ in exposure and white balance. Without correction, training fits the
-differences with view-dependent color that is wrong from all other directions. Here every training
-camera has a gain for red, green and blue, and training compares with pictures as the mean camera
-would have taken them. A stream carries no gains: its scene is the mean camera's.
+Cameras of a rig differ in exposure and white balance. Without correction, training
+explains the differences by view-dependent color, which is wrong in all other directions.
+Every training camera therefore has gains for red, green and blue, and training uses
+pictures corrected to the mean camera. The stream contains no gains; its scene has the
+exposure of the mean camera.
 """
 
 from collections.abc import Iterable
@@ -14,19 +15,19 @@ from torch.utils.weak import WeakTensorKeyDictionary
 
 _LEAST_GAIN, _MOST_GAIN = 0.5, 2.0
 _SATURATED = 0.98
-_APART = 4  # pixels from one that is compared to the next, both ways
+_APART = 4  # pixel step of the comparison in both directions
 _LEAST_LIGHT = 1e-6
 
 
 class Exposures:
-    """The gains of the training views, whose mean is 1.
+    """Gains of the training views, with a mean of 1.
 
     Args:
         view_count: Number of training views.
         device: Device that holds the pictures.
 
     Attributes:
-        gains: `[V, 3]` of red, green and blue.
+        gains: `[V, 3]` gains of red, green and blue.
     """
 
     def __init__(self, view_count: int, device: torch.device) -> None:
@@ -34,9 +35,9 @@ class Exposures:
         self._corrected = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
-        """A view's picture `[H, W, 3]` with its exposure corrected to the mean camera's.
+        """Correct a view's picture `[H, W, 3]` to the exposure of the mean camera.
 
-        The tensor is cached until the gains change.
+        The result is cached until the gains change.
         """
         if picture not in self._corrected:
             self._corrected[picture] = picture / self.gains[view]
@@ -44,19 +45,19 @@ class Exposures:
         return corrected
 
     def observe(self, view: int, image: Tensor, picture: Tensor, rate: float) -> None:
-        """Update a view's gain by an exponential moving average.
+        """Update the gain of a view by an exponential moving average.
 
         Args:
             view: Index of the view.
-            image: `[H, W, 3]` rendered view.
+            image: `[H, W, 3]` rendering.
             picture: `[H, W, 3]` picture of the camera.
-            rate: The share.
+            rate: Weight of the new value.
         """
         self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), rate)
         self._balance()
 
     def settle(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Estimate all gains again, from pairs of rendering and picture."""
+        """Estimate all gains again from pairs of rendering and picture."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._balance()
 
@@ -72,9 +73,9 @@ class Exposures:
 
 
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
-    """Least-squares gain from an image to a picture, `[3]`.
+    """Estimate the `[3]` least-squares gains from an image to a picture.
 
-    Saturated pixels carry no information; a subset of the others is sufficient.
+    Saturated pixels are ignored, and a subset of the others is used.
     """
     image, picture = image.detach()[::_APART, ::_APART], picture.detach()[::_APART, ::_APART]
     shown = image * (picture < _SATURATED)

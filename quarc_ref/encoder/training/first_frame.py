@@ -1,6 +1,6 @@
-"""Values that later frames take from decoded frame 0: exposures and the reference loss.
+"""Computes the values of decoded frame 0 that later frames use: exposures and reference loss.
 
-Both depend only on the file and the pictures, so that a resumed encode has the same.
+Both depend only on the file and the pictures, so a resumed encode gets the same values.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from quarc_ref.encoder.training.trainable import from_splats
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
     """Yield the rendering of a decoded scene and the picture of each training view, `[H, W, 3]`.
 
-    Both are black where the view is masked.
+    Masked pixels of both are black.
     """
     drawn = from_splats(dequantize(state.scene), context.device).activated()
     for view in range(len(context.views.cameras)):
@@ -33,11 +33,11 @@ def refit_exposures(context: TrainingContext, state: FrameState) -> None:
 
 
 def measure_loss(context: TrainingContext, state: FrameState, dssim: float) -> float:
-    """Mean loss of the training views.
+    """Return the mean loss of the training views.
 
     Args:
-        context: Its exposures are settled.
-        state: Decoded.
+        context: Training context with final exposures.
+        state: Decoded state.
         dssim: Weight of D-SSIM in the loss.
     """
     losses = [

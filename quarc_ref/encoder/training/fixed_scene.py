@@ -1,4 +1,4 @@
-"""The fixed scene behind new Gaussians, rendered once per view."""
+"""The fixed part of a scene, which is rendered once per view while new Gaussians are trained."""
 
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes
@@ -6,7 +6,7 @@ from quarc_ref.rendering.rasterizer import Backdrop
 
 
 class FixedScene:
-    """Gaussians that are rendered once per view, whatever is added to them later.
+    """Fixed Gaussians, whose rendering of each view is cached.
 
     Args:
         context: Views and renderer.
@@ -23,7 +23,7 @@ class FixedScene:
         self._seen: dict[int, Backdrop] = {}
 
     def backdrop(self, view: int) -> Backdrop:
-        """The scene in a view."""
+        """Return the cached rendering of a view."""
         if view not in self._seen:
             self._seen[view] = self._context.render_backdrop(self._drawn, view)
         return self._seen[view]

@@ -1,9 +1,8 @@
 """The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
 
-On a CPU the SSIM and its gradient are numba's; elsewhere, and in float64, they
-are torch's convolutions. Both are the same SSIM to float precision. A ground truth is compared
-with many pictures: the terms of SSIM that depend only on it are computed once, and cached as long
-as the truth exists.
+On the CPU, SSIM and its gradient are numba kernels; elsewhere, and in float64, they are
+torch convolutions. Both agree to float precision. A ground truth is compared with many
+renderings, so the terms of SSIM that depend only on it are cached for its lifetime.
 """
 
 from typing import Any
@@ -25,18 +24,18 @@ _MOMENTS = WeakTensorKeyDictionary()
 
 
 def photometric_loss(image: Tensor, truth: Tensor, dssim: float) -> Tensor:
-    """Loss of a rendering.
+    """Return the photometric loss of a rendering.
 
     Args:
-        image: `[H, W, 3]` rendered.
-        truth: `[H, W, 3]` from 0 to 1; its numbers are never changed.
+        image: `[H, W, 3]` rendering.
+        truth: `[H, W, 3]` ground truth from 0 to 1, which must not be modified later.
         dssim: Weight of 1 - SSIM; the rest is L1.
     """
     return (1 - dssim) * (image - truth).abs().mean() + dssim * (1 - mean_ssim(image, truth))
 
 
 def mean_ssim(image: Tensor, truth: Tensor) -> Tensor:
-    """Mean SSIM of two pictures `[H, W, 3]`, differentiable by the first."""
+    """Return the mean SSIM of pictures `[H, W, 3]`, differentiable with respect to the first."""
     if image.device.type == "cpu" and image.dtype == torch.float32:
         value: Tensor = _NumbaSsim.apply(image, truth)
         return value
@@ -68,7 +67,7 @@ class _NumbaSsim(Function):
 
 
 def _recall_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """A truth `[H, 3 W]` and its cached moments `[2, H, 3 W]`."""
+    """Return a truth `[H, 3 W]` and its cached moments `[2, H, 3 W]`."""
     picture = truth.detach().contiguous().numpy().reshape(truth.shape[0], -1)
     if truth not in _MOMENTS:
         moments = np.empty((2, *picture.shape), dtype=np.float32)
@@ -79,7 +78,7 @@ def _recall_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.floa
 
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
-    """SSIM of every pixel and color, `[3, H, W]`."""
+    """Return the `[3, H, W]` SSIM of every pixel and color."""
     taps = image.new_tensor(ssim_kernels.WINDOW)
     window = (taps[:, None] * taps).expand(3, 1, taps.numel(), taps.numel())
 

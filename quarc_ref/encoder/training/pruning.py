@@ -1,15 +1,15 @@
 """Prunes Gaussians of a canonical frame that contribute little to the pictures.
 
-With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian: the derivative
-with respect to that opacity, times the opacity, is the change if the Gaussian were removed. The
-sum of the squares of that over a picture is found without a pass per Gaussian: the derivative of a
-sum of pixels with random signs, squared, is that sum on average (Hutchinson's estimate of a
-diagonal).
+With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian: the
+derivative with respect to that opacity, times the opacity, is the change if the Gaussian
+were removed. The sum of the squared changes over a picture is estimated without a pass
+per Gaussian: the squared derivative of a sum of pixels with random signs has this sum as
+its mean (Hutchinson's estimator of a diagonal).
 
-The criterion is the squared change, not the increase of the error, because fine-tuning of the
-other Gaussians removes much of that increase. Its measure is the squared error of the pixels that
-a Gaussian shows in, the median over all of them: neither lamps that no scene can model nor a black
-background around a small subject affect it.
+The criterion is the squared change, not the increase of the error, because fine-tuning of
+the other Gaussians removes much of that increase. It is measured in units of the squared
+error of the pixels in which a Gaussian is visible, as the median over all Gaussians.
+Neither saturated lamps nor a black background around a small subject affect this unit.
 """
 
 from dataclasses import replace
@@ -28,12 +28,13 @@ _COLORS = 3
 def prune_by_contribution(
     trainer: Trainer, context: TrainingContext, price: float, generator: torch.Generator
 ) -> None:
-    """Prune the Gaussians that contribute least to frame 0, at most half of the visible ones.
+    """Prune the Gaussians that contribute least to frame 0, up to half of the visible ones.
 
     Args:
-        trainer: Changed in place.
-        context: Its training views are the pictures.
-        price: Presence below which a Gaussian is pruned, in medians of the error around one.
+        trainer: Trainer, which is modified in place.
+        context: Training context, whose training views are used.
+        price: Contribution below which Gaussians are pruned, in medians of the error
+            around a Gaussian.
         generator: Random generator of the probes.
     """
     presence, error = measure_contributions(context, trainer.attributes.detached(), generator)
@@ -49,18 +50,18 @@ def prune_by_contribution(
 def measure_contributions(
     context: TrainingContext, attributes: Attributes, generator: torch.Generator
 ) -> tuple[Tensor, Tensor]:
-    """Measure each Gaussian's contribution to the pictures, and their error around it.
+    """Measure each Gaussian's contribution to the pictures, and the error around it.
 
     Args:
-        context: Its training views are the pictures.
+        context: Training context, whose training views are used.
         attributes: Attributes of the Gaussians.
         generator: Random generator of the probes.
 
     Returns:
-        `[N]` squared change of a picture if the Gaussian alone were gone (an
-        estimate without bias), and `[N]` the squared error of a picture, of each
-        pixel by what share of it the Gaussian shows; both are summed over the
-        pixels, and the mean over the colors and over the views that see it.
+        `[N]` unbiased estimates of the squared change of a picture without the Gaussian,
+        and `[N]` squared errors of a picture, weighted by the Gaussian's share of each
+        pixel. Both are summed over pixels and averaged over colors and the views that see
+        the Gaussian.
     """
     drawn = attributes.activated()
     presence, error, seen = (torch.zeros_like(drawn.opacities) for _ in range(3))
@@ -82,11 +83,11 @@ def measure_contributions(
 
 
 def _gated(drawn: Gaussians, gates: Tensor) -> Gaussians:
-    """Gaussians with opacities multiplied by gates `[N]`."""
+    """Return Gaussians with opacities multiplied by gates `[N]`."""
     return replace(drawn, opacities=drawn.opacities * gates)
 
 
 def _tinted(drawn: Gaussians, tints: Tensor) -> Gaussians:
-    """Gaussians with tints `[N]` added to red, green and blue."""
+    """Return Gaussians with tints `[N]` added to red, green and blue."""
     sh = torch.cat([drawn.sh[:, :1] + to_sh_dc(tints + 0.5)[:, None, None], drawn.sh[:, 1:]], dim=1)
     return replace(drawn, sh=sh)

@@ -1,7 +1,7 @@
 """Converts trained floats to the integers of the format.
 
-Rounding uses the same operations as during training (`straight_through`). Values out of the
-format's range raise EncodeError and are never clamped.
+Rounding uses the same operations as training (`straight_through`). Values out of the
+format's range raise EncodeError instead of being clamped.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from quarc_ref.format.constants import AXIS_BITS_LIMIT, CODE_LIMIT, POSITION_LIM
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
-_FARTHEST = 2.0**62  # beyond all limits, and within int64
+_FARTHEST = 2.0**62  # above all limits, but within int64
 
 
 def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussians:
@@ -49,8 +49,8 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
 def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attributes:
     """Drop Gaussians whose positions a canonical frame cannot represent (SPEC 5.4).
 
-    Those farther off the middle than the lattice or the axis bits reach, a few
-    stragglers of training at most, are left out.
+    Gaussians outside the range of the lattice or the axis bits, usually a few outliers of
+    training, are dropped.
 
     Raises:
         EncodeError: No Gaussian is left.
@@ -69,8 +69,8 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
 
     Args:
         attributes: New Gaussians.
-        parents: `[n]` indices in the scene.
-        scene: After the motion of the frame.
+        parents: `[n]` indices of parents in the scene.
+        scene: Scene after the motion of the frame.
 
     Raises:
         EncodeError: A number is not finite, or out of the format's range.
@@ -87,12 +87,12 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
 
 
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:
-    """Symbols `[c, a]` of residuals `[a, c]`."""
+    """Return the symbols `[c, a]` of residuals `[a, c]`."""
     return _steps(residuals, step)
 
 
 def _world(scene: Scene, indices: Int64) -> NDArray[np.float64]:
-    """Positions in world units, `[n, 3]`."""
+    """Return `[n, 3]` positions in world units."""
     unit = 2.0**-scene.header.lattice_exponent
     world: NDArray[np.float64] = scene.positions[:, indices].T * np.float64(unit)
     return world
@@ -103,7 +103,7 @@ def _steps(values: Tensor, step: float) -> Int64:
 
 
 def _rows(values: Tensor) -> Int64:
-    """Integers `[c, n]` of integral floats `[n, c]`."""
+    """Convert integral floats `[n, c]` to integers `[c, n]`."""
     rows: Int64 = np.ascontiguousarray(values.detach().cpu().numpy().T.astype(np.int64))
     return rows
 

@@ -1,8 +1,8 @@
-"""Terms of the canonical frame's loss besides the photometric one.
+"""Regularization and rate terms of the canonical frame's loss.
 
-The opacity and scale penalty is that of 3DGS-MCMC: haze covers many pixels, contributes little,
-and is wrong in other views. The rate term estimates the bits of a Gaussian's codes: about the
-logarithm of their magnitude or of their spread.
+The opacity and scale penalty of 3DGS-MCMC suppresses haze, which covers many pixels and
+is wrong in other views. The rate term estimates the bits of a Gaussian's codes by the
+logarithm of their magnitude or spread.
 """
 
 import torch
@@ -16,7 +16,7 @@ _SQUARE_FLOOR = 1e-24
 
 
 def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
-    """Weighted mean opacity and mean scale."""
+    """Return the weighted mean opacity plus the weighted mean scale."""
     if not (settings.opacity_reg or settings.scale_reg):
         return 0.0
     opacities, scales = torch.sigmoid(attributes.opacities), torch.exp(attributes.log_scales)
@@ -24,7 +24,7 @@ def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -
 
 
 def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
-    """Estimated nats of a Gaussian's codes, without position and opacity.
+    """Estimate the nats of a Gaussian's codes without position and opacity.
 
     Rotation and SH rest codes, which are mostly 0, cost ln(1 + magnitude) each. Scales and
     colors cost ln(1 + mean deviation), because their coder adapts to the distribution of a row.
@@ -38,9 +38,9 @@ def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
 
 
 def _rotation_nats(rotations: Tensor, unity: int) -> Tensor:
-    """Sum of ln(1 + code) over the components except the largest, which is not coded, `[N]`.
+    """Return the `[N]` sums of ln(1 + code) over the three coded components.
 
-    Written out, because `normalize` and the maximum of the logarithms take twice as long.
+    Written without `normalize` and a maximum of logarithms, which take twice as long.
     """
     norms = rotations.square().sum(dim=1, keepdim=True).clamp(min=_SQUARE_FLOOR)
     codes = rotations.abs() * torch.rsqrt(norms) * unity
@@ -48,6 +48,6 @@ def _rotation_nats(rotations: Tensor, unity: int) -> Tensor:
 
 
 def _spread_nats(values: Tensor, step: float) -> Tensor:
-    """Sum of ln(1 + mean absolute deviation in steps) over the columns of `[N, c]`."""
+    """Return the sum of ln(1 + mean absolute deviation in steps) over the columns of `[N, c]`."""
     spread = (values - values.mean(dim=0)).abs().mean(dim=0)
     return torch.log1p(spread / step).sum()

@@ -1,6 +1,7 @@
-"""The quantizer in training: rounds forward, identity backward (paper Eq. 3).
+"""Straight-through quantizer: rounds forward, identity backward (paper Eq. 3).
 
-Values are what the decoder would reconstruct, to float precision; only the decoder makes states.
+Values equal those that the decoder reconstructs, to float precision. States are made only
+by the decoder.
 """
 
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ _rounds = ContextVar("rounds", default=True)
 def without_rounding() -> Iterator[None]:
     """Disable rounding within this context.
 
-    The result cannot be written to a stream: this measures what rounding costs.
+    Results cannot be written to a stream; this serves to measure the cost of rounding.
     """
     token = _rounds.set(False)
     try:
@@ -29,7 +30,7 @@ def without_rounding() -> Iterator[None]:
 
 
 def round_to_step(values: Tensor, step: float) -> Tensor:
-    """Round to multiples of a step, with the gradient of the identity."""
+    """Round to multiples of a step with the gradient of the identity."""
     if not _rounds.get():
         return values
     return values + (torch.round(values / step) * step - values).detach()
@@ -39,7 +40,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
     """Normalize quaternions and round their three smaller components to the grid (SPEC 7.2).
 
     Args:
-        quaternions: `[N, 4]` wxyz, of any norm above 0.
+        quaternions: `[N, 4]` quaternions wxyz with any norm above 0.
         fraction_bits: Fraction bits of the three components.
     """
     unit = torch.nn.functional.normalize(quaternions, dim=1)
@@ -56,9 +57,9 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
 
 
 def split_rotations(unit: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
-    """Index of the largest component `[N]`, and the others in steps `[N, 3]`.
+    """Return the `[N]` index of the largest component, and the `[N, 3]` others in steps.
 
-    The sign is taken so that the largest component is positive.
+    The sign is chosen so that the largest component is positive.
     """
     index = unit.abs().argmax(dim=1)
     largest = unit.gather(1, index[:, None])
@@ -67,16 +68,16 @@ def split_rotations(unit: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
 
 
 def position_step(header: StreamHeader) -> float:
-    """Step of Gaussian positions, world units."""
+    """Return the step of Gaussian positions in world units."""
     return float(header.position_step * 2.0**-header.lattice_exponent)
 
 
 def translation_step(header: StreamHeader) -> float:
-    """Step of translation residuals, world units."""
+    """Return the step of translation residuals in world units."""
     return float(header.translation_step * 2.0**-header.lattice_exponent)
 
 
 def _places(index: Tensor) -> Tensor:
-    """Indices of the largest component, then of the others in order, `[N, 4]`."""
+    """Return `[N, 4]` indices: the largest component, then the others in order."""
     table = index.new_tensor([[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]])
     return table[index]

@@ -1,9 +1,9 @@
-"""Fixes torch's number of threads, on which its results depend.
+"""Fixes the number of torch threads, on which torch's results depend.
 
-torch splits long arrays into a piece per thread. It sums piece by piece, and computes the end of
-a piece with other instructions than the rest, so the last bits depend on the number of threads.
-Training therefore uses one thread on every machine. The kernels of the renderer use all processors
-and do most of the work, so a second thread of torch gains nothing. Their results do not depend on
+torch splits long arrays into one piece per thread. It sums by pieces, and uses different
+instructions at the end of a piece, so the last bits of results depend on the number of
+threads. Training therefore uses one torch thread on every machine. Most of the work is
+done by the renderer's kernels, which use all CPU cores and whose results do not depend on
 the number of threads.
 """
 
@@ -20,7 +20,8 @@ _THREADS = 1
 @contextmanager
 def fixed_threads() -> Iterator[None]:
     """Run with the same number of torch threads on every machine."""
-    start_threads()  # of numba, which sets OpenMP's number, and so torch's, when it starts its own
+    # numba sets OpenMP's number of threads, and thus torch's, when it starts its threads
+    start_threads()
     before = torch.get_num_threads()
     torch.set_num_threads(_THREADS)
     try:

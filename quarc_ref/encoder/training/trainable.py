@@ -1,6 +1,6 @@
-"""Gaussians in training: raw attributes and their Adam state, row by row.
+"""Trainable Gaussians: raw attributes and their Adam state.
 
-Densification removes and adds rows; the rows that stay keep their Adam state.
+Densification removes and adds rows; remaining rows keep their Adam state.
 """
 
 import math
@@ -27,15 +27,15 @@ _SH_C0 = 0.28209479177387814
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attributes:
-    """Raw attributes, a row per Gaussian, as 3DGS stores them.
+    """Raw attributes in the form of 3DGS, one row per Gaussian.
 
     Attributes:
-        means: `[N, 3]` world units.
-        rotations: `[N, 4]` wxyz, any norm.
-        log_scales: `[N, 3]`.
-        opacities: `[N]` logits.
-        sh_dc: `[N, 1, 3]`.
-        sh_rest: `[N, 3, 3]`.
+        means: `[N, 3]` positions, world units.
+        rotations: `[N, 4]` quaternions wxyz of any norm.
+        log_scales: `[N, 3]` natural logarithms of scales.
+        opacities: `[N]` opacity logits.
+        sh_dc: `[N, 1, 3]` SH coefficients of degree 0.
+        sh_rest: `[N, 3, 3]` SH coefficients of degree 1.
     """
 
     means: Tensor
@@ -46,16 +46,16 @@ class Attributes:
     sh_rest: Tensor
 
     def rows(self, which: Tensor) -> "Attributes":
-        """Rows of a mask or an index."""
+        """Return the rows of a mask or an index."""
         return Attributes(*(tensor[which] for tensor in self.tensors()))
 
     def joined(self, other: "Attributes") -> "Attributes":
-        """These rows, followed by another's."""
+        """Concatenate these rows and those of another object."""
         pairs = zip(self.tensors(), other.tensors(), strict=True)
         return Attributes(*(torch.cat(pair) for pair in pairs))
 
     def tensors(self) -> tuple[Tensor, ...]:
-        """The tensors, in the order of the attributes."""
+        """Return the tensors in the order of the attributes."""
         return (
             self.means,
             self.rotations,
@@ -66,11 +66,11 @@ class Attributes:
         )
 
     def detached(self) -> "Attributes":
-        """Detached copies."""
+        """Return detached copies."""
         return Attributes(*(tensor.detach().clone() for tensor in self.tensors()))
 
     def quantized(self, header: StreamHeader) -> "Attributes":
-        """Attributes as a stream would store them, with straight-through gradients."""
+        """Return the attributes quantized as in a stream, with straight-through gradients."""
         return Attributes(
             round_to_step(self.means, position_step(header)),
             round_rotations(self.rotations, header.rotation_bits),
@@ -81,7 +81,7 @@ class Attributes:
         )
 
     def activated(self) -> Gaussians:
-        """Activated Gaussians, ready to be rendered."""
+        """Return activated Gaussians for rendering."""
         return Gaussians(
             self.means,
             self.rotations,
@@ -95,7 +95,7 @@ _NAMES = tuple(field.name for field in fields(Attributes))
 
 
 def from_splats(splats: Splats, device: torch.device) -> Attributes:
-    """Attributes of a decoded scene; SH degree 1 is 0 if the stream has none."""
+    """Return the attributes of a decoded scene; SH degree 1 is 0 if the stream has none."""
     sh = torch.zeros((splats.positions.shape[0], 4, 3), device=device)
     sh[:, : splats.sh.shape[1]] = torch.from_numpy(splats.sh).to(device)
     return Attributes(
@@ -112,7 +112,7 @@ class Trainer:
     """Attributes and an Adam optimizer whose rows can be replaced.
 
     Args:
-        attributes: Where training starts.
+        attributes: Initial attributes.
         rates: Learning rate of each attribute, in the order of `Attributes`.
     """
 
@@ -125,7 +125,7 @@ class Trainer:
 
     @property
     def attributes(self) -> Attributes:
-        """The leaves of the graph."""
+        """The attributes as leaves of the autograd graph."""
         return Attributes(*self._leaves)
 
     @property
@@ -139,7 +139,7 @@ class Trainer:
             group["lr"] = rate
 
     def step(self, loss: Tensor, extra: Tensor) -> Tensor:
-        """Take an optimizer step; return the gradient by one more tensor of the graph."""
+        """Take an optimizer step; return the gradient with respect to an additional tensor."""
         *gradients, by_extra = torch.autograd.grad(loss, [*self._leaves, extra], allow_unused=True)
         for leaf, gradient in zip(self._leaves, gradients, strict=True):
             leaf.grad = gradient
@@ -153,7 +153,7 @@ class Trainer:
         logits.copy_(torch.where(which, torch.logit(faded, eps=_LEAST_OPACITY), logits))
 
     def state(self) -> dict[str, Tensor]:
-        """Everything that the next step depends on: attributes and Adam state."""
+        """Return the training state: attributes and Adam state."""
         state = {}
         for name, leaf in zip(_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
@@ -162,7 +162,7 @@ class Trainer:
         return state
 
     def restore(self, state: dict[str, Tensor]) -> None:
-        """Restore what `state` returned."""
+        """Restore a training state returned by `state`."""
         device = self._leaves[0].device
         self._leaves = [_leaf(state[name].to(device)) for name in _NAMES]
         self._adam.state.clear()
@@ -174,7 +174,7 @@ class Trainer:
             }
 
     def replace_rows(self, kept: Tensor, added: Attributes) -> None:
-        """Keep the rows of a mask `[N]` and append others, whose Adam state is zero."""
+        """Keep the rows of a mask `[N]`, and append rows with zero Adam state."""
         new = zip(self._adam.param_groups, added.tensors(), strict=True)
         leaves = []
         for group, rows in new:
@@ -191,18 +191,18 @@ class Trainer:
 
 
 def to_sh_dc(colors: Tensor) -> Tensor:
-    """SH DC coefficients of colors from 0 to 1 (SPEC 10.2)."""
+    """Convert colors from 0 to 1 to SH DC coefficients (SPEC 10.2)."""
     return (colors - 0.5) / _SH_C0
 
 
 def cosine_decay(step: int, iterations: int, end: float) -> float:
-    """Cosine decay factor of a step: 1 at the first, `end` after the last."""
+    """Return the cosine decay factor of a step: 1 at the first step, `end` after the last."""
     turn = (1 + math.cos(math.pi * step / iterations)) / 2
     return end + (1 - end) * turn
 
 
 def _forget(leaf: Tensor) -> dict[str, Tensor]:
-    """Initial Adam state of an attribute."""
+    """Return the initial Adam state of an attribute."""
     nothing = torch.zeros_like(leaf, requires_grad=False)
     return {"step": torch.zeros((), device=leaf.device), "exp_avg": nothing, "exp_avg_sq": nothing}
 

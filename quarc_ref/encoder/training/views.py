@@ -1,6 +1,6 @@
-"""The training views as tensors, the only data of a capture that training sees.
+"""The training views as tensors, which are the only data of a capture that training uses.
 
-Held-out cameras are not reachable from here.
+Held-out cameras are not accessible from here.
 """
 
 from collections.abc import Iterator
@@ -17,10 +17,10 @@ class TrainingViews:
     """The training cameras of a capture and their pictures on a device.
 
     Args:
-        capture: Its held-out cameras are not used.
+        capture: The capture; its held-out cameras are not used.
         device: Device that holds the pictures.
-        downscale: Pixels across and down that are averaged to one. What does
-            not fill a pixel on the right and at the bottom is cut off.
+        downscale: Factor of downscaling by averaging. Incomplete pixels on the right and
+            at the bottom are dropped.
 
     Raises:
         ValueError: `downscale` leaves no pixel.
@@ -37,11 +37,11 @@ class TrainingViews:
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """The training cameras, as they see the pictures."""
+        """The training cameras at the size of the pictures."""
         return self._cameras
 
     def picture(self, view: int, frame: int) -> Tensor:
-        """Picture of a view, float32 from 0 to 1, black where masked, `[H, W, 3]`.
+        """Return the `[H, W, 3]` float32 picture of a view from 0 to 1, black where masked.
 
         Args:
             view: Index in `cameras`.
@@ -56,14 +56,15 @@ class TrainingViews:
         return self._pictures[key]
 
     def mask(self, view: int, frame: int) -> Tensor | None:
-        """Mask of a view, 1 for the pixels that count and 0 for others, `[H, W, 1]`.
+        """Return the `[H, W, 1]` mask of a view: 1 for pixels to use, 0 for others.
 
         Args:
             view: Index in `cameras`.
             frame: Ordinal of the frame in the capture.
 
         Returns:
-            None if all pixels count. A pixel counts if all that are averaged to it do.
+            The mask, or None if all pixels are used. A downscaled pixel is used if all
+            its source pixels are.
         """
         key = (view, frame)
         if key not in self._masks:
@@ -76,7 +77,7 @@ class TrainingViews:
         return _average(mask, self._downscale).floor()
 
     def halved(self) -> "TrainingViews":
-        """The same views at half the width and half the height."""
+        """Return the same views with half the width and height."""
         return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
     def drop_before(self, frame: int) -> None:
@@ -85,19 +86,19 @@ class TrainingViews:
         self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
 
     def shuffled(self, generator: torch.Generator) -> "Shuffle":
-        """All views in random order, endlessly."""
+        """Return an endless iterator over the views in random order."""
         return Shuffle(len(self._indices), generator)
 
 
 class Shuffle(Iterator[int]):
-    """An endless random sequence of the numbers below a bound, in complete permutations.
+    """An endless random sequence of the numbers below a bound, by complete permutations.
 
     Args:
-        count: The bound.
+        count: Upper bound of the numbers.
         generator: Random generator of the permutations.
 
     Attributes:
-        left: Views of the current order that have not been used yet.
+        left: Numbers of the current permutation that have not been returned yet.
     """
 
     def __init__(self, count: int, generator: torch.Generator) -> None:
@@ -113,7 +114,7 @@ class Shuffle(Iterator[int]):
 
 
 def _average(picture: Tensor, downscale: int) -> Tensor:
-    """Average over squares of `downscale` pixels."""
+    """Downscale by averaging squares of `downscale` pixels."""
     if downscale == 1:
         return picture
     means = torch.nn.functional.avg_pool2d(picture.permute(2, 0, 1), downscale)
@@ -121,9 +122,9 @@ def _average(picture: Tensor, downscale: int) -> Tensor:
 
 
 def measure_extent(cameras: tuple[Camera, ...]) -> float:
-    """Extent of a capture as in 3DGS: 1.1 times the cameras' radius, world units.
+    """Return the extent of a capture as in 3DGS: 1.1 times the cameras' radius, in world units.
 
-    Cameras that are all in one place have no radius; their extent is 1.
+    If all cameras are at the same position, the extent is 1.
     """
     rotations = torch.tensor([camera.rotation for camera in cameras], dtype=torch.float64)
     translations = torch.tensor([camera.translation for camera in cameras], dtype=torch.float64)
