@@ -1,1 +1,1 @@
-"""Quality of a stream: metrics, sizes and reports, measured on the decoded file."""
+"""Measures the quality of decoded streams: metrics, sizes and reports."""

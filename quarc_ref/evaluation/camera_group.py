@@ -1,4 +1,4 @@
-"""Cameras of a capture that are measured together, frame after frame."""
+"""Measures a group of cameras of a capture, frame by frame."""
 
 from collections.abc import Sequence
 
@@ -15,14 +15,14 @@ from quarc_ref.format.cameras import Camera
 
 
 class CameraGroup:
-    """Measures decoded frames on some cameras; frames are given in the order of time.
+    """Measures decoded frames on a group of cameras, in temporal order.
 
     Args:
-        capture: Whose pictures are the truth.
-        cameras: To draw with, in the order of the capture, as for `measure_views`.
+        capture: Capture whose pictures are the ground truth.
+        cameras: Cameras for rendering, in the order of the capture; see `measure_views`.
         indices: Indices of the cameras in the group.
-        correction: Color correction, for the metrics that are named after it.
-        lpips: Measures LPIPS too, as `lpips`; None to leave it out.
+        correction: Color correction for the metrics with its prefix.
+        lpips: LPIPS metric; None to omit it.
 
     Raises:
         CaptureError: A picture cannot be read.
@@ -47,7 +47,7 @@ class CameraGroup:
 
     @property
     def quality(self) -> Quality:
-        """The figures of all frames so far."""
+        """The metrics of all frames so far."""
         return Quality(self._measured, self.variants)
 
     @property
@@ -60,7 +60,7 @@ class CameraGroup:
 
         Args:
             splats: The frame's scene in floats.
-            frame: Its ordinal.
+            frame: Ordinal of the frame.
 
         Raises:
             CaptureError: A picture cannot be read.
@@ -75,7 +75,7 @@ class CameraGroup:
 
 
 def name_variants(lpips: Lpips | None) -> dict[str, str]:
-    """Return the variant of each metric, LPIPS among them if it is measured."""
+    """Return the variant of each metric, including LPIPS if it is measured."""
     return VARIANTS if lpips is None else VARIANTS | {"lpips": lpips.variant}
 
 

@@ -1,4 +1,4 @@
-"""All measurements of one camera, frame after frame."""
+"""Measures one camera, frame by frame."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from quarc_ref.evaluation.metrics import (
 from quarc_ref.evaluation.regions import MOVING_VARIANT, find_moving
 from quarc_ref.evaluation.views import View
 
-Measures = dict[str, float | None]  # by name; None where there is nothing to measure
+Measures = dict[str, float | None]  # metrics by name; None if not measurable
 
 FLICKER_VARIANT = (
     "flicker, truth_flicker: mean absolute change of the rendering, and of the truth, from the "
@@ -35,8 +35,8 @@ class CameraMeter:
     """Measures the views of one camera in temporal order.
 
     Args:
-        background: `[H, W, 3]` of `find_background`; None where there are no regions.
-        correction: Color correction, for the metrics that are named after it.
+        background: `[H, W, 3]` background from `find_background`; None to measure no regions.
+        correction: Color correction for the metrics with its prefix.
     """
 
     def __init__(self, background: Picture | None, correction: Correction = COLOR) -> None:
@@ -45,13 +45,13 @@ class CameraMeter:
         self._before: tuple[View, Mask] | None = None
 
     def measure(self, view: View) -> Measures:
-        """Return the figures of a view.
+        """Return the metrics of a view.
 
         Returns:
-            `psnr`, `ssim`, `moving_psnr` and `static_psnr` without correction; the same after
-            correction, under the same names after its prefix, such as `moving_cc_psnr`; `flicker`
-            and `truth_flicker`. None stands for a region without a pixel, or where there are no
-            regions, and for the flicker of the first frame.
+            `psnr`, `ssim`, `moving_psnr` and `static_psnr` without correction; the same
+            after correction with its prefix, such as `moving_cc_psnr`; `flicker` and
+            `truth_flicker`. Metrics of empty or unknown regions, and the flicker of the
+            first frame, are None.
         """
         prefix = self._correction.prefix
         corrected = self._correct(view)
@@ -68,7 +68,7 @@ class CameraMeter:
         return figures | self._measure_flicker(view, static)
 
     def _correct(self, view: View) -> Picture:
-        """Return the rendering with its color corrected, by the pixels that count."""
+        """Return the rendering with corrected colors, fitted on the unmasked pixels."""
         if view.mask is None:
             return self._correction.apply(view.decoded, view.truth)
         kept, corrected = view.mask, np.zeros_like(view.decoded)
@@ -76,7 +76,7 @@ class CameraMeter:
         return corrected
 
     def _find_regions(self, view: View) -> tuple[Mask | None, Mask | None]:
-        """Return masks `[H, W]` of the moving and of the static pixels, among those that count."""
+        """Return masks `[H, W]` of the unmasked moving and static pixels."""
         if self._background is None:
             return None, None
         moving = find_moving(view.image, self._background, view.mask)

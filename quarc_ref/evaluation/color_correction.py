@@ -1,8 +1,7 @@
 """Corrects the colors of a rendering to those of the camera that took the ground truth.
 
-No encoder can know the exposure and white balance of a camera that it never
-saw; a metric after color correction shows the remaining errors. Both metrics are reported, with
-and without correction, as in nerfstudio, gsplat and Zip-NeRF (cc_psnr).
+The encoder cannot know the exposure and white balance of held-out cameras, so metrics are
+also measured after color correction, as in nerfstudio, gsplat and Zip-NeRF (cc_psnr).
 """
 
 from collections.abc import Callable
@@ -21,11 +20,11 @@ CC_VARIANT = (
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """A way to correct colors.
+    """A method to correct colors.
 
     Attributes:
-        prefix: Prefix of the names of metrics that are measured after it.
-        apply: From a rendering and the truth, `[H, W, 3]` from 0 to 1, to the corrected rendering.
+        prefix: Prefix of the names of metrics after this correction.
+        apply: Function that corrects a rendering to a truth, both `[H, W, 3]` from 0 to 1.
     """
 
     prefix: str
@@ -33,11 +32,11 @@ class Correction:
 
 
 def correct_color(picture: Picture, truth: Picture) -> Picture:
-    """Return a picture after the affine transform of RGB that brings it nearest to the truth.
+    """Apply the affine RGB transform that fits a picture to the truth by least squares.
 
     Args:
-        picture: `[H, W, 3]` from 0 to 1.
-        truth: `[H, W, 3]` from 0 to 1.
+        picture: `[H, W, 3]` picture from 0 to 1.
+        truth: `[H, W, 3]` ground truth from 0 to 1.
     """
     colors, wanted = (each.reshape(-1, 3).astype(np.float64) for each in (picture, truth))
     extended = np.column_stack((colors, np.ones(len(colors))))
@@ -46,11 +45,11 @@ def correct_color(picture: Picture, truth: Picture) -> Picture:
 
 
 def correct_gain(picture: Picture, truth: Picture) -> Picture:
-    """Return a picture after the gains of red, green and blue that bring it nearest to the truth.
+    """Apply the gains of red, green and blue that fit a picture to the truth by least squares.
 
     Args:
-        picture: `[H, W, 3]` from 0 to 1.
-        truth: `[H, W, 3]` from 0 to 1.
+        picture: `[H, W, 3]` picture from 0 to 1.
+        truth: `[H, W, 3]` ground truth from 0 to 1.
     """
     colors, wanted = (each.reshape(-1, 3).astype(np.float64) for each in (picture, truth))
     light = np.square(colors).sum(axis=0)

@@ -1,4 +1,4 @@
-"""Quality of a stream on the held-out cameras, measured only from the decoded file."""
+"""Measures the quality of a decoded stream on the held-out cameras."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,9 +22,9 @@ class EvaluationOptions:
 
     Attributes:
         span: First frame and the one after the last; None for all frames.
-        lpips: Measures LPIPS too; None to leave it out.
-        other_capture: Whether to measure a stream of another capture of the same cameras and
-            sizes as well. A stream that names no capture is measured on any such one.
+        lpips: LPIPS metric; None to omit it.
+        other_capture: Whether to accept a stream of another capture with the same cameras
+            and sizes. A stream without a fingerprint is always accepted.
     """
 
     span: tuple[int, int | None] = (0, None)
@@ -34,12 +34,12 @@ class EvaluationOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """A stream measured.
+    """Measurements of a stream.
 
     Attributes:
-        summary: What it is made of.
-        quality: Its metrics.
-        frames: Ordinals of the frames that were measured.
+        summary: Summary of the stream.
+        quality: Metrics.
+        frames: Ordinals of the measured frames.
         shown: Views of the first held-out camera: first, middle and last frame.
         protocol: Conditions of the measurement.
     """
@@ -57,11 +57,11 @@ def evaluate_stream(
     on_progress: Callable[[str, int, int], None],
     options: EvaluationOptions = EvaluationOptions(),
 ) -> Evaluation:
-    """Measure a stream against the capture that it was made from.
+    """Measure a stream on the capture that it was made from.
 
     Args:
-        data: A stream.
-        folder: The capture.
+        data: Bytes of the stream.
+        folder: Folder of the capture.
         on_progress: Called after every frame with stage, done, total.
         options: Frames and metrics to measure.
 

@@ -1,9 +1,9 @@
-"""LPIPS with weights that the user provides: none are included or downloaded.
+"""LPIPS with weights from a user's file; none are included or downloaded.
 
     torch.save(lpips.LPIPS(net="vgg").state_dict(), "lpips_vgg.pth")
 
-makes the file. The pictures are fed from 0 to 1, as 3DGS and its followers do,
-though the network was made for -1 to 1: figures are comparable with theirs.
+creates the file. Pictures range from 0 to 1, as in 3DGS and the methods based on it,
+although the network was trained with -1 to 1, so that results are comparable with theirs.
 """
 
 import hashlib
@@ -16,14 +16,14 @@ from torch.nn.functional import conv2d, max_pool2d, normalize, relu
 
 from quarc_ref.evaluation.metrics import Picture
 
-# The convolutions of VGG16, by their numbers in its list of layers, slice by slice.
+# Indices of the convolutions in VGG16's list of layers, by slice.
 _SLICES = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
 _EPSILON = 1e-10
-_LEAST_SIZE = 16  # four halvings
+_LEAST_SIZE = 16  # four downscalings by 2
 
 
 class WeightsError(ValueError):
-    """A file that does not hold the weights of LPIPS."""
+    """A file does not contain the weights of LPIPS."""
 
 
 class Lpips:
@@ -33,7 +33,7 @@ class Lpips:
         path: File of the weights.
 
     Attributes:
-        variant: The name that figures are given with.
+        variant: Name of the variant, which is reported with results.
 
     Raises:
         WeightsError: The file does not exist, or is not a weights file.
@@ -43,7 +43,7 @@ class Lpips:
         try:
             data = path.read_bytes()
             weights = torch.load(path, map_location="cpu", weights_only=True)
-        except Exception as error:  # torch names no class for a file that is none of its own
+        except Exception as error:  # torch raises various errors for files in other formats
             message = f"{path} is not a readable file of LPIPS weights: {error}"
             raise WeightsError(message) from error
         missing = [name for name in _list_names() if name not in weights]
@@ -60,7 +60,7 @@ class Lpips:
         """Return the distance of two pictures `[H, W, 3]` from 0 to 1.
 
         Raises:
-            ValueError: They are too small for the network.
+            ValueError: The pictures are too small for the network.
         """
         if min(picture.shape[:2]) < _LEAST_SIZE:
             message = f"LPIPS needs pictures of at least {_LEAST_SIZE} pixels"
@@ -75,7 +75,7 @@ class Lpips:
         return total
 
     def _list_features(self, pictures: Tensor) -> list[Tensor]:
-        """Return `[2, C, h, w]` the features at the end of every slice."""
+        """Return the `[2, C, h, w]` features at the end of every slice."""
         shift, scale = (self._weights[f"scaling_layer.{name}"] for name in ("shift", "scale"))
         flow, found = (pictures - shift) / scale, []
         for place, layers in enumerate(_SLICES):

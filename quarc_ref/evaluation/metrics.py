@@ -1,7 +1,7 @@
-"""Metrics of a picture against the ground truth, each with the name of its variant.
+"""Metrics of a picture against the ground truth, and the names of their variants.
 
-A number without its variant means nothing: the same pair of pictures scores
-0.84 to 0.90 in five SSIMs that are all in use.
+Metrics are only comparable within a variant: five common SSIM variants score 0.84 to 0.90
+for the same pair of pictures.
 """
 
 import math
@@ -15,7 +15,7 @@ from quarc_ref.rendering.pipeline import KERNEL_LOCK
 Picture = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-MOST_DECIBELS = 100.0  # as in libvpx and libaom: equal pictures would make every mean infinite
+MOST_DECIBELS = 100.0  # as in libvpx and libaom, because equal pictures would make means infinite
 PSNR_VARIANT = (
     "psnr: floats clamped to [0, 1], MSE over pixels and channels, at most 100 dB, mean of the "
     "frames' dB"
@@ -33,12 +33,12 @@ def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
     """Return the PSNR of two pictures `[H, W, 3]` from 0 to 1, in dB.
 
     Args:
-        picture: Rendered.
-        truth: What it should be.
+        picture: The rendering.
+        truth: The ground truth.
         mask: `[H, W]` pixels to measure, at least one; None for all.
 
     Returns:
-        At most `MOST_DECIBELS`, which equal pictures have.
+        The PSNR, at most `MOST_DECIBELS`, which is the value for equal pictures.
     """
     if mask is not None:
         picture, truth = picture[mask], truth[mask]
@@ -50,8 +50,8 @@ def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
     """Return the `ssim_inria` of two pictures `[H, W, 3]` from 0 to 1.
 
     Args:
-        picture: Rendered.
-        truth: What it should be.
+        picture: The rendering.
+        truth: The ground truth.
         mask: `[H, W]` pixels to take the mean over, at least one; None for all.
     """
     shape = (picture.shape[0], -1)

@@ -1,4 +1,4 @@
-"""Parts that all HTML pages of this project share: style, tables, embedded pictures."""
+"""Common parts of all HTML pages: style, tables, embedded pictures."""
 
 import base64
 import html
@@ -8,29 +8,29 @@ from string import Template
 
 
 def fill_page(template: str, parts: Mapping[str, str]) -> bytes:
-    """Return a page.
+    """Fill the template of a page.
 
     Args:
-        template: HTML with a `$name` for every part, and `$skin` within its style.
-        parts: HTML by name.
+        template: HTML with a `$name` for every part, and `$skin` in its style.
+        parts: HTML of the parts by name.
     """
     skin = resources.files(__package__).joinpath("skin.css").read_text("utf-8")
     return Template(template).substitute(parts, skin=skin).encode()
 
 
 def list_lines(named: Mapping[str, object]) -> str:
-    """Return names and values, a line to each."""
+    """Format names and values, one per line."""
     lines = [f"{name}: {value}" for name, value in named.items()]
     return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"
 
 
 def format_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells of plain text."""
+    """Format a table from cells of plain text."""
     head = "".join(f"<th>{html.escape(heading)}</th>" for heading in headings)
     lines = ["".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows]
     return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
 
 
 def embed_png(png: bytes) -> str:
-    """Return the address of a picture that is within the page itself."""
+    """Return a data URL with the contents of a picture."""
     return "data:image/png;base64," + base64.b64encode(png).decode()

@@ -1,4 +1,4 @@
-"""Every plot and picture that is written to a file; the only importer of matplotlib."""
+"""Draws all plots and pictures for files; the only module that imports matplotlib."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -25,21 +25,22 @@ _KIND_COLORS = {
     "overhead": _GRAY,
 }
 _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
-_LABEL, _LEGEND, _MARK = 40, 90, 6  # characters: a label, a legend, the mark before a label
+# maximum characters of a label and a legend; width of the mark before a label
+_LABEL, _LEGEND, _MARK = 40, 90, 6
 _DOTS_PER_INCH = 110
-_MANY_TIMES = 6  # between the least rate and the highest
+_MANY_TIMES = 6  # ratio of the highest rate to the lowest
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Places along an axis and the numbers there."""
+    """Positions along an axis and values."""
 
     x: Sequence[float]
     y: Sequence[float]
 
 
 def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
-    """Return a PNG of the PSNR of frames, and of the bytes of every frame."""
+    """Plot the PSNR and the bytes of every frame as PNG."""
     figure, (above, below) = _figure(2)
     frames = [frame.frame for frame in summary.frames]
     above.plot(psnr.x, psnr.y, color=_BLUE, marker="o", markersize=3)
@@ -59,7 +60,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
 
 
 def plot_kinds(summary: StreamSummary) -> bytes:
-    """Return a PNG of the bytes by kind, next to the zero-order estimate of the same symbols."""
+    """Plot the bytes by kind, next to the zero-order estimate of the same symbols, as PNG."""
     figure, (axes,) = _figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kinds = [*KINDS, "overhead"]
@@ -90,11 +91,11 @@ def plot_kinds(summary: StreamSummary) -> bytes:
 
 
 def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
-    """Return a PNG of the sizes that coders need for the same symbols.
+    """Plot the sizes that coders need for the same symbols as PNG.
 
     Args:
-        panels: `{label of the axis: {coder: size}}`; a panel leaves out
-            coders that do not code its kind.
+        panels: `{label of the axis: {coder: size}}`; a panel omits coders that do not
+            code its kind.
     """
     figure, rows = _figure(len(panels))
     coders = list(dict.fromkeys(coder for sizes in panels.values() for coder in sizes))
@@ -110,10 +111,10 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
 
 
 def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
-    """Return a PNG of numbers that scatter: a dot to each, a bar to their mean.
+    """Plot the spread of numbers as PNG: a dot for each number, a bar for their mean.
 
     Args:
-        panels: `{label of the axis: {name: numbers}}`, the same names in every panel.
+        panels: `{label of the axis: {name: numbers}}` with the same names in every panel.
     """
     figure, rows = _figure(len(panels))
     for axes, (label, groups) in zip(rows, panels.items(), strict=True):
@@ -131,11 +132,11 @@ def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
 def plot_rate_distortion(
     points: Sequence[tuple[float, float, str]], hull: Sequence[tuple[float, float]]
 ) -> bytes:
-    """Return a PNG of quality against rate, with the upper hull.
+    """Plot quality against rate, with the upper hull, as PNG.
 
     Args:
-        points: KB per frame, dB, and the changed setting; the default first.
-        hull: KB per frame and dB of the points on it, from the left.
+        points: KB per frame, dB and the changed setting of each point; the default first.
+        hull: KB per frame and dB of the points on the hull, from the left.
     """
     figure, (axes,) = _figure(1, height=5)
     axes.plot(*zip(*hull, strict=True), color=_GRAY, linewidth=1, label="upper hull")
@@ -160,12 +161,12 @@ def plot_rate_distortion(
 def plot_curves(
     panels: Mapping[str, Mapping[str, Curve]], axis: str, *, doublings: bool = False
 ) -> bytes:
-    """Return a PNG of curves over one axis, in panels one below the other.
+    """Plot curves over one axis in vertically stacked panels as PNG.
 
     Args:
         panels: `{label of the panel: {name of the curve: curve}}`; a single curve
             needs no name.
-        axis: Label of the axis that they share.
+        axis: Label of the common axis.
         doublings: Whether the axis is logarithmic.
     """
     figure, rows = _figure(len(panels))
@@ -186,11 +187,11 @@ def plot_curves(
 
 
 def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis: str) -> bytes:
-    """Return a PNG of quality against rate, a panel to each metric.
+    """Plot quality against rate, with one panel per metric, as PNG.
 
     Args:
-        panels: `{label of the panel: {name of the curve: curve}}`, of at least two points.
-        axis: Label of the rate; it is logarithmic where rates differ much.
+        panels: `{label of the panel: {name of the curve: curve}}` with at least two points.
+        axis: Label of the rate axis, which is logarithmic if rates differ much.
     """
     figure, rows = _figure(len(panels), height=3.4)
     for axes, (label, curves) in zip(rows, panels.items(), strict=True):
@@ -210,10 +211,10 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis: str) -> bytes:
 
 
 def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes:
-    """Return a PNG of the time of a frame against the number of Gaussians.
+    """Plot the time of a frame against the number of Gaussians as PNG.
 
     Args:
-        lines: `{label: (Gaussians, milliseconds)}`, in ascending order.
+        lines: `{label: (Gaussians, milliseconds)}` in ascending order.
     """
     figure, (axes,) = _figure(1, height=4)
     for color, (label, points) in zip((_BLUE, _ORANGE, _GREEN), lines.items(), strict=False):
@@ -231,9 +232,9 @@ def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes
 
 
 def encode_picture(picture: Picture) -> bytes:
-    """Return a PNG of a picture `[H, W, 3]` from 0 to 1."""
+    """Encode a picture `[H, W, 3]` from 0 to 1 as PNG."""
     buffer = io.BytesIO()
-    levels = np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)  # imsave would round down
+    levels = np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)  # because imsave rounds down
     matplotlib.image.imsave(buffer, levels, format="png")
     return buffer.getvalue()
 
@@ -258,9 +259,9 @@ def _figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
 
 
 def _legend_above(axes: Axes) -> None:
-    """Place the legend outside of the bars, at most as wide as the figure.
+    """Place the legend above the bars, at most as wide as the figure.
 
-    Labels may be paths, which would leave no room for the plot: only their ends are shown.
+    Only the ends of long labels, which may be paths, are shown.
     """
     handles, names = axes.get_legend_handles_labels()
     names = [name if len(name) <= _LABEL else "\u2026" + name[1 - _LABEL :] for name in names]

@@ -1,4 +1,4 @@
-"""Conditions of a measurement, without which its figures mean nothing.
+"""Conditions of a measurement, which are reported with its results.
 
 All values are read from the stream and the capture.
 """
@@ -24,15 +24,15 @@ class Protocol:
     Attributes:
         capture: Name of the capture.
         fingerprint: Digest of the files of the capture.
-        encoded_from: Digest of the files that the stream says it was made from;
-            None if it does not say.
-        training: Names of the cameras that training could see.
-        held_out: Names of the cameras that were measured.
+        encoded_from: Digest, stored in the stream, of the files that it was made from;
+            None if it has none.
+        training: Names of the training cameras.
+        held_out: Names of the measured cameras.
         resolution: Width and height of the first held-out camera.
-        frames: How many were measured.
+        frames: Number of measured frames.
         seed: Seed of all random numbers of the encoder.
-        renderer: What drew the decoded scenes.
-        versions: Versions of this package, the format and the libraries that are installed.
+        renderer: Description of the renderer.
+        versions: Versions of this package, the format and installed libraries.
         metrics: The variant of each metric, by its name.
     """
 
@@ -50,11 +50,11 @@ class Protocol:
 
     @property
     def same_capture(self) -> bool | None:
-        """Whether the stream was made from these files; None if it does not say."""
+        """Whether the stream was made from these files; None if it has no fingerprint."""
         return None if self.encoded_from is None else self.encoded_from == self.fingerprint
 
     def as_json(self) -> dict[str, object]:
-        """Return what `eval --json` prints about it."""
+        """Return the protocol in the form of `eval --json`."""
         return {
             "capture": self.capture,
             "fingerprint": self.fingerprint,
@@ -69,7 +69,7 @@ class Protocol:
         }
 
     def as_lines(self) -> dict[str, str]:
-        """Return it as names and text, for people."""
+        """Return the protocol as names and readable text."""
         same = "the same" if self.same_capture else self.encoded_from
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",
@@ -91,11 +91,11 @@ def describe_protocol(
     """Return the conditions of a measurement.
 
     Args:
-        capture: The capture whose held-out pictures are the truth.
-        cameras: As the stream has them, at least one of them held out.
-        frames: How many are measured.
+        capture: The capture whose held-out pictures are the ground truth.
+        cameras: Cameras of the stream, at least one of which is held out.
+        frames: Number of measured frames.
         seed: Seed of the stream.
-        encoded_from: Fingerprint that the stream names.
+        encoded_from: Fingerprint in the stream.
     """
     held_out = [camera for camera in cameras if camera.held_out]
     return Protocol(
@@ -114,7 +114,7 @@ def describe_protocol(
 
 
 def list_versions() -> dict[str, str]:
-    """Return the versions of this package, its format, and the libraries that are installed."""
+    """Return the versions of this package, the format and installed libraries."""
     versions = {"quarc-ref": __version__, "format": f"{VERSION_MAJOR}.{VERSION_MINOR}"}
     for package in _PACKAGES:
         try:

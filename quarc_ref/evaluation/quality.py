@@ -1,4 +1,4 @@
-"""The quality of a stream: figures of every camera and frame, and their means."""
+"""Quality of a stream: metrics of every camera and frame, and their means."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from statistics import fmean
 from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
 from quarc_ref.evaluation.metrics import MOST_DECIBELS
 
-# Heading, name of the figure, format.
+# Heading, name of the metric, format.
 COLUMNS = (
     ("PSNR", "psnr", ".2f"),
     ("cc", "cc_psnr", ".2f"),
@@ -26,10 +26,10 @@ _NOTHING = "-"
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Figures of a stream.
+    """Metrics of a stream.
 
     Attributes:
-        per_camera: A `Measures` to each frame, by the camera's name.
+        per_camera: `Measures` of every frame, by camera name.
         variants: The variant of each metric, by its name.
     """
 
@@ -38,29 +38,29 @@ class Quality:
 
     @property
     def psnr(self) -> tuple[float, ...]:
-        """The mean over the cameras, dB, a number per frame."""
+        """PSNR of every frame, averaged over the cameras, dB."""
         return self._follow("psnr")
 
     @property
     def ssim(self) -> tuple[float, ...]:
-        """The mean over the cameras, as `ssim_inria`, a number per frame."""
+        """`ssim_inria` of every frame, averaged over the cameras."""
         return self._follow("ssim")
 
     def count_views(self) -> tuple[int, int]:
-        """Return how many views reach the greatest PSNR, and how many there are."""
+        """Return the number of views with the maximum PSNR, and the number of all views."""
         found = [view["psnr"] for views in self.per_camera.values() for view in views]
         return found.count(MOST_DECIBELS), len(found)
 
     def by_camera(self) -> dict[str, Measures]:
-        """Return the means over the frames, by the camera's name."""
+        """Return the means over the frames, by camera name."""
         return {camera: average(frames) for camera, frames in self.per_camera.items()}
 
     def by_frame(self) -> list[Measures]:
-        """Return the means over the cameras, frame by frame."""
+        """Return the means over the cameras, by frame."""
         return [average(views) for views in zip(*self.per_camera.values(), strict=True)]
 
     def mean(self) -> Measures:
-        """Return the means over the cameras of their means over the frames."""
+        """Return the means over cameras and frames."""
         return average(self.by_camera().values())
 
     def headings(self) -> list[str]:
@@ -68,7 +68,7 @@ class Quality:
         return [heading for heading, figure, _ in COLUMNS if figure in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
-        """Return a line of a table to each camera and one to their mean: name, then figures."""
+        """Return table rows for each camera and for their mean: name and metrics."""
         named = [*self.by_camera().items(), ("mean", self.mean())]
         return [
             [name, *(_format(figures[it], how) for _, it, how in COLUMNS if it in figures)]
@@ -76,7 +76,7 @@ class Quality:
         ]
 
     def as_json(self) -> dict[str, object]:
-        """Return what `eval --json` prints about the quality."""
+        """Return the quality in the form of `eval --json`."""
         return {
             "psnr": fmean(self.psnr),
             "ssim": fmean(self.ssim),
@@ -96,7 +96,7 @@ class Quality:
 
 
 def average(listed: Iterable[Measures]) -> Measures:
-    """Return the mean of each figure over the entries that have it; None if none has it."""
+    """Return the mean of each metric over the entries that have it, or None."""
     rows = list(listed)
     found = {
         name: [value for row in rows if (value := row[name]) is not None]

@@ -1,7 +1,7 @@
-"""The moving region of a camera's picture, where a mean over the whole picture hides errors.
+"""Detects the moving region of pictures, whose errors a mean over the whole picture hides.
 
-The background of a camera is the median of its pictures over time. What differs
-from it at a frame is the moving region, with a margin; the rest is static.
+The background of a camera is the median of its pictures over time. The moving region
+consists of the pixels that differ from it, and a margin; the rest is static.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from quarc_ref.evaluation.metrics import Mask, Picture
 
 _LEAST_FRAMES = 3
 _MOST_FRAMES = 15
-_LEVELS = 15  # of 255: more than the noise of cameras and codecs
+_LEVELS = 15  # of 255: above the noise of cameras and codecs
 _MARGIN = 2  # pixels
 MOVING_VARIANT = (
     f"moving_*, static_*: over the pixels that are, or are not, within {_MARGIN} pixels of one "
@@ -25,7 +25,7 @@ MOVING_VARIANT = (
 
 
 def choose_frames(frame_count: int) -> list[int]:
-    """Return the ordinals of the frames whose median is the background, in ascending order.
+    """Return the ascending ordinals of the frames whose median is the background.
 
     Args:
         frame_count: Number of frames of the capture.
@@ -36,13 +36,13 @@ def choose_frames(frame_count: int) -> list[int]:
 
 
 def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
-    """Return `[H, W, 3]` the median over time in levels of 255.
+    """Return the `[H, W, 3]` median over time in levels of 255.
 
     Args:
-        pictures: `[H, W, 3]` each, those of `choose_frames`.
+        pictures: Pictures `[H, W, 3]` of the frames from `choose_frames`.
 
     Returns:
-        None for fewer than three pictures: these do not show what moves.
+        The background; None for fewer than three pictures, which are not sufficient.
     """
     if len(pictures) < _LEAST_FRAMES:
         return None
@@ -51,12 +51,12 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
 
 
 def find_moving(picture: NDArray[np.uint8], background: Picture, mask: Mask | None = None) -> Mask:
-    """Return `[H, W]` whether a pixel is in the moving region.
+    """Return the `[H, W]` mask of the moving region.
 
     Args:
-        picture: `[H, W, 3]` in levels of 255.
-        background: `[H, W, 3]`, as `find_background` returns it.
-        mask: `[H, W]` pixels that count; None for all.
+        picture: `[H, W, 3]` picture in levels of 255.
+        background: `[H, W, 3]` background from `find_background`.
+        mask: `[H, W]` mask of the pixels to use; None for all.
     """
     differs = np.abs(picture - background).max(axis=2) > _LEVELS
     if mask is not None:

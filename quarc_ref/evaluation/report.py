@@ -1,6 +1,6 @@
-"""One page that shows the quality of a stream: pictures, curves, bytes.
+"""Writes a page about the quality of a stream: pictures, curves, bytes.
 
-The page embeds its pictures; they are also written as separate files beside it.
+The page embeds its pictures, which are also written as separate files.
 """
 
 import html
@@ -27,8 +27,8 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
     """Write the page and its pictures; return the page's path.
 
     Args:
-        evaluation: What to show.
-        folder: Folder that is filled (`quarc_ref.files.written_folder`).
+        evaluation: Measurements to show.
+        folder: Output folder from `quarc_ref.files.written_folder`.
     """
     pictures = {
         "frames.png": plot_frames(
@@ -45,7 +45,7 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
 
 
 def _name_file(view: View, name: str) -> str:
-    """Return a file's name; a camera may be called anything, a path upwards too."""
+    """Return a safe file name, because the name of a camera can be any text, such as a path."""
     camera = re.sub(r"[^A-Za-z0-9-]", "_", view.camera)
     return f"{camera}_{view.frame:04}_{name}.png"
 

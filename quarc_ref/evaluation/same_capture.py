@@ -1,4 +1,4 @@
-"""The capture that a stream was made from, opened as the stream needs it."""
+"""Opens the capture that a stream was made from, at the stream's size."""
 
 import re
 from collections.abc import Sequence
@@ -11,19 +11,19 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.format.cameras import Camera
 from quarc_ref.inspection.stream_summary import StreamSummary
 
-_FEW = 12  # digits that tell fingerprints apart
+_FEW = 12  # digits that are enough to distinguish fingerprints
 
 
 class MismatchError(ValueError):
-    """A stream and a capture that do not belong together."""
+    """A stream and a capture do not match."""
 
 
 class OtherCaptureError(MismatchError):
-    """A stream that could be measured on a capture, but was made from another one.
+    """A stream could be measured on a capture, but was made from another one.
 
     Attributes:
         fingerprint: Fingerprint of the capture.
-        encoded_from: Fingerprint that the stream names.
+        encoded_from: Fingerprint in the stream.
     """
 
     def __init__(self, fingerprint: str, encoded_from: str) -> None:
@@ -43,10 +43,10 @@ def open_same_capture(
     Args:
         summary: Summary of the stream.
         folder: Folder of the capture.
-        other_capture: Whether it may be another one of the same cameras and sizes.
+        other_capture: Whether to accept another capture with the same cameras and sizes.
 
     Raises:
-        OtherCaptureError: It is another one.
+        OtherCaptureError: The stream was made from another capture.
         MismatchError: The stream cannot be measured on the capture.
         CaptureError: The capture cannot be read.
     """

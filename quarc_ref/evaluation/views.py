@@ -1,4 +1,4 @@
-"""Rendered views of a decoded frame, with the pictures of the cameras."""
+"""Renders views of a decoded frame, and compares them with the pictures of the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,13 +18,14 @@ class View:
 
     Attributes:
         frame: Ordinal of the frame.
-        camera: Name.
+        camera: Name of the camera.
         image: `[H, W, 3]` the truth in levels of 255.
         truth: `[H, W, 3]` the truth from 0 to 1.
-        decoded: `[H, W, 3]` from 0 to 1, drawn from the decoded scene.
-        psnr: dB.
-        ssim: As `ssim_inria`.
-        mask: `[H, W]` pixels that count; None if all do. The others are black in both pictures.
+        decoded: `[H, W, 3]` rendering of the decoded scene from 0 to 1.
+        psnr: PSNR, dB.
+        ssim: SSIM (`ssim_inria`).
+        mask: `[H, W]` mask of the pixels to use; None for all. The others are black in
+            both pictures.
     """
 
     frame: int
@@ -44,15 +45,15 @@ def measure_views(
     capture: Capture,
     indices: Sequence[int] | None = None,
 ) -> list[View]:
-    """Return a frame rendered for cameras, with metrics against the ground truth.
+    """Render a frame for cameras, and measure it against the ground truth.
 
     Args:
         splats: The frame's scene in floats.
-        frame: Its ordinal.
-        cameras: To draw with, in the order of the capture: the cameras of a stream are rounded and
-            differ slightly from those of its capture.
-        capture: Whose pictures are the truth.
-        indices: Indices of the cameras to show; None for the held-out ones.
+        frame: Ordinal of the frame.
+        cameras: Cameras for rendering, in the order of the capture; those of a stream are
+            rounded and differ slightly from those of its capture.
+        capture: Capture whose pictures are the ground truth.
+        indices: Indices of the cameras to render; None for the held-out ones.
     """
     wanted = capture.held_out if indices is None else indices
     return [
@@ -74,10 +75,10 @@ def make_view(
 
     Args:
         frame: Ordinal of the frame.
-        camera: Name.
+        camera: Name of the camera.
         image: `[H, W, 3]` the truth in levels of 255.
-        picture: `[H, W, 3]` as drawn, before it is clamped.
-        mask: `[H, W]` pixels that count; None if all do.
+        picture: `[H, W, 3]` rendering before clamping.
+        mask: `[H, W]` mask of the pixels to use; None for all.
     """
     truth = image.astype(np.float32) / np.float32(255)
     return compare_pictures(frame, camera, image, truth, picture, mask)
@@ -95,11 +96,11 @@ def compare_pictures(  # noqa: PLR0913, each is a part of the view
 
     Args:
         frame: Ordinal of the frame.
-        camera: Name.
+        camera: Name of the camera.
         image: `[H, W, 3]` the truth in levels of 255.
         truth: `[H, W, 3]` the same from 0 to 1, not rounded.
-        picture: `[H, W, 3]` as drawn, before it is clamped.
-        mask: `[H, W]` pixels that count; None, or a mask without one, for all.
+        picture: `[H, W, 3]` rendering before clamping.
+        mask: `[H, W]` mask of the pixels to use; all are used if it is None or empty.
     """
     decoded = np.clip(picture, 0, 1)
     if mask is None or not mask.any():

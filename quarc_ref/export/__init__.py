@@ -1,1 +1,1 @@
-"""Decoded frames as files that other programs read."""
+"""Exports decoded frames to file formats of other programs, and imports Gaussians from them."""

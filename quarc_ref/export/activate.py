@@ -1,4 +1,4 @@
-"""Raw 3DGS attributes to activated ones: SPEC 10.1, 10.2."""
+"""Activates raw 3DGS attributes: SPEC 10.1, 10.2."""
 
 import numpy as np
 
@@ -8,19 +8,19 @@ SH_BASE = 0.28209479177387814
 
 
 def opacities_of(splats: Splats) -> Float32:
-    """Return `[N]` opacities from 0 to 1."""
+    """Return the `[N]` opacities from 0 to 1."""
     activated: Float32 = (1 / (1 + np.exp(-splats.opacities.astype(np.float64)))).astype(np.float32)
     return activated
 
 
 def scales_of(splats: Splats) -> Float32:
-    """Return `[N, 3]` standard deviations, world units."""
+    """Return the `[N, 3]` standard deviations in world units."""
     scales: Float32 = np.exp(splats.log_scales)
     return scales
 
 
 def base_colors_of(splats: Splats) -> Float32:
-    """Return `[N, 3]` the color without its view-dependent part, from 0 to 1."""
+    """Return the `[N, 3]` colors without their view-dependent part, from 0 to 1."""
     colors: Float32 = np.clip(0.5 + SH_BASE * splats.sh[:, 0], 0, 1).astype(np.float32)
     return colors
 

@@ -1,4 +1,4 @@
-"""A frame as a NumPy archive: the integer state, and its dequantized floats."""
+"""Exports a frame as a NumPy archive with the integer state and its dequantized floats."""
 
 import io
 from typing import Any
@@ -11,15 +11,15 @@ from quarc_ref.export.clip import Clip, Frame
 
 
 def build(frame: Frame, _clip: Clip) -> bytes:
-    """Return the bytes of a frame's file."""
+    """Build the file of a frame."""
     return build_npz(frame.scene, frame.splats)
 
 
 def build_npz(scene: Scene, splats: Splats) -> bytes:
-    """Return the bytes of an uncompressed archive.
+    """Build an uncompressed archive.
 
-    It holds `ids`, `state_positions`, `state_rotations`, `state_codes` as in
-    `Scene`, and `positions`, `rotations`, `log_scales`, `opacities`, `sh` as in
+    It contains `ids`, `state_positions`, `state_rotations` and `state_codes` of the
+    `Scene`, and `positions`, `rotations`, `log_scales`, `opacities` and `sh` of the
     `Splats`.
     """
     arrays = {
@@ -34,7 +34,7 @@ def build_npz(scene: Scene, splats: Splats) -> bytes:
         "sh": splats.sh,
     }
     buffer = io.BytesIO()
-    # However arrays stand in memory, which is up to the engine, the file is the same.
+    # Independent of the memory layout of arrays, which is up to the engine, the file is the same.
     packed: dict[str, Any] = {name: np.ascontiguousarray(arrays[name]) for name in arrays}
     np.savez(buffer, **packed)
     return buffer.getvalue()

@@ -1,4 +1,4 @@
-"""Streams and other methods side by side, on the same cameras and frames.
+"""Compares streams and other methods on the same cameras and frames.
 
 open_entry ──> Entry, one for each argument: a stream, PLY files, renders, a .4dgs file
 entries ──> measure_entries, frame by frame ──> Measured, one for each entry

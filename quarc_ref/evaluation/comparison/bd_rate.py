@@ -1,4 +1,4 @@
-"""How much less rate a method needs for the same quality: Bjontegaard's deltas.
+"""Bjontegaard deltas: the difference in rate between methods at the same quality.
 
 Computed by the package `bjontegaard`, with Akima interpolation, the most robust of its
 methods (Herglotz et al., ICIP 2022).
@@ -18,12 +18,13 @@ Curve = Sequence[tuple[float, float]]  # rate and quality of each operating poin
 
 @dataclass(frozen=True, slots=True)
 class Delta:
-    """A method against the one that it is compared with.
+    """Difference between a method and the reference method.
 
     Attributes:
-        rate: BD-rate, percent; below 0 it needs fewer bytes. None where curves do not overlap.
-        quality: BD-PSNR, or the same of another metric, in its units.
-        remark: What limits the figures; nothing if nothing does.
+        rate: BD-rate in percent, negative if the method needs fewer bytes; None if the
+            curves do not overlap.
+        quality: BD-PSNR, or the delta of another metric in its units.
+        remark: Limitations of the result; empty if there are none.
     """
 
     rate: float | None
@@ -32,15 +33,16 @@ class Delta:
 
 
 def compare_curves(reference: Curve, curve: Curve) -> Delta:
-    """Return Bjontegaard's deltas of a curve.
+    """Compute the Bjontegaard deltas of a curve.
 
     Args:
-        reference: Rate, in any unit, and quality, more being better, of each operating point
-            of the method that the other is compared with.
-        curve: The same of the other.
+        reference: Rate (in any unit) and quality (higher is better) of each operating
+            point of the reference method.
+        curve: Rate and quality of each operating point of the other method.
 
     Returns:
-        Deltas of None, and why, for fewer than four points or curves that are not monotonic.
+        The deltas. They are None, with a remark, for fewer than four points or
+        non-monotonic curves.
     """
     for name, points in (("the reference", reference), ("it", curve)):
         if len(points) < LEAST_RATES:

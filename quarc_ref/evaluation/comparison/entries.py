@@ -1,4 +1,4 @@
-"""Entries of a comparison: anything that can show a frame as a camera sees it."""
+"""Entries of a comparison, which can render a frame for a camera."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ from quarc_ref.rendering.pictures import render_picture
 
 
 class EntryError(MismatchError):
-    """Something that cannot be compared, or not with the rest."""
+    """An entry cannot be compared, or not with the other entries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +22,15 @@ class Label:
     """The method and operating point of an entry.
 
     Attributes:
-        method: Entries of one method are points of one rate-distortion curve.
-        point: Entries of one point of a method are runs of the same settings.
+        method: Name of the method; its entries form one rate-distortion curve.
+        point: Name of the operating point; its entries are runs with the same settings.
     """
 
     method: str
     point: str
 
     def __str__(self) -> str:
-        """Return it as the command line has it."""
+        """Return the label in the form of the command line."""
         return self.method if self.method == self.point else f"{self.method}@{self.point}"
 
 
@@ -39,7 +39,7 @@ class Holdings:
     """Frames and size of an entry.
 
     Attributes:
-        kind: Human-readable kind.
+        kind: Human-readable kind of entry.
         frames: Ordinals of its frames, ascending.
         byte_count: Size of all its frames together; None if unknown.
     """
@@ -50,11 +50,11 @@ class Holdings:
 
 
 class Entry(ABC):
-    """One thing that is compared.
+    """Interface of an entry of a comparison.
 
     Args:
-        label: Its method and operating point.
-        holdings: Its frames and size.
+        label: Method and operating point.
+        holdings: Frames and size.
     """
 
     def __init__(self, label: Label, holdings: Holdings) -> None:
@@ -63,11 +63,11 @@ class Entry(ABC):
 
     @abstractmethod
     def draw(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
-        """Return what cameras see of a frame.
+        """Render a frame for cameras.
 
         Args:
-            frame: One of its frames; never an earlier one than in the call before.
-            cameras: By name.
+            frame: Ordinal of the frame, in ascending order of calls.
+            cameras: Cameras by name.
 
         Returns:
             `[H, W, 3]` float32 from 0 to 1 for each camera, by name.
@@ -75,7 +75,7 @@ class Entry(ABC):
         Raises:
             BitstreamError: A stream is malformed.
             UnreadableFramesError: A file of Gaussians is malformed.
-            CaptureError: A picture is malformed, missing, or of another size.
+            CaptureError: A picture is malformed, missing, or has a different size.
         """
 
 
@@ -83,9 +83,9 @@ class SplatEntry(Entry):
     """An entry whose frames are Gaussians.
 
     Args:
-        label: As for `Entry`.
-        holdings: As for `Entry`.
-        load: Returns the Gaussians of a frame; frames are requested in ascending order.
+        label: Method and operating point.
+        holdings: Frames and size.
+        load: Function that returns the Gaussians of a frame; called in ascending order.
     """
 
     def __init__(self, label: Label, holdings: Holdings, load: Callable[[int], Splats]) -> None:

@@ -1,4 +1,4 @@
-"""Gaussians of other methods as entries: a PLY file per frame, or a `.4dgs` file."""
+"""Entries from Gaussians of other methods: a PLY file per frame, or a `.4dgs` file."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,14 +12,14 @@ from quarc_ref.export.gaussian_ply import parse_ply
 
 
 def open_plys(folder: Path, label: Label) -> SplatEntry:
-    """Open a folder with a 3DGS PLY per frame, or the PLY of one frame.
+    """Open a folder with one 3DGS PLY file per frame, or the PLY file of a single frame.
 
     Args:
         folder: Folder of the files; the last number in a file's name is the frame's ordinal.
-        label: Its method and operating point.
+        label: Method and operating point.
 
     Raises:
-        EntryError: Two files are of the same frame, or there is none.
+        EntryError: Two files have the same frame number, or there are no files.
         OSError: The folder cannot be read.
     """
     files = number_files([folder] if folder.is_file() else folder.glob("*.ply"), folder)
@@ -33,8 +33,8 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
 
     Args:
         path: Path of the file.
-        label: Its method and operating point.
-        frames_per_second: Frame rate at which it is sampled and compared.
+        label: Method and operating point.
+        frames_per_second: Frame rate for sampling and comparing the file.
 
     Raises:
         UnreadableFramesError: The file is malformed.
@@ -60,7 +60,7 @@ def _read_ply(path: Path) -> Splats:
 
 
 class _Reading:
-    """Frames that are read in order, on demand."""
+    """Frames that are read on demand, in order."""
 
     def __init__(self, frames: Iterator[tuple[Splats, object]], path: Path) -> None:
         self._frames = enumerate(frames)

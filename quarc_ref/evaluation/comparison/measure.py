@@ -1,4 +1,4 @@
-"""All entries measured side by side, on the same frames and cameras."""
+"""Measures all entries on the same frames and cameras."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from quarc_ref.evaluation.metrics import Mask, Picture
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import compare_pictures
 
-_MOST_CAMERAS = 4  # that are shown
+_MOST_CAMERAS = 4  # number of views to show
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """An entry and its figures.
+    """An entry and its metrics.
 
     Attributes:
         label: Its method and operating point.
         holdings: Its frames and size.
-        quality: Its figures, for each camera one `Measures` to each compared frame.
+        quality: Metrics: for each camera, one `Measures` per compared frame.
     """
 
     label: Label
@@ -35,14 +35,14 @@ class Measured:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ComparedView:
-    """The same view of everything, to look at.
+    """A view of all entries, for visual comparison.
 
     Attributes:
-        camera: Its name.
-        frame: Its ordinal.
-        truth: `[H, W, 3]` from 0 to 1.
-        pictures: `[H, W, 3]` from 0 to 1 of each entry, in their order.
-        psnr: dB of each entry.
+        camera: Name of the camera.
+        frame: Ordinal of the frame.
+        truth: `[H, W, 3]` ground truth from 0 to 1.
+        pictures: `[H, W, 3]` pictures from 0 to 1, in the order of the entries.
+        psnr: PSNR of each entry, dB.
     """
 
     camera: str
@@ -54,12 +54,12 @@ class ComparedView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """Results of measuring entries side by side.
+    """Measurements of all entries.
 
     Attributes:
         measured: Measurements of each entry, in the order of the entries.
-        frames: Ordinals of the frames that were compared.
-        cameras: Names of the cameras that were compared on.
+        frames: Ordinals of the compared frames.
+        cameras: Names of the compared cameras.
         truth: Human-readable description of the ground truth.
         frames_per_second: Frame rate of all entries.
         shown: Views to show.
@@ -81,17 +81,17 @@ def measure_entries(
     lpips: Lpips | None,
     on_progress: Callable[[str, int, int], None],
 ) -> Comparison:
-    """Measure entries on every frame that all of them have.
+    """Measure entries on all frames that they have in common.
 
     Args:
-        opened: The entries and the truth.
+        opened: The entries and the ground truth.
         span: First frame and the one after the last; None for all frames.
-        lpips: Measures LPIPS; None to leave it out.
+        lpips: LPIPS metric; None to omit it.
         on_progress: Called after every frame: stage, done, total.
 
     Raises:
         BitstreamError: A stream is malformed.
-        CaptureError: A picture cannot be read, or a render has another size than the camera.
+        CaptureError: A picture cannot be read, or a render and its camera differ in size.
         UnreadableFramesError: A file of another method is malformed.
         EntryError: There is no common frame.
     """
@@ -112,7 +112,7 @@ def measure_entries(
 
 
 class _Pairs:
-    """The views of all entries, measured frame after frame."""
+    """Measures the views of all entries, frame by frame."""
 
     def __init__(
         self, opened: Opened, entries: Sequence[Entry], frames: Sequence[int], lpips: Lpips | None
@@ -133,7 +133,7 @@ class _Pairs:
         return name_variants(self._lpips)
 
     def measure(self, frame: int) -> None:
-        """Draw and measure a frame of every entry."""
+        """Render and measure a frame of every entry."""
         truths = dict(_draw_truth(self._opened, frame))
         drawn = [entry.draw(frame, self._opened.cameras) for entry in self._entries]
         for name, (image, truth, mask) in truths.items():
@@ -152,7 +152,7 @@ class _Pairs:
                 self.shown.append(ComparedView(name, frame, truth, pictures, psnr))
 
     def results(self) -> list[Measured]:
-        """Return the figures of all frames so far."""
+        """Return the metrics of all frames so far."""
         return [
             Measured(entry.label, entry.holdings, Quality(figures))
             for entry, figures in zip(self._entries, self._figures, strict=True)
@@ -162,9 +162,10 @@ class _Pairs:
 def _draw_truth(
     opened: Opened, frame: int
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
-    """Yield the truth of each camera in levels and from 0 to 1, and its mask.
+    """Yield the ground truth of each camera as levels and from 0 to 1, and its mask.
 
-    The truth is the camera's picture, or without a capture the rendering of the first entry.
+    The ground truth is the camera's picture or, without a capture, the rendering of the
+    first entry.
     """
     capture = opened.capture
     if capture is None:
@@ -183,12 +184,12 @@ def _find_index(capture: Capture, name: str) -> int:
 
 
 def _find_background(capture: Capture | None, name: str) -> Picture | None:
-    """Return the static background of a camera; None if the truth is an entry's."""
+    """Return the static background of a camera; None if the ground truth is an entry."""
     return None if capture is None else find_background(capture, _find_index(capture, name))
 
 
 def _choose_frames(opened: Opened, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames that everything has, within a span."""
+    """Return the frames within a span that all entries and the capture have."""
     common = set.intersection(*(set(entry.holdings.frames) for entry in opened.entries))
     if opened.capture is not None:
         common &= set(range(opened.capture.frame_count))

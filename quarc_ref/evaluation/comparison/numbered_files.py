@@ -1,4 +1,4 @@
-"""Files with a number in their names, one per frame."""
+"""Orders files with frame numbers in their names."""
 
 import re
 from collections.abc import Iterable
@@ -11,14 +11,14 @@ _MOST_DIGITS = 18
 
 
 def number_files(paths: Iterable[Path], place: Path) -> dict[int, Path]:
-    """Return files by the last number in their names, ascending; a single file may have none.
+    """Return files by the last number in their names, in ascending order.
 
     Args:
-        paths: Paths of the files.
-        place: Where they are, for messages.
+        paths: Paths of the files; a single file needs no number.
+        place: Folder of the files, for messages.
 
     Raises:
-        EntryError: There is no file, one has no number, or two have the same.
+        EntryError: There are no files, a file has no number, or two have the same number.
     """
     listed = sorted(paths)
     if not listed:

@@ -1,4 +1,4 @@
-"""Opens the entries of the command line: streams first, which give the cameras and the capture."""
+"""Opens the entries of the command line, starting with streams, which have cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ _STREAM, _FOURDGS, _PLY = ".quarc", ".4dgs", ".ply"
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """Something to compare.
+    """A named entry to compare.
 
     Attributes:
-        label: Its method and operating point.
-        path: Where it is.
-        byte_count: Size of the files that renders were rendered from; None if unknown.
+        label: Method and operating point.
+        path: Path of the entry.
+        byte_count: Size of the files that renders were made from; None if unknown.
     """
 
     label: Label
@@ -34,14 +34,14 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """How to compare.
+    """Options of a comparison.
 
     Attributes:
-        capture: Folder of the capture whose pictures are the truth; None to take those of
+        capture: Folder of the capture whose pictures are the ground truth; None to use
             the first entry.
-        cameras: Names of the cameras to compare on; none for the held-out ones.
+        cameras: Names of the cameras to compare on; empty for the held-out ones.
         downscale: Factor by which the capture's pictures are downscaled, if no stream
-            gives it.
+            determines the size.
         other_capture: Whether streams may have been made from another capture.
     """
 
@@ -53,12 +53,12 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Opened:
-    """Everything that a comparison needs.
+    """Opened entries, ground truth and cameras of a comparison.
 
     Attributes:
-        entries: As named, in their order.
-        capture: Whose pictures are the truth; None to take the first entry's.
-        cameras: To compare on, by name.
+        entries: Opened entries in the order of their names.
+        capture: Capture whose pictures are the ground truth; None to use the first entry.
+        cameras: Cameras to compare on, by name.
         frames_per_second: Frame rate of all entries.
     """
 
@@ -71,7 +71,7 @@ class Opened:
 def open_entries(
     named: Sequence[Named], wanted: Wanted, on_progress: Callable[[str, int, int], None]
 ) -> Opened:
-    """Open everything that is to be compared.
+    """Open all entries and the capture of a comparison.
 
     Args:
         named: The entries to open.
@@ -81,9 +81,9 @@ def open_entries(
     Raises:
         BitstreamError: A stream is malformed.
         CaptureError: The capture cannot be read.
-        MismatchError: Something does not belong to the capture, or cannot be compared.
+        MismatchError: An entry does not match the capture, or cannot be compared.
         UnreadableFramesError: A file of another method is malformed.
-        ImportError: `fourdgs` is not installed, and a `.4dgs` file is named.
+        ImportError: `fourdgs` is not installed but needed for a `.4dgs` file.
         OSError: A file or folder cannot be read.
     """
     streams = {

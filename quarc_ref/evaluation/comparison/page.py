@@ -1,4 +1,4 @@
-"""The page of a comparison: a slider between pictures, tables and plots."""
+"""Writes the page of a comparison: a slider between pictures, tables and plots."""
 
 import html
 import json
@@ -26,12 +26,12 @@ _TRUTH = "truth"
 
 
 def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFolder) -> Path:
-    """Write the page, its pictures and tables as CSV; return the page's path.
+    """Write the page, its pictures and CSV tables; return the path of the page.
 
     Args:
-        comparison: What was measured.
-        summary: Its results.
-        folder: Folder that is filled (`quarc_ref.files.written_folder`).
+        comparison: The measurements.
+        summary: Summary of the measurements.
+        folder: Output folder from `quarc_ref.files.written_folder`.
     """
     folder.write("points.csv", format_points_csv(summary))
     folder.write("views.csv", format_views_csv(comparison))
@@ -103,7 +103,7 @@ def _compose_deltas(summary: Summary) -> str:
 
 
 def _plot_rates(summary: Summary) -> list[str]:
-    """Return the plot of quality against rate, if two points have a rate."""
+    """Return the plot of quality against rate, if at least two points have a rate."""
     rated = [point for point in summary.points if point.kilobytes_per_frame is not None]
     if len(rated) < _LEAST_POINTS:
         return []
@@ -129,7 +129,7 @@ def _trace_methods(points: Iterable[Point], figure: str) -> Iterable[tuple[str, 
 
 
 def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
-    """Return the plot of PSNR frame by frame, if there are two frames."""
+    """Return the plot of PSNR by frame, if there are at least two frames."""
     if len(comparison.frames) < _LEAST_POINTS:
         return []
     curves = {

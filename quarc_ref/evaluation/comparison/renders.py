@@ -1,7 +1,7 @@
-"""Pictures that another renderer has drawn, as an entry.
+"""Entries from pictures that another renderer made.
 
-A folder of PNG or JPEG files: `CAMERA/FRAME.png`, `FRAME/CAMERA.png`, or, of a single
-camera, `FRAME.png`. The last number in a frame's name is its ordinal.
+The folder has PNG or JPEG files: `CAMERA/FRAME.png`, `FRAME/CAMERA.png`, or `FRAME.png`
+for a single camera. The last number in a frame's name is its ordinal.
 """
 
 from collections.abc import Collection, Mapping
@@ -25,13 +25,13 @@ def open_renders(
 
     Args:
         folder: Folder of the pictures.
-        label: Its method and operating point.
-        cameras: Names of the cameras that are compared.
-        byte_count: Size of the files that the pictures were rendered from; None if unknown.
+        label: Method and operating point.
+        cameras: Names of the cameras to compare on.
+        byte_count: Size of the files that the pictures were made from; None if unknown.
 
     Raises:
-        EntryError: The folder has none of the layouts, a camera is missing, or a frame is
-            there twice.
+        EntryError: The folder has none of these layouts, a camera is missing, or a frame
+            is duplicated.
         OSError: The folder cannot be read.
     """
     files = _list_pictures(folder, cameras)
@@ -82,7 +82,7 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
 
 
 def _list_by_frame(folder: Path, inner: Mapping[str, list[Path]], camera: str) -> dict[int, Path]:
-    """Return the pictures of a camera where each frame has a folder."""
+    """Return the pictures of a camera in the layout with one folder per frame."""
     found = {path.parent: path for paths in inner.values() for path in paths if path.stem == camera}
     return {frame: found[place] for frame, place in number_files(found, folder).items()}
 

@@ -1,4 +1,4 @@
-"""Streams as entries: decoded once, from the first requested frame."""
+"""Entries from streams, which are decoded once, starting at the first requested frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from quarc_ref.streams import decode
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpenStream:
-    """A stream that is compared.
+    """An opened stream.
 
     Attributes:
         entry: The stream as an entry.
-        summary: What it is made of.
+        summary: Summary of the stream.
     """
 
     entry: SplatEntry
@@ -30,9 +30,9 @@ def open_stream(
     """Open a stream.
 
     Args:
-        path: Path of its file.
-        label: Its method and operating point.
-        on_progress: Called for every frame that is inspected: stage, done, total.
+        path: Path of the file.
+        label: Method and operating point.
+        on_progress: Called for every inspected frame: stage, done, total.
 
     Raises:
         BitstreamError: The stream is malformed.

@@ -29,12 +29,12 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Paired:
-    """A point against the first one, view by view.
+    """Paired differences between a point and the first one, by view.
 
     Attributes:
-        psnr: Differences over all pairs of views of the same camera and frame, dB.
-        better: Share of the pairs in which it is better.
-        pairs: How many there are.
+        psnr: PSNR differences over all pairs of views of the same camera and frame, dB.
+        better: Share of the pairs in which the point is better.
+        pairs: Number of pairs.
     """
 
     psnr: Spread
@@ -72,9 +72,9 @@ class MethodDelta:
     """Bjontegaard's deltas of a method against the first one.
 
     Attributes:
-        method: Its name.
-        psnr: By PSNR.
-        ssim: By SSIM.
+        method: Name of the method.
+        psnr: Deltas by PSNR.
+        ssim: Deltas by SSIM.
     """
 
     method: str
@@ -87,9 +87,9 @@ class Summary:
     """Results of a comparison.
 
     Attributes:
-        points: In the order in which they were named.
-        reference: The method that the others are compared with; None if there is only one.
-        deltas: Deltas of every other method that has several points.
+        points: Operating points in the order in which they were named.
+        reference: Method with which the others are compared; None if there is only one.
+        deltas: Deltas of the other methods that have several points.
     """
 
     points: list[Point]
@@ -98,7 +98,7 @@ class Summary:
 
 
 def summarize(comparison: Comparison) -> Summary:
-    """Return the results of a comparison."""
+    """Summarize a comparison."""
     groups = _group(comparison.measured)
     first = next(iter(groups.values()))
     points = [
@@ -155,7 +155,7 @@ def spread_of(numbers: Sequence[float]) -> Spread:
 
 
 def pair(runs: Sequence[Measured], first: Sequence[Measured]) -> Paired:
-    """Return the differences of two points, each view being the mean over the runs of a point."""
+    """Return the differences between two points, by views averaged over the runs of a point."""
     ours, theirs = _list_views(runs), _list_views(first)
     differences = [a - b for a, b in zip(ours, theirs, strict=True)]
     better = fmean(difference > 0 for difference in differences)
@@ -163,7 +163,7 @@ def pair(runs: Sequence[Measured], first: Sequence[Measured]) -> Paired:
 
 
 def _list_views(runs: Sequence[Measured]) -> list[float]:
-    """Return the PSNR of every view, the mean over the runs."""
+    """Return the PSNR of every view, averaged over the runs."""
     by_run = [
         [_number(view["psnr"]) for views in run.quality.per_camera.values() for view in views]
         for run in runs
@@ -183,7 +183,7 @@ def _values(rows: Iterable[Measures], name: str) -> list[float]:
 
 
 def _trace(points: Sequence[Point], method: str, figure: str) -> Curve:
-    """Return the rate and the quality of every point of a method that has both."""
+    """Return rate and quality of the points of a method that have both."""
     return [
         (point.kilobytes_per_frame.mean, found.mean)
         for point in points
@@ -198,5 +198,5 @@ def _compare(points: Sequence[Point], reference: str, method: str, figure: str) 
 
 
 def average_cameras(measured: Measured) -> list[Measures]:
-    """Return the means over the cameras, a `Measures` to each frame."""
+    """Return the means over the cameras, one `Measures` per frame."""
     return [average(views) for views in zip(*measured.quality.per_camera.values(), strict=True)]

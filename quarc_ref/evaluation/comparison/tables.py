@@ -1,4 +1,4 @@
-"""A comparison as tables: rows for people, CSV and JSON for programs."""
+"""Formats a comparison as tables, CSV and JSON."""
 
 import csv
 import io
@@ -12,7 +12,7 @@ from quarc_ref.evaluation.comparison.summary import Point, Spread, Summary
 from quarc_ref.evaluation.metrics import MOST_DECIBELS
 
 _NOTHING = "-"
-# Heading, name of the figure, format.
+# Heading, name of the metric, format.
 FIGURES = (
     ("PSNR", "psnr", ".2f"),
     ("SSIM", "ssim", ".4f"),
@@ -33,7 +33,7 @@ def head_points(summary: Summary) -> list[str]:
 
 
 def format_point_rows(summary: Summary) -> list[list[str]]:
-    """Return a line of cells for each operating point; no cell is empty."""
+    """Return a row of nonempty cells for each operating point."""
     return [_row_point(point) for point in summary.points]
 
 
@@ -43,7 +43,7 @@ def head_deltas(summary: Summary) -> list[str]:
 
 
 def format_delta_rows(summary: Summary) -> list[list[str]]:
-    """Return a line of cells to each method that Bjontegaard's deltas compare with the first."""
+    """Return a row of cells for each method with Bjontegaard deltas."""
     return [
         [
             each.method,
@@ -57,7 +57,7 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
 
 
 def remark_on_equal_views(comparison: Comparison) -> list[str]:
-    """Return a sentence on each entry that has views equal to the truth."""
+    """Return a remark on each entry with views that equal the ground truth."""
     remarks = []
     for each in comparison.measured:
         equal, views = each.quality.count_views()
@@ -70,7 +70,7 @@ def remark_on_equal_views(comparison: Comparison) -> list[str]:
 
 
 def format_points_csv(summary: Summary) -> bytes:
-    """Return a line of numbers to each operating point."""
+    """Format a CSV line for each operating point."""
     lines = []
     for point in summary.points:
         line: dict[str, object] = {
@@ -94,7 +94,7 @@ def format_points_csv(summary: Summary) -> bytes:
 
 
 def format_views_csv(comparison: Comparison) -> bytes:
-    """Return a line per view: entry, run, camera, frame and all figures."""
+    """Format a CSV line for each view: entry, run, camera, frame and all metrics."""
     runs: dict[object, int] = {}
     lines = []
     for each in comparison.measured:
@@ -107,7 +107,7 @@ def format_views_csv(comparison: Comparison) -> bytes:
 
 
 def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
-    """Return what `compare --json` prints."""
+    """Return the output of `compare --json`."""
     return {
         "truth": comparison.truth,
         "frames": list(comparison.frames),
@@ -143,7 +143,7 @@ def _row_point(point: Point) -> list[str]:
 
 
 def format_spread(found: Spread | None, how: str) -> str:
-    """Return a mean, with its deviation if it has one."""
+    """Format a mean, with its deviation if there is one."""
     if found is None:
         return _NOTHING
     mean = format(found.mean, how)

@@ -127,10 +127,10 @@ def _with_metadata(data, **changes):
     ("changes", "said"),
     [
         ({"seed": 1}, "these differ: seed$"),
-        ({"motion": replace(CONFIG.motion, lr=0.5)}, "another motion.lr$"),
+        ({"motion": replace(CONFIG.motion, lr=0.5)}, "these differ: motion.lr$"),
         (
             {"rd_lambda": 2.0, "motion": replace(CONFIG.motion, momentum=0.1)},
-            "another motion.momentum, rd_lambda$",
+            "these differ: motion.momentum, rd_lambda$",
         ),
     ],
 )
