@@ -24,8 +24,8 @@ SSIM_VARIANT = (
     "ssim_inria: 11x11 Gaussian of sigma 1.5, zero padding, mean over pixels and channels"
 )
 MASK_VARIANT = (
-    "mask: of captures with masks, the pixels that count alone are measured; the others are black "
-    "in both pictures"
+    "mask: for captures with masks, only unmasked pixels are measured; masked pixels are "
+    "black in both pictures"
 )
 
 

@@ -1,4 +1,4 @@
-"""Input of exporters: a frame, and the properties of the whole stream."""
+"""Input of exporters: frames, and the properties of a stream."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
 
-_ASSUMED_UP = 4  # -y: that of a PLY in the frame of COLMAP, and what viewers of PLY assume
+_ASSUMED_UP = 4  # -y, as in PLY files with COLMAP's axes, and as PLY viewers assume
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -15,8 +15,8 @@ class Frame:
     """A decoded frame, as integers and as floats.
 
     Attributes:
-        scene: The decoder's state.
-        splats: The same, dequantized.
+        scene: Integer scene.
+        splats: Dequantized scene.
     """
 
     scene: Scene
@@ -24,13 +24,13 @@ class Frame:
 
     @classmethod
     def of(cls, scene: Scene) -> "Frame":
-        """Return the frame of a scene."""
+        """Make the frame of a scene."""
         return cls(scene, dequantize(scene))
 
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """Properties of a stream that all its frames share.
+    """Properties of a whole stream.
 
     Attributes:
         header: Header of the stream.

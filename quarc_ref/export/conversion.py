@@ -1,4 +1,4 @@
-"""Files of single frames from one format to another, by the library gaussforge."""
+"""Converts files of single frames between formats by the library gaussforge."""
 
 import subprocess
 import sys
@@ -10,16 +10,16 @@ _SECONDS = 600
 
 
 def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
-    """Return a file of Gaussians in another format.
+    """Convert a file of Gaussians to another format.
 
     Args:
-        data: The file.
-        source: Its format: `ply`, `spz` or `sog`.
-        target: The format to make.
+        data: Bytes of the file.
+        source: Format of the file: `ply`, `spz` or `sog`.
+        target: Format of the result.
         options: Options of the library.
 
     Raises:
-        ExportError: The library rejects it.
+        ExportError: The library rejects the file.
         ImportError: The library is not installed.
     """
     from gaussforge import GaussForge
@@ -33,9 +33,9 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
 
 
 def convert_apart(data: bytes, source: str, target: str) -> bytes:
-    """Like `convert`, for a file of unknown origin, in a process of its own.
+    """Convert a file of unknown origin in a separate process; see `convert`.
 
-    Crashes of the library on damaged files, and its output, do not affect this process.
+    Crashes of the library on damaged files, and its console output, do not affect this process.
 
     Raises:
         ExportError: The library rejects the file, or fails.
@@ -59,7 +59,7 @@ def convert_apart(data: bytes, source: str, target: str) -> bytes:
     return done.stdout
 
 
-# The library writes to standard output, so that what it makes leaves by a copy of it.
+# The library prints to standard output, so the result is written to a duplicate of it.
 _CHILD = """
 import os
 import sys

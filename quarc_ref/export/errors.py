@@ -1,4 +1,4 @@
-"""Errors of exporting frames and of reading them."""
+"""Errors of exporting and importing frames."""
 
 from quarc_ref.format.errors import QuarcError
 
@@ -12,4 +12,4 @@ class UnreadableFramesError(QuarcError):
 
 
 class NoFramesError(UnreadableFramesError):
-    """A file or folder is not of a kind that frames are read from."""
+    """A file or folder has no frames in a supported format."""

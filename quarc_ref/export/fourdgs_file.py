@@ -1,8 +1,7 @@
-"""Frames as a `.4dgs` file of keyframes and deltas, and such files read, by the library fourdgs.
+"""Writes and reads `.4dgs` files by the library fourdgs.
 
-The temporal model `keyframe-delta` has no harmonics beyond the base color: the
-view-dependent part of colors is left out. Errors are bounded by the library's
-profile `fine`.
+Files are written with the temporal model `keyframe-delta`, which has no view-dependent
+color, and with errors bounded by the library's profile `fine`.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,11 +18,11 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
 from quarc_ref.format.arrays import Int64
 
-_NEVER_FADES = 1e9  # seconds; this temporal model takes no infinity
+_NEVER_FADES = 1e9  # seconds; this temporal model does not accept infinity
 
 
 class Sequence:
-    """One file for all frames; time 0 is the first frame.
+    """Collects all frames in one file, in which the first frame is at time 0.
 
     Args:
         clip: Properties of all frames.
@@ -44,7 +43,7 @@ class Sequence:
         self._samples.append(make_sample(frame, begin))
 
     def finish(self) -> bytes:
-        """Return the bytes of the file.
+        """Build the file.
 
         Raises:
             ExportError: The library rejects the frames.
@@ -63,11 +62,11 @@ class Sequence:
 
 
 def make_sample(frame: Frame, seconds: float) -> Any:  # noqa: ANN401
-    """Return a frame as the library has it, a `Sample`.
+    """Convert a frame to the library's `Sample`.
 
     Args:
         frame: A frame.
-        seconds: When it begins.
+        seconds: Start time of the frame.
     """
     from fourdgs import GaussianSet
     from fourdgs.keyframe_delta_writer import Sample
@@ -95,7 +94,7 @@ class FourdgsFrames:
     Attributes:
         count: Number of frames.
         frames_per_second: Frame rate.
-        read: Yields each, and the ids of its Gaussians `[N]`.
+        read: Function that yields the Gaussians of each frame, and their ids `[N]`.
     """
 
     count: int
@@ -104,12 +103,12 @@ class FourdgsFrames:
 
 
 def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFrames:
-    """Return the frames of a `.4dgs` file, sampled in the middle of each.
+    """Open the frames of a `.4dgs` file, which is sampled in the middle of each frame.
 
     Args:
         data: The whole file.
-        frames_per_second: Rate at which it is sampled; None for one frame per state, or for 30 if
-            the file has no states.
+        frames_per_second: Sampling rate; None for one frame per state, or for 30 if the
+            file has no states.
 
     Raises:
         ValueError: The file is not a .4dgs file, or has more frames than a stream can have.
@@ -134,11 +133,11 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
 @contextmanager
 def _rejecting() -> Iterator[None]:
-    """Turn errors of the library about a file into ValueError."""
+    """Convert the library's errors about a file to ValueError."""
     from fourdgs.exceptions import FourdgsError
 
     try:
-        with np.errstate(all="ignore"):  # what is not finite is found out in the end
+        with np.errstate(all="ignore"):  # non-finite values are detected at the end
             yield
     except (FourdgsError, IndexError, OverflowError, MemoryError) as error:
         message = f"fourdgs cannot read it: {error}"
@@ -149,7 +148,7 @@ _At = Callable[[float], tuple[Splats, Int64]]
 
 
 def _open(data: bytes) -> tuple[float, float, _At]:
-    """Return the seconds that a file lasts, its pace, and what gives its state at a time."""
+    """Return duration, frame rate, and a function that returns the state at a time."""
     import fourdgs
     from fourdgs.keyframe_delta_file import decode_streamed, render_at
 
@@ -171,7 +170,7 @@ def _open(data: bytes) -> tuple[float, float, _At]:
 
 
 def _sample(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
-    """Return the Gaussians of a scene with linear motion at a point in time."""
+    """Return the Gaussians of a scene with linear motion at a time."""
     gaussians = scene.gaussians
     state = gaussians.state_at(time)
     rows = state["indices"]
@@ -188,11 +187,11 @@ def _sample(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN401
 
 
 def _join_harmonics(base: Float32, levels: NDArray[np.uint8]) -> Float32:
-    """Return `[N, K, 3]` harmonics.
+    """Join SH coefficients to `[N, K, 3]`.
 
     Args:
-        base: `[N, 1, 3]` of degree 0.
-        levels: `[N, 3 (K - 1)]` of the other degrees, channel by channel.
+        base: `[N, 1, 3]` coefficients of degree 0.
+        levels: `[N, 3 (K - 1)]` coefficients of the other degrees, channel by channel.
     """
     from fourdgs.quantization import SH_QUANT_HI, SH_QUANT_LO
 
@@ -209,7 +208,7 @@ def _as_splats(
     colors: NDArray[Any],
     opacities: NDArray[Any],
 ) -> Splats:
-    """Return activated numbers as 3DGS stores them; opacities of 0 and 1 become nearly that.
+    """Convert activated values to 3DGS form; opacities of 0 and 1 are moved slightly inwards.
 
     Raises:
         ValueError: A number is not finite.

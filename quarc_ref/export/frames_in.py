@@ -1,7 +1,7 @@
-"""Frames made by other programs, read from a folder of files or from one file.
+"""Reads frames of other programs from a folder of files or from one file.
 
-A folder has a file per frame, PLY or SPZ, in the order of the numbers in their
-names. `sequence.json` beside them, as written by `decode`, holds frame rate, axes and cameras; its
+A folder has a PLY or SPZ file per frame, ordered by the numbers in their names. The
+optional `sequence.json`, as written by `decode`, has frame rate, axes and cameras; its
 contents are validated.
 """
 
@@ -28,14 +28,15 @@ KINDS = ", ".join([*_PARSERS, _WHOLE])
 
 @dataclass(frozen=True, slots=True)
 class FramesIn:
-    """Frames that can be read, one after the other.
+    """Frames to import.
 
     Attributes:
         count: Number of frames.
-        read: Yields each with the ids of its Gaussians, `[N]`, or None where it has none.
+        read: Function that yields the Gaussians of each frame and their ids `[N]`, or
+            None without ids.
         frames_per_second: Frame rate; None if it is not given.
         sidecar: Contents of `sequence.json`; defaults if there is none.
-        up_axis: As in a stream's header, if the format defines it; else 0.
+        up_axis: Up axis as in a stream's header if the format defines it, else 0.
     """
 
     count: int
@@ -46,11 +47,10 @@ class FramesIn:
 
 
 def open_frames(path: Path, frames_per_second: float | None = None) -> FramesIn:
-    """Return the frames of a file or of a folder.
+    """Open the frames of a file or folder.
 
     Args:
-        path: A `.ply` or `.spz` file, which is one frame, a folder of them, or a
-            `.4dgs` file.
+        path: A `.ply` or `.spz` file with one frame, a folder of such files, or a `.4dgs` file.
         frames_per_second: Sampling rate of a `.4dgs` file; None for its own frame rate.
 
     Raises:
@@ -115,7 +115,7 @@ def _count_up(path: Path) -> list[tuple[int, str]]:
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Turn a ValueError into an UnreadableFramesError that names the file."""
+    """Convert a ValueError to an UnreadableFramesError that names the file."""
     try:
         yield
     except ValueError as error:

@@ -1,7 +1,7 @@
-"""A frame as the PLY file of 3DGS, which every splat viewer opens.
+"""Writes and reads frames as PLY files of 3DGS, which every splat viewer opens.
 
-Scales are natural logarithms, opacities logits, quaternions wxyz; SH rest is
-stored channel by channel, all of red first. The format does not define axes: the coordinates are
+Scales are natural logarithms, opacities are logits, quaternions are wxyz; SH rest is
+stored channel by channel, red first. The format does not define axes: the coordinates are
 those of the stream (SPEC 10, Annex on mappings).
 """
 
@@ -14,7 +14,7 @@ from quarc_ref.export.clip import Clip, Frame
 
 
 def build(frame: Frame, _clip: Clip) -> bytes:
-    """Return the bytes of a frame's file."""
+    """Build the file of a frame."""
     return build_ply(frame.splats)
 
 
@@ -26,7 +26,7 @@ _REQUIRED = (
 
 
 def build_ply(splats: Splats) -> bytes:
-    """Return the bytes of a binary little-endian PLY."""
+    """Build a binary little-endian PLY file."""
     columns = _columns(splats)
     rows = np.empty(len(splats.positions), dtype=[(name, "<f4") for name in columns])
     for name, column in columns.items():
@@ -54,16 +54,16 @@ def _columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
 
 
 def parse_ply(data: bytes) -> Splats:
-    """Return the Gaussians of a 3DGS PLY, written by any program.
+    """Parse a 3DGS PLY file of any program.
 
     Args:
-        data: The whole file: ascii or little-endian, with SH of degree 0 to 3.
+        data: Bytes of the file, ascii or little-endian, with SH of degree 0 to 3.
 
     Returns:
-        Rotations of unit length; `sh` is `[N, K, 3]`, K being 1, 4, 9 or 16.
+        The Gaussians, with unit quaternions and `sh` `[N, K, 3]`, where K is 1, 4, 9 or 16.
 
     Raises:
-        ValueError: The file is not a valid PLY of Gaussians, or a number is not finite.
+        ValueError: The file is not a valid PLY file of Gaussians, or a number is not finite.
     """
     header = parse_ply_header(data)
     rest = sum(name.startswith("f_rest_") for name in header.types)

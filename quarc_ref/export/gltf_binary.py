@@ -1,8 +1,8 @@
-"""A frame as binary glTF with KHR_gaussian_splatting: SPEC Annex C.2, by pygltflib.
+"""Exports a frame as binary glTF with KHR_gaussian_splatting by pygltflib: SPEC Annex C.2.
 
-The extension has no time: a frame is a file. The data are rotated to +y up, and scaled to meters
-if the stream has a scale. They are not rotated by a node, since not all readers rotate harmonics
-with a node.
+The extension has no animation, so each frame is a file. The data are rotated to +y up,
+and scaled to meters if the stream has a scale. They are not rotated by a node, because
+not all readers apply node rotations to SH.
 """
 
 from typing import Any
@@ -24,7 +24,7 @@ _KERNEL = {
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
-    """Return the bytes of a `.glb`."""
+    """Build a `.glb` file."""
     import pygltflib as gltf
 
     attributes = _list_attributes(rotate_upright(frame.splats, clip), clip.meters_per_unit)
@@ -54,7 +54,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
 
 
 def _list_attributes(splats: Splats, unit: float) -> dict[str, Float32]:
-    """Return the attributes of the primitive, `[N, c]` or `[N]` each."""
+    """Return the attributes of the primitive, each `[N, c]` or `[N]`."""
     attributes = {
         "POSITION": splats.positions * np.float32(unit),
         "ROTATION": xyzw_of(splats.rotations),
@@ -73,6 +73,6 @@ def _list_attributes(splats: Splats, unit: float) -> dict[str, Float32]:
 def _describe(gltf: Any, view: int, name: str, array: Float32) -> Any:  # noqa: ANN401
     kind = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[array.size // len(array)]
     accessor = gltf.Accessor(bufferView=view, componentType=gltf.FLOAT, count=len(array), type=kind)
-    if name == "POSITION":  # glTF asks for its bounds
+    if name == "POSITION":  # glTF requires bounds
         accessor.min, accessor.max = array.min(axis=0).tolist(), array.max(axis=0).tolist()
     return accessor

@@ -1,4 +1,4 @@
-"""Frames as OpenUSD: a ParticleField3DGaussianSplat with time samples, by usd-core.
+"""Exports frames as OpenUSD by usd-core: a ParticleField3DGaussianSplat with time samples.
 
 The stage is +y up, in the unit of the stream; its time codes are frame ordinals. The cameras of
 the stream are cameras of the stage.
@@ -16,11 +16,11 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.upright import find_turn, matrix_of, rotate_upright
 from quarc_ref.format.cameras import Camera
 
-_APERTURE = 36.0  # tenths of a unit, as USD has it; only its ratio to the focal length counts
+_APERTURE = 36.0  # in tenths of a unit, as in USD; only its ratio to the focal length matters
 
 
 class Sequence:
-    """One stage for all frames.
+    """Collects all frames in one stage.
 
     Args:
         clip: Properties of all frames.
@@ -67,11 +67,11 @@ class Sequence:
             (field.CreateExtentAttr(), Vt.Vec3fArray.FromNumpy(np.array(extent, np.float32))),
         ):
             attribute.Set(value, time)
-            if is_first:  # what readers see that look at no time
+            if is_first:  # for readers that ignore time samples
                 attribute.Set(value)
 
     def finish(self) -> bytes:
-        """Return the bytes of a `.usdc` file."""
+        """Build a `.usdc` file."""
         with TemporaryDirectory() as folder:
             path = Path(folder) / "frames.usdc"
             self._stage.GetRootLayer().Export(str(path))
@@ -89,12 +89,12 @@ class Sequence:
         prim.CreateHorizontalApertureOffsetAttr((camera.width / 2 - camera.cx) * shift)
         prim.CreateVerticalApertureOffsetAttr((camera.cy - camera.height / 2) * shift)
         prim.CreateClippingRangeAttr(Gf.Vec2f(0.2 * camera.near, 1000 * camera.near))
-        pose = Gf.Matrix4d(*_pose(camera, self._clip).T.ravel().tolist())  # USD has row vectors
+        pose = Gf.Matrix4d(*_pose(camera, self._clip).T.ravel().tolist())  # USD uses row vectors
         prim.AddTransformOp().Set(pose)
 
 
 def _pose(camera: Camera, clip: Clip) -> Any:  # noqa: ANN401
-    """Return `[4, 4]` camera to world, the camera looking along its -z with +y up."""
+    """Return the `[4, 4]` matrix from a camera that looks along -z with +y up to the world."""
     rotation = rotation_matrix(camera)
     pose = np.eye(4)
     turn = matrix_of(find_turn(clip))

@@ -1,4 +1,4 @@
-"""Frames as a recording of rerun, `.rrd`: splats and cameras on a time line.
+"""Exports frames as a rerun recording (`.rrd`) with splats and cameras on a timeline.
 
 Coordinates are those of the stream; the recording declares the up axis.
 """
@@ -13,11 +13,11 @@ from quarc_ref.export.activate import base_colors_of, opacities_of, scales_of, x
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.format.cameras import Camera
 
-_REST_COEFFICIENTS = 15  # of degrees 1 to 3, all of which rerun asks for
+_REST_COEFFICIENTS = 15  # coefficients of degrees 1 to 3, all of which rerun requires
 
 
 class Sequence:
-    """One recording for all frames.
+    """Collects all frames in one recording.
 
     Args:
         clip: Properties of all frames.
@@ -59,7 +59,7 @@ class Sequence:
         recording.log("world/splats", logged)
 
     def finish(self) -> bytes:
-        """Return the bytes of the recording."""
+        """Build the recording."""
         self._recording.flush()
         self._recording.disconnect()
         with self._folder:

@@ -1,4 +1,4 @@
-"""`sequence.json` beside exported frames: properties that their files cannot hold."""
+"""Writes and reads `sequence.json`: properties that the files of exported frames cannot store."""
 
 import json
 from dataclasses import asdict, dataclass, field, fields
@@ -15,11 +15,11 @@ _MOST_PACE = 1e6
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
-    """Return the bytes of the file: rate, axes, scale, cameras and metadata of a stream.
+    """Build the file with frame rate, axes, scale, cameras and metadata of a stream.
 
     Args:
         clip: Properties of all frames.
-        pattern: Names of the frames' files, in which `{frame}` is the ordinal.
+        pattern: Pattern of the file names, in which `{frame}` is the ordinal.
         first_frame: Ordinal of the first frame.
     """
     header = clip.header
@@ -43,15 +43,15 @@ def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Sidecar:
-    """Contents of `sequence.json`, with values as in a stream's header.
+    """Contents of `sequence.json`, with the values of a stream's header.
 
     Attributes:
         frames_per_second: Frame rate; None if it is not given.
-        up_axis: 0 unknown, else 1 to 6.
+        up_axis: Up axis, 1 to 6; 0 if unknown.
         right_handed: Whether the world frame is right-handed.
-        meters_per_unit: 0 where unknown.
-        cameras: Cameras of the stream that the frames come from.
-        metadata: Metadata of that stream.
+        meters_per_unit: Size of a world unit in meters; 0 if unknown.
+        cameras: Cameras of the stream.
+        metadata: Metadata of the stream.
     """
 
     frames_per_second: float | None = None
@@ -63,7 +63,7 @@ class Sidecar:
 
 
 def parse_sidecar(data: bytes) -> Sidecar:
-    """Return the contents of a `sequence.json`.
+    """Parse a `sequence.json`.
 
     Raises:
         ValueError: The file is malformed.
@@ -99,7 +99,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
 
 
 def _parse_camera(content: dict[str, Any]) -> Camera:
-    """Return a camera; raise one of the errors that `parse_sidecar` expects."""
+    """Parse a camera; raise one of the errors that `parse_sidecar` converts."""
     values = {each.name: content[each.name] for each in fields(Camera)}
     for name in ("rotation", "translation"):
         values[name] = tuple(map(float, values[name]))

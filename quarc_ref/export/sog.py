@@ -1,4 +1,4 @@
-"""A frame as SOG, version 2, by the library gaussforge; the axes are those of the PLY."""
+"""Exports a frame as SOG version 2 by the library gaussforge, with the axes of the PLY export."""
 
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.conversion import convert
@@ -6,5 +6,5 @@ from quarc_ref.export.gaussian_ply import build_ply
 
 
 def build(frame: Frame, _clip: Clip) -> bytes:
-    """Return the bytes of a file."""
+    """Build the file of a frame."""
     return convert(build_ply(frame.splats), "ply", "sog")

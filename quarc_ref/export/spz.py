@@ -1,7 +1,7 @@
-"""A frame as SPZ, version 3, by the library gaussforge; versions 1 to 4 are read.
+"""Writes SPZ version 3 and reads versions 1 to 4 by the library gaussforge.
 
-SPZ has its axes fixed: x right, y up, z back. Positions are in steps of 2^-12 and within 2048 of
-the origin; other attributes have 8 bits or fewer.
+SPZ defines its axes: x right, y up, z back. Positions have steps of 2^-12 and a range of
+2048 around the origin; other attributes have at most 8 bits.
 """
 
 import zlib
@@ -16,19 +16,20 @@ from quarc_ref.export.errors import ExportError
 from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from quarc_ref.export.upright import rotate_upright
 
-_FIRMEST = 10.0  # logit of an opacity that is nearly 1
+_FIRMEST = 10.0  # logit of an opacity slightly below 1
 UP_AXIS = 3  # +y, as in a stream's header
 _FARTHEST = 2048 - 2**-12
 _MAGIC = b"NGSP"
 _GZIP = b"\x1f\x8b"
 _HEADER_BYTES = 16
 _MOST_GAUSSIANS = 1 << 24
-_LEAST_BYTES = 16  # of a Gaussian, before compression: 9 of a position, 7 of the rest and more
-_MOST_RATIO = 1032  # of what deflate takes apart
+# minimum bytes per Gaussian before compression: 9 for the position, 7 for the rest
+_LEAST_BYTES = 16
+_MOST_RATIO = 1032  # maximum ratio of deflate
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
-    """Return the bytes of a file.
+    """Build the file of a frame.
 
     Raises:
         ExportError: A Gaussian is too far from the origin for SPZ.
@@ -44,12 +45,12 @@ def build(frame: Frame, clip: Clip) -> bytes:
 
 
 def parse_spz(data: bytes) -> Splats:
-    """Return the Gaussians of an SPZ file, in the frame of the file: +y is up.
+    """Parse the Gaussians of an SPZ file, in the axes of the file, with +y up.
 
     Opacities of 0 and 1, whose logits are infinite, are moved slightly inwards.
 
     Args:
-        data: The whole file.
+        data: Bytes of the file.
 
     Raises:
         ValueError: The file is malformed.
@@ -67,10 +68,10 @@ def parse_spz(data: bytes) -> Splats:
 
 
 def check_header(data: bytes) -> None:
-    """Check the number of Gaussians that a file claims against its size.
+    """Check the number of Gaussians in a file's header against its size.
 
     Raises:
-        ValueError: The file is not SPZ, or is too small for the Gaussians it claims.
+        ValueError: The file is not an SPZ file, or is too small for the Gaussians in its header.
     """
     head = data[:_HEADER_BYTES]
     if head[:2] == _GZIP:

@@ -1,9 +1,8 @@
-"""The file formats that decoded frames are exported to: a row each, and a module each.
+"""Table of the export formats, each of which is written by a module.
 
-A module has either `build(frame, clip)`, which returns the bytes of a file per
-frame, or a class `Sequence`, which collects frames for one file. The table is
-light, so that the command can list the formats: a module is imported when it
-is used, and the library that writes its format with it.
+A module has either `build(frame, clip)`, which returns the file of a frame, or a class
+`Sequence`, which collects all frames in one file. Modules and their libraries are
+imported when they are used, so that the command can list the formats quickly.
 """
 
 from collections.abc import Callable
@@ -16,14 +15,14 @@ if TYPE_CHECKING:
 
 
 class FrameSequence(Protocol):
-    """Frames that are collected into one file."""
+    """Interface of exporters that collect all frames in one file."""
 
     def add(self, frame: "Frame") -> None:
         """Append a frame, in the order of the stream."""
         ...
 
     def finish(self) -> bytes:
-        """Return the bytes of the file; at least one frame must have been added."""
+        """Build the file, after at least one frame has been added."""
         ...
 
 
@@ -32,12 +31,12 @@ class Export:
     """A file format for decoded frames.
 
     Attributes:
-        suffix: Suffix of its files, without the dot; also its name.
+        suffix: File suffix without the dot, and name of the format.
         title: Human-readable name.
-        module: Name of the module of this package that writes it.
-        is_sequence: Whether one file holds all frames, instead of one file per frame.
-        package: The library that writes it, as it is imported; None for none.
-        extra: Extra of quarc-ref that installs the library; None for none.
+        module: Name of the module that writes it.
+        is_sequence: Whether one file contains all frames, instead of one file per frame.
+        package: Import name of the library that writes it; None for none.
+        extra: Optional extra of quarc-ref that installs the library; None for none.
     """
 
     suffix: str
@@ -48,16 +47,16 @@ class Export:
     extra: str | None = None
 
     def require(self) -> None:
-        """Import the library, so that a missing one is known before any frame is decoded.
+        """Import the library, so that a missing one is reported before frames are decoded.
 
         Raises:
-            ImportError: It is not installed; `extra` names what installs it.
+            ImportError: The library is not installed; `extra` installs it.
         """
         if self.package is not None:
             import_module(self.package)
 
     def builder(self) -> "Callable[[Frame, Clip], bytes]":
-        """Return the function that makes the file of a frame; not for sequences.
+        """Return the function that builds the file of a frame; not for sequences.
 
         Raises:
             ImportError: The library is not installed.
@@ -67,7 +66,7 @@ class Export:
         return build
 
     def begin(self, clip: "Clip") -> FrameSequence:
-        """Begin the one file of a sequence.
+        """Start the file of a sequence.
 
         Args:
             clip: Properties of all frames.

@@ -1,6 +1,6 @@
-"""Frames turned so that +y is up, for formats that fix their axes: SPEC Annex C.2.
+"""Rotates frames to +y up, for formats that define their axes: SPEC Annex C.2.
 
-The rotation maps axes to axes, so positions and harmonics are only permuted and negated, without
+The rotation maps axes to axes, so positions and SH are only permuted and negated, without
 rounding; quaternions are rounded.
 """
 
@@ -13,7 +13,7 @@ from quarc_ref.decoder.dequantize import Float32, Splats
 from quarc_ref.export.clip import Clip
 
 _HALF = 0.5**0.5
-# What turns each axis up to +y, as a quaternion wxyz.
+# Quaternions wxyz that rotate each up axis to +y.
 _TURNS = {
     "+x": (_HALF, 0.0, 0.0, _HALF),
     "-x": (_HALF, 0.0, 0.0, -_HALF),
@@ -26,13 +26,13 @@ _OPPOSITE = {"+z": "-z", "-z": "+z"}
 
 
 def rotate_upright(splats: Splats, clip: Clip) -> Splats:
-    """Return splats in a right-handed frame whose +y is up.
+    """Rotate splats to a right-handed frame with +y up.
 
     If the stream does not declare its up axis, -y is assumed.
 
     Args:
-        splats: In the frame of the stream.
-        clip: Tells what frame that is.
+        splats: Splats in the frame of the stream.
+        clip: Properties of the stream, which define the frame.
     """
     if not clip.header.right_handed:
         splats = _mirror(splats)
@@ -47,13 +47,13 @@ def rotate_upright(splats: Splats, clip: Clip) -> Splats:
 
 
 def find_turn(clip: Clip) -> tuple[float, float, float, float]:
-    """Return the quaternion wxyz that rotates a stream's right-handed frame to +y up."""
+    """Return the quaternion wxyz that rotates the right-handed frame of a stream to +y up."""
     up = clip.up if clip.header.right_handed else _OPPOSITE.get(clip.up, clip.up)
     return _TURNS[up]
 
 
 def matrix_of(turn: tuple[float, float, float, float]) -> NDArray[np.float64]:
-    """Return `[3, 3]` the matrix of a quaternion that takes axes to axes."""
+    """Return the `[3, 3]` matrix of a quaternion that maps axes to axes."""
     w, x, y, z = turn
     matrix = np.array(
         [
@@ -66,7 +66,7 @@ def matrix_of(turn: tuple[float, float, float, float]) -> NDArray[np.float64]:
 
 
 def turn_harmonics(matrix: NDArray[np.float64], sh: Float32) -> Float32:
-    """Return SH `[N, k, 3]` of degree 0 or 1 turned by a matrix `[3, 3]` (SPEC Annex C.2)."""
+    """Rotate SH `[N, k, 3]` of degree 0 or 1 by a matrix `[3, 3]` (SPEC Annex C.2)."""
     turned = sh.copy()
     if sh.shape[1] > 1:
         gradient = np.stack([-sh[:, 3], -sh[:, 1], sh[:, 2]])
@@ -76,7 +76,7 @@ def turn_harmonics(matrix: NDArray[np.float64], sh: Float32) -> Float32:
 
 
 def multiply(left: NDArray[np.float64], right: Float32) -> Float32:
-    """Return the Hamilton product of `[4]` and `[N, 4]`, all wxyz."""
+    """Return the Hamilton products of `[4]` and `[N, 4]`, wxyz."""
     aw, ax, ay, az = left
     bw, bx, by, bz = right.T.astype(np.float64)
     product = [
@@ -93,7 +93,7 @@ def _apply(matrix: NDArray[np.float64], vectors: Float32) -> Float32:
 
 
 def _mirror(splats: Splats) -> Splats:
-    """Return splats of a left-handed frame in a right-handed one: z is negated."""
+    """Convert splats of a left-handed frame to a right-handed one by negating z."""
     sh = splats.sh.copy()
     sh[:, 2:3] *= -1
     signs = np.array([1, -1, -1, 1], dtype=np.float32)

@@ -1,14 +1,14 @@
-"""Files and folders that are complete or absent; files of other programs are left alone.
+"""Writes files and folders atomically, without touching files of other programs.
 
     with atomic_file(Path("a.bin")) as sink:            # there when the block ends, not before
         sink.write(data)
     with written_folder(Path("frames")) as made:        # the same, for a folder
         made.write("frame_0000.ply", data)
 
-All output is written beside its target under a hidden random name, is locked while its process
-lives, and is removed if the work fails. Leftovers of a killed process are removed by the next
-process that writes the same target. Every folder lists its own files in a marker, and only files
-listed there are ever deleted.
+Output is written next to its target under a hidden random name, is locked while its
+process runs, and is removed if the work fails. Leftovers of a killed process are removed
+by the next process that writes the same target. Every folder lists its own files in a
+marker, and only files listed there are ever deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file

@@ -2,10 +2,10 @@
 
 
 class OutputPathError(FileExistsError):
-    """Something at a path must not be replaced, followed or written to.
+    """An existing file or folder must not be replaced, followed or written to.
 
     Attributes:
-        replaceable: Whether quarc-ref made it, so that it can be replaced on request.
+        replaceable: Whether quarc-ref created it, so that it can be replaced on request.
     """
 
     def __init__(self, message: str, *, replaceable: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Contents of a folder: files that its marker lists, which may be removed, and foreign files."""
+"""Distinguishes files that a folder's marker lists, which may be removed, from foreign files."""
 
 import stat
 from contextlib import suppress
@@ -9,7 +9,7 @@ from quarc_ref.files.beside import PART, is_beside
 from quarc_ref.files.errors import OutputPathError
 from quarc_ref.files.marker import MARKER, read_marker
 
-_DEPTH = 1  # a folder in a folder has none of its own
+_DEPTH = 1  # subfolders of subfolders do not occur
 
 
 def contains_files(folder: Path) -> bool:
@@ -18,7 +18,7 @@ def contains_files(folder: Path) -> bool:
 
 
 def require_made(folder: Path, depth: int = _DEPTH) -> None:
-    """Raise OutputPathError if a folder holds anything that its marker does not list."""
+    """Raise OutputPathError if a folder contains anything that its marker does not list."""
     stock = _take_stock(folder, depth)
     if stock.foreign:
         message = (
@@ -31,7 +31,7 @@ def require_made(folder: Path, depth: int = _DEPTH) -> None:
 
 
 def remove_made(folder: Path, depth: int = _DEPTH) -> None:
-    """Remove a folder with the files that its marker lists; it is kept if it has others.
+    """Remove the files that a folder's marker lists, and the folder if it has no others.
 
     Raises:
         OutputPathError: The marker is damaged.
@@ -39,7 +39,7 @@ def remove_made(folder: Path, depth: int = _DEPTH) -> None:
     """
     remove_listed(folder, depth)
     (folder / MARKER).unlink(missing_ok=True)
-    with suppress(OSError):  # it holds others
+    with suppress(OSError):  # it contains other files
         folder.rmdir()
 
 
@@ -84,5 +84,5 @@ def _take_stock(folder: Path, depth: int) -> _Stock:
 
 
 def _is_left_of(name: str, listed: set[str]) -> bool:
-    """Return whether a file is a leftover of a killed process that was writing a listed file."""
+    """Return whether a file was left by a killed process that was writing a listed file."""
     return name.startswith(".") and any(is_beside(name, each, PART) for each in listed)

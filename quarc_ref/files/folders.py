@@ -1,4 +1,4 @@
-"""Folders of files: filled under a hidden name and renamed when complete, or filled in place."""
+"""Output folders, which are filled under a hidden name and renamed, or filled in place."""
 
 import os
 from collections.abc import Iterator
@@ -22,17 +22,18 @@ from quarc_ref.files.output_folder import (
 
 @contextmanager
 def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFolder]:
-    """Fill a folder beside a target, which it replaces if the block ends without error.
+    """Yield a folder next to a target, which replaces it if the block ends without an error.
 
     Args:
-        target: Path of the folder; an empty one may be there.
-        replace: Whether to replace a folder that was made here before.
+        target: Path of the folder; an empty folder may exist.
+        replace: Whether to replace a folder that quarc-ref created.
 
     Yields:
         The folder to fill.
 
     Raises:
-        OutputPathError: Something else exists at the path, or another process is writing it.
+        OutputPathError: Another file or folder exists at the path, or another process is
+            writing the folder.
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
@@ -53,20 +54,21 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
 def growing_folder(
     target: Path, *, replace: bool = False, keep: bool = False
 ) -> Iterator[OutputFolder]:
-    """Fill a folder in place: its files appear one by one, and remain if the work fails.
+    """Yield a folder that is filled in place; its files remain if the work fails.
 
     A folder that is empty at the end is removed.
 
     Args:
-        target: Path of the folder; an empty one may be there.
-        replace: Whether to take a folder that was made here before.
-        keep: Whether the files that it has stay.
+        target: Path of the folder; an empty folder may exist.
+        replace: Whether to reuse a folder that quarc-ref created.
+        keep: Whether to keep its existing files.
 
     Yields:
         The folder to fill.
 
     Raises:
-        OutputPathError: Something else exists at the path, or another process is writing it.
+        OutputPathError: Another file or folder exists at the path, or another process is
+            writing the folder.
         OSError: The folder cannot be written.
     """
     _require_free(target, replace=replace)
@@ -87,13 +89,13 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
             return mark_folder(target)
         return continue_folder(target) if keep else empty_folder(target)
     except BaseException:
-        with suppress(OSError):  # it holds something
+        with suppress(OSError):  # it is not empty
             target.rmdir()
         raise
 
 
 def _require_free(target: Path, *, replace: bool) -> None:
-    """Raise OutputPathError if a folder may not be put in a place."""
+    """Raise OutputPathError if a folder must not be created at a path."""
     remove_leftovers(target)
     if not os.path.lexists(target):
         return
@@ -115,7 +117,7 @@ def _make_beside(target: Path) -> OutputFolder:
             beside.mkdir()
             return mark_folder(beside)
         except (FileExistsError, FileNotFoundError):
-            # The name was taken, or another process has found the folder empty and removed it.
+            # The name exists, or another process has removed the folder because it was empty.
             if not beside.parent.is_dir():
                 raise
         except BaseException:
@@ -125,7 +127,7 @@ def _make_beside(target: Path) -> OutputFolder:
 
 
 def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
-    with suppress(OSError):  # there is none, or it is not empty
+    with suppress(OSError):  # it does not exist, or it is not empty
         target.rmdir()
     if not os.path.lexists(target):
         made.path.rename(target)
@@ -137,10 +139,10 @@ def _put_in_place(made: OutputFolder, target: Path, *, replace: bool) -> None:
 
 
 def _swap(made: OutputFolder, target: Path) -> None:
-    """Replace a folder made before, which is deleted with all the files that its marker lists.
+    """Replace an existing folder, and delete the files that its marker lists.
 
-    The old folder is complete at every moment, at its path or renamed. If this process
-    is killed in between, the next one puts it back (`remove_leftovers`).
+    The old folder remains complete, at its path or renamed, until it is replaced. If this
+    process is killed, the next one restores it (`remove_leftovers`).
     """
     old = name_old(made.path)
     with open_marker(target) as marker:

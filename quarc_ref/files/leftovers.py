@@ -1,4 +1,4 @@
-"""Removes leftovers of killed processes beside a target, recognized by name and lock."""
+"""Removes temporary files that killed processes left next to a target."""
 
 import os
 from contextlib import suppress
@@ -12,23 +12,24 @@ from quarc_ref.files.marker import MARKER
 
 
 def remove_leftovers(target: Path) -> None:
-    """Remove leftovers of killed processes beside a target.
+    """Remove temporary files that killed processes left next to a target.
 
-    Files of living processes or other users are kept, and all files are kept where locking is not
-    supported. A folder that was moved aside to be replaced, and was not, is put back.
+    Files of running processes and other users are kept, and so are all files if locking
+    is not supported. A folder that was renamed for a replacement that did not happen is
+    restored.
 
     Raises:
-        OSError: Something cannot be removed.
+        OSError: A file cannot be removed.
     """
     target = target.absolute()
-    for purpose in (OLD, PART):  # what is to be put back comes first
+    for purpose in (OLD, PART):  # folders to restore come first
         for name in _list_names(target.parent):
             if is_beside(name, target.name, purpose):
                 _remove(target.with_name(name), target)
 
 
 def _list_names(folder: Path) -> list[str]:
-    with suppress(PermissionError):  # where one may write, and not look
+    with suppress(PermissionError):  # the folder is writable but not readable
         return sorted(os.listdir(folder))
     return []
 
@@ -38,7 +39,7 @@ def _remove(path: Path, target: Path) -> None:
         return
     is_folder = path.is_dir()
     with suppress(OSError):
-        path.rmdir()  # its process was killed before there was a marker in it
+        path.rmdir()  # its process was killed before it wrote the marker
     try:
         file = open_regular(path / MARKER if is_folder else path)
     except OSError:

@@ -1,7 +1,7 @@
-"""Opening files without following links, and locking them for as long as they are open.
+"""Opens files without following links, and locks them while they are open.
 
-A lock shows other processes that the writer of a file is alive: it is released when that process
-ends, for whatever reason.
+A lock shows other processes that the writer of a file is running; the system releases it
+when the process ends.
 """
 
 import os
@@ -13,22 +13,23 @@ from typing import BinaryIO
 
 from quarc_ref.files.errors import OutputPathError
 
-CAN_LOCK = sys.platform != "win32"  # there, an open file can be neither renamed nor removed
+CAN_LOCK = sys.platform != "win32"  # on Windows, open files cannot be renamed or removed
 _BINARY = getattr(os, "O_BINARY", 0)
-_CAREFUL = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe would block
-_MODE = 0o666  # less what the umask takes
+# opening a pipe would block
+_CAREFUL = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+_MODE = 0o666  # before the umask is applied
 
 
 def open_regular(path: Path, flags: int = os.O_RDWR) -> BinaryIO:
-    """Open a regular file; one that is created has the permissions of any new file.
+    """Open a regular file; new files get default permissions.
 
     Args:
         path: Path of the file; a symbolic link is rejected, not followed.
-        flags: As for `os.open`.
+        flags: Flags of `os.open`.
 
     Raises:
         OutputPathError: The path exists and is not a regular file.
-        OSError: It cannot be opened.
+        OSError: The file cannot be opened.
     """
     if path.is_symlink() and not flags & os.O_EXCL:
         message = f"{path} is a symbolic link: name the file itself, or remove the link"
@@ -45,8 +46,8 @@ def lock(file: BinaryIO) -> bool | None:
     """Lock a file until it is closed.
 
     Returns:
-        Whether it is locked now. False: another process holds the lock. None: files
-        of this system or disk cannot be locked.
+        True if the file is locked now, False if another process holds the lock, None if
+        the system or disk does not support locks.
     """
     if sys.platform != "win32":
         import fcntl
@@ -61,7 +62,7 @@ def lock(file: BinaryIO) -> bool | None:
 
 
 def is_at(file: BinaryIO, path: Path) -> bool:
-    """Return whether an open file is the one in a place: another process may have moved it."""
+    """Return whether an open file is still at a path; another process may have moved it."""
     with suppress(FileNotFoundError):
         return os.path.samestat(os.fstat(file.fileno()), path.lstat())
     return False
@@ -71,9 +72,8 @@ def create_locked(path: Path) -> BinaryIO:
     """Create a file and lock it.
 
     Raises:
-        FileExistsError: The path exists, or another process has just removed the new file as a
-            leftover.
-        OSError: It cannot be created.
+        FileExistsError: The path exists, or another process has just removed the new file.
+        OSError: The file cannot be created.
     """
     file = open_regular(path, os.O_RDWR | os.O_CREAT | os.O_EXCL)
     if lock(file) is False or not is_at(file, path):

@@ -1,4 +1,4 @@
-"""Log files that are written line by line, and can be read while work continues."""
+"""Log files, which are written line by line and can be read meanwhile."""
 
 import io
 import os
@@ -12,15 +12,15 @@ from quarc_ref.files.locks import open_regular
 
 @contextmanager
 def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
-    """Open a file to append lines to; one that stays empty is removed.
+    """Open a file to append lines; it is removed if it remains empty.
 
     Args:
         path: Path of the file, which is created if missing.
         keep: Whether to keep its existing lines.
 
     Raises:
-        OutputPathError: It is a symbolic link, or not a regular file.
-        OSError: It cannot be opened.
+        OutputPathError: The path is a symbolic link, or not a regular file.
+        OSError: The file cannot be opened.
     """
     with open_regular(path, os.O_RDWR | os.O_CREAT) as file:
         if not keep:

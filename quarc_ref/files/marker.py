@@ -1,9 +1,9 @@
-"""The marker of a folder made by quarc-ref: `.quarc-ref-made`, which lists the files made in it.
+"""The marker of folders created by quarc-ref: `.quarc-ref-made`, which lists their files.
 
-It is text: a fixed line, then a name on each line, with a slash after the name of a
-folder, which has a marker of its own. A name is in the marker before its file is made.
-Anyone who may write into a folder can plant a marker there, so only plain file names are accepted,
-which cannot lead out of the folder.
+The marker is text: a fixed line, then one name per line. Names of subfolders, which have
+their own markers, end with a slash. A name is listed before its file is created. Other
+users may be able to write markers, so only plain file names, which cannot lead out of the
+folder, are accepted.
 """
 
 import os
@@ -21,16 +21,16 @@ _BYTES_LIMIT = 1 << 26
 
 
 def begin_marker(marker: BinaryIO) -> None:
-    """Write a marker that lists nothing."""
+    """Write an empty marker."""
     marker.truncate(marker.seek(0))
     _write_line(marker, _FIRST_LINE)
 
 
 def append_line(marker: BinaryIO, line: str) -> None:
-    """List a file, or a folder with a slash after its name.
+    """List a file, or a folder with a trailing slash.
 
     Raises:
-        ValueError: The name is not a plain one.
+        ValueError: The name is not a plain file name.
         OSError: The marker cannot be written.
     """
     if not _LINE.fullmatch(line):
@@ -40,10 +40,10 @@ def append_line(marker: BinaryIO, line: str) -> None:
 
 
 def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
-    """Return the lines of a marker, after which more can be appended.
+    """Read the lines of a marker, and prepare it for appending.
 
     Raises:
-        OutputPathError: It is damaged.
+        OutputPathError: The marker is damaged.
     """
     lines, end = _read_lines(marker, folder)
     marker.truncate(marker.seek(end))
@@ -53,10 +53,10 @@ def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
 
 
 def read_marker(folder: Path) -> set[str]:
-    """Return the lines of a folder's marker; none if there is no marker.
+    """Read the lines of a folder's marker; none if there is no marker.
 
     Raises:
-        OutputPathError: It is damaged.
+        OutputPathError: The marker is damaged.
     """
     try:
         with open_regular(folder / MARKER, os.O_RDONLY) as marker:

@@ -1,4 +1,4 @@
-"""Folders that are being filled, with a marker in which every file is listed before it is made."""
+"""Folders that are being filled, with a marker that lists every file before it is created."""
 
 import os
 import shutil
@@ -15,17 +15,17 @@ from quarc_ref.files.marker import MARKER, append_line, begin_marker, continue_m
 
 
 class OutputFolder:
-    """A folder that is being filled. Its marker is open, and locked, until it is closed.
+    """A folder that is being filled. Its marker is open and locked until `close`.
 
     Args:
         path: Path of the folder.
-        marker: Its marker, opened to be read and written.
-        listed: The lines that are in the marker.
+        marker: Marker of the folder, open for reading and writing.
+        listed: Lines of the marker.
 
     Attributes:
         path: Path of the folder.
-        kept_aside: Where the replaced folder is, if it still has files that quarc-ref did not
-            make.
+        kept_aside: Path of the replaced folder if it still has files that quarc-ref did
+            not create.
     """
 
     def __init__(self, path: Path, marker: BinaryIO, listed: Iterable[str] = ()) -> None:
@@ -35,10 +35,10 @@ class OutputFolder:
         self._listed = set(listed)
 
     def add(self, name: str) -> Path:
-        """List a file that is about to be made, and return its path.
+        """List a file that will be created, and return its path.
 
         Raises:
-            ValueError: The name is not a plain one.
+            ValueError: The name is not a plain file name.
             OSError: The marker cannot be written.
         """
         self._list(name)
@@ -59,12 +59,11 @@ class OutputFolder:
     def link(self, name: str, source: Path) -> Path:
         """Link or copy a file from elsewhere into the folder, and return its path there.
 
-        It is the same file under a second name (a hard link) where the disk allows that, and
-        a copy elsewhere.
+        The file is hard-linked if the file system supports it, and copied otherwise.
 
         Args:
             name: Name of the file in the folder.
-            source: The file.
+            source: Path of the existing file.
 
         Raises:
             OSError: The file cannot be read or written.
@@ -79,22 +78,22 @@ class OutputFolder:
 
     @contextmanager
     def folder(self, name: str) -> Iterator["OutputFolder"]:
-        """Make a folder in this one, to be filled within the block."""
+        """Create a subfolder to fill within the block."""
         self._list(f"{name}/")
         (self.path / name).mkdir()
         with mark_folder(self.path / name) as made:
             yield made
 
     def contains_files(self) -> bool:
-        """Return whether a file has been made."""
+        """Return whether any file has been created."""
         return contains_files(self.path)
 
     def empty(self) -> None:
-        """Remove the files that are listed."""
+        """Remove the listed files."""
         remove_listed(self.path)
 
     def close(self) -> None:
-        """Close the marker: from now on no process is writing this folder."""
+        """Close the marker, which ends writing to this folder."""
         self._marker.close()
 
     def __enter__(self) -> "OutputFolder":
@@ -113,7 +112,7 @@ def mark_folder(path: Path) -> OutputFolder:
     """Write a marker into an empty folder.
 
     Raises:
-        FileExistsError: There is a marker, or another process has removed the new one.
+        FileExistsError: A marker exists, or another process has removed the new one.
         OSError: The marker cannot be written.
     """
     marker = create_locked(path / MARKER)
@@ -128,11 +127,11 @@ def mark_folder(path: Path) -> OutputFolder:
 
 
 def open_marker(path: Path) -> BinaryIO:
-    """Open a folder's marker to be read and written, and lock it.
+    """Open a folder's marker for reading and writing, and lock it.
 
     Raises:
         OutputPathError: The folder has no marker, or another process is writing the folder.
-        OSError: It cannot be opened.
+        OSError: The marker cannot be opened.
     """
     try:
         marker = open_regular(path / MARKER)
@@ -147,7 +146,7 @@ def open_marker(path: Path) -> BinaryIO:
 
 
 def continue_folder(path: Path) -> OutputFolder:
-    """Open a folder that was made before, with its files.
+    """Open an existing output folder, and keep its files.
 
     Raises:
         OutputPathError: As for `open_marker`, or the marker is damaged.
@@ -161,11 +160,11 @@ def continue_folder(path: Path) -> OutputFolder:
 
 
 def empty_folder(path: Path) -> OutputFolder:
-    """Open a folder that was made before, and remove the files that it lists.
+    """Open an existing output folder, and remove its listed files.
 
     Raises:
         OutputPathError: As for `open_marker`, or the marker is damaged.
-        OSError: A file cannot be removed, or the marker not be written.
+        OSError: A file cannot be removed, or the marker cannot be written.
     """
     with ExitStack() as opened:
         marker = opened.enter_context(open_marker(path))

@@ -1,1 +1,1 @@
-"""Bytes to records and symbols, and back: SPEC 5 and 8."""
+"""Converts bytes to records and symbols, and back: SPEC 5 and 8."""

@@ -1,7 +1,7 @@
 """The operators of SPEC 4: every rounding and every square root of the format.
 
-All take and give int64. Nothing else in `format` and `decoder` rounds,
-divides values that may be negative, or takes a root.
+All functions take and return int64. No other code in `format` and `decoder` rounds,
+divides possibly negative values, or computes roots.
 """
 
 import numpy as np
@@ -13,11 +13,11 @@ def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
     """Divide to the nearest integer, halves away from zero (SPEC 4.2).
 
     Args:
-        numerator: Below 2^61 in magnitude.
-        denominator: Above 0, below 2^61; broadcasts against `numerator`.
+        numerator: Numerators below 2^61 in magnitude.
+        denominator: Denominators above 0 and below 2^61; broadcast against `numerator`.
 
     Returns:
-        The rounded quotients, in the shape of both broadcast.
+        The rounded quotients, in the broadcast shape.
     """
     divisor = np.asarray(denominator, dtype=np.int64)
     magnitude: Int64 = (2 * np.abs(numerator) + divisor) // (2 * divisor)
@@ -27,11 +27,10 @@ def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
 def isqrt(values: Int64) -> Int64:
     """Return the largest integer whose square is at most each value (SPEC 4.3).
 
-    The floating-point root is only a guess: whatever its last bit, the two
-    comparisons of integers decide.
+    The floating-point root is only an estimate, which two integer comparisons correct.
 
     Args:
-        values: From 0 to 2^62.
+        values: Integers from 0 to 2^62.
     """
     guess: Int64 = np.sqrt(values.astype(np.float64)).astype(np.int64)
     root: Int64 = guess - (guess * guess > values)
@@ -39,10 +38,10 @@ def isqrt(values: Int64) -> Int64:
 
 
 def bit_length(values: Int64) -> Int64:
-    """Return the number of bits of each value, 0 for 0 (SPEC 4.4).
+    """Return the number of bits of each value; 0 for 0 (SPEC 4.4).
 
     Args:
-        values: From 0 to 2^62 - 1.
+        values: Integers from 0 to 2^62 - 1.
     """
     return np.searchsorted(_POWERS, values, side="right")
 

@@ -13,16 +13,16 @@ class Camera:
 
     Attributes:
         name: Name in the capture.
-        width: Pixels.
-        height: Pixels.
+        width: Picture width, pixels.
+        height: Picture height, pixels.
         fx: Focal length, pixels.
         fy: Focal length, pixels.
         cx: Principal point, pixels.
         cy: Principal point, pixels.
-        rotation: World to camera, nine numbers in row-major order.
-        translation: World to camera, world units.
-        near: Least depth of the scene, world units (SPEC 10.3).
-        held_out: Whether the encoder left it out of training.
+        rotation: Rotation from world to camera, nine numbers in row-major order.
+        translation: Translation from world to camera, world units.
+        near: Minimum depth of the scene, world units (SPEC 10.3).
+        held_out: Whether the camera was held out of training.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""The coding of planes of symbols: SPEC 8."""
+"""Entropy coding of planes of symbols: SPEC 8."""

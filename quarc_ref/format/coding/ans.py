@@ -1,7 +1,7 @@
 """The ANS coder of SPEC 8.3 in plain Python integers.
 
-The executable twin of the SPEC's text, and the coder that serves where
-constriction has no wheel: `entropy` gives the same words through either.
+An implementation that follows the text of the SPEC, and the fallback on systems without
+constriction. Both produce the same words.
 """
 
 from collections.abc import Iterable
@@ -17,13 +17,13 @@ _WEIGHT_MASK = WEIGHT_TOTAL - 1
 
 
 def encode_bits(runs: Iterable[tuple[Bits, int]]) -> list[int]:
-    """Code runs of bits, the last first, into words.
+    """Encode runs of bits, the last one first.
 
     Args:
-        runs: In decoding order: the bits of a run and the weight of a 1.
+        runs: Bits and weight of a 1 for each run, in decoding order.
 
     Returns:
-        Words of 32 bits, in the order in which a section stores them.
+        32-bit words in the order in which a section stores them.
     """
     state = 0
     words: list[int] = []
@@ -42,10 +42,10 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> list[int]:
 
 
 class PythonBitDecoder:
-    """Take runs of bits from words.
+    """Decodes runs of bits from words.
 
     Args:
-        words: uint32, as a section stores them.
+        words: uint32 words in the order in which a section stores them.
 
     Raises:
         InvalidWordsError: The last word is 0.
@@ -59,7 +59,7 @@ class PythonBitDecoder:
         self._state = self._words.pop() if self._words else 0
 
     def take(self, count: int, weight: int) -> Bits:
-        """Return the next `count` bits, whose 1 has the given weight."""
+        """Return the next `count` bits for a weight of a 1."""
         zero = WEIGHT_TOTAL - weight
         state, words = self._state, self._words
         bits = bytearray(count)
@@ -76,7 +76,7 @@ class PythonBitDecoder:
         return np.frombuffer(bits, dtype=np.bool_)
 
     def finish(self) -> None:
-        """Reject what is left.
+        """Check that nothing is left.
 
         Raises:
             UnconsumedWordsError: The state is not 0, or words are left.

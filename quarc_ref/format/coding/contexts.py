@@ -1,7 +1,8 @@
-"""What contexts have seen so far, and the probability that follows: SPEC 8.2.
+"""Adaptive probabilities of contexts from counts of their bits: SPEC 8.2.
 
-Encoder and decoder count the zeros and ones of every context, across frames, so that probabilities
-need not be sent. Counts are halved when they grow large: recent bits weigh most.
+Encoder and decoder count the zeros and ones of every context across frames, so
+probabilities need not be transmitted. Large counts are halved, so recent bits have more
+weight.
 """
 
 from typing import Final
@@ -13,7 +14,7 @@ from quarc_ref.format.constants import COUNT_LIMIT, WEIGHT_BITS
 
 
 class ContextCounts:
-    """The counts of all contexts of all models, nothing seen at first.
+    """The counts of all contexts of all models, initially 0.
 
     Changes of a copy do not affect the original.
     """
@@ -28,23 +29,23 @@ class ContextCounts:
         return copied
 
     def of(self, model: str, contexts: Int64) -> Int64:
-        """Return `[2, n]` the zeros and ones of ascending contexts `[n]` of a model."""
+        """Return the `[2, n]` counts of zeros and ones in ascending contexts `[n]` of a model."""
         return self._reaching(model, int(contexts[-1]))[:, contexts]
 
     def weights(self, model: str, contexts: Int64) -> Int64:
-        """Return `[n]` the weights of a 1, of 2^24, in ascending contexts `[n]` of a model."""
+        """Return the `[n]` weights of a 1 (of 2^24) in ascending contexts `[n]` of a model."""
         zeros, ones = self.of(model, contexts)
         weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
         return weights
 
     def learn(self, model: str, contexts: Int64, zeros: Int64, ones: Int64) -> None:
-        """Add the bits of a plane.
+        """Add the bits of a plane to the counts.
 
         Args:
-            model: Name.
-            contexts: `[n]` ascending, none twice.
-            zeros: `[n]` how many bits of each were 0.
-            ones: `[n]` how many were 1.
+            model: Name of the model.
+            contexts: `[n]` contexts, strictly ascending.
+            zeros: `[n]` number of 0 bits in each context.
+            ones: `[n]` number of 1 bits in each context.
         """
         counts = self._reaching(model, int(contexts[-1])).copy()
         seen = counts[:, contexts] + (zeros, ones)
@@ -54,7 +55,7 @@ class ContextCounts:
         self._models[model] = counts
 
     def _reaching(self, model: str, greatest: int) -> Int64:
-        """Return `[2, c]` the counts of a model, of at least the greatest context."""
+        """Return the `[2, c]` counts of a model, extended to the greatest context."""
         counts = self._models.get(model, _NOTHING)
         if greatest < counts.shape[1]:
             return counts

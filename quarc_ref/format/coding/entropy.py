@@ -1,7 +1,7 @@
-"""Bits to words and back, through constriction where it is installed: SPEC 8.3.
+"""Converts bits to words and back, by constriction if it is installed: SPEC 8.3.
 
-The only importer of constriction. Its models get integer weights less 1, the
-one form in which its arithmetic is exact and equal to `ans` word for word.
+This is the only module that imports constriction. Its models get integer weights minus 1,
+the form for which its arithmetic is exact and equal to `ans`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -28,23 +28,22 @@ else:
 
 
 class BitDecoder(Protocol):
-    """Takes runs of bits from the words of a section."""
+    """Decodes runs of bits from the words of a section."""
 
     def take(self, count: int, weight: int) -> Bits:
-        """Return the next `count` bits, whose 1 has the given weight of 2^24."""
+        """Return the next `count` bits for a weight of a 1 (of 2^24)."""
         ...
 
     def finish(self) -> None:
-        """Raise UnconsumedWordsError unless the words are used up."""
+        """Raise UnconsumedWordsError unless all words are consumed."""
         ...
 
 
 def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
-    """Code runs of bits into words.
+    """Encode runs of bits to words.
 
     Args:
-        runs: In decoding order: the bits of a run, and the weight of a 1,
-            1 to 2^24 - 1.
+        runs: Bits and weight of a 1 (1 to 2^24 - 1) for each run, in decoding order.
 
     Returns:
         Words in the order in which a section stores them.
@@ -59,21 +58,21 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
 
 
 def open_words(words: UInt32) -> BitDecoder:
-    """Return a decoder of the words: that of `decoding_with`, else the fastest available.
+    """Return a decoder of words: that of `decoding_with`, or else the fastest available.
 
     Raises:
-        InvalidWordsError: No encoder writes such words.
+        InvalidWordsError: The words are not those of any encoder.
     """
     return (_opener.get() or open_fastest)(words)
 
 
 @contextmanager
 def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[None]:
-    """Make `open_words` open another decoder within this context.
+    """Make `open_words` use another decoder within this context.
 
     Args:
-        opener: Takes words as `open_words` does. It must give the same bits. None for the fastest
-            available.
+        opener: Function with the arguments of `open_words` and an equivalent result; None
+            for the fastest decoder.
     """
     token = _opener.set(opener)
     try:
@@ -83,10 +82,10 @@ def decoding_with(opener: Callable[[UInt32], BitDecoder] | None) -> Iterator[Non
 
 
 def open_fastest(words: UInt32) -> BitDecoder:
-    """Return constriction's decoder if it is installed, else the one in plain Python.
+    """Return constriction's decoder if it is installed, or else the one in plain Python.
 
     Raises:
-        InvalidWordsError: No encoder writes such words.
+        InvalidWordsError: The words are not those of any encoder.
     """
     return _ConstrictionBitDecoder(words) if HAS_CONSTRICTION else ans.PythonBitDecoder(words)
 

@@ -1,9 +1,9 @@
-"""Gaussians as planes: the canonical frame (SPEC 8.5) and the newborn (SPEC 8.6).
+"""Codes Gaussians as planes: canonical frames (SPEC 8.5) and births (SPEC 8.6).
 
-Each of the two is one walk for both directions (see `planes`). A canonical
-frame is coded in Morton order, a section per subject, and each begins with
-contexts that have seen nothing; the newborn of a frame are few, so that they
-share one section, whose contexts remember the newborn of the frames before.
+Each of the two is one walk that serves both encoding and decoding (see `planes`). A
+canonical frame is coded in Morton order, with one section per subject and new contexts in
+each section. The births of a frame are few, so they share one section, whose contexts
+continue from previous frames.
 """
 
 from collections.abc import Sequence
@@ -39,20 +39,20 @@ from quarc_ref.format.records import (
 
 
 def order_canonical(positions: Int64) -> Int64:
-    """Return `[n]` the indices of Gaussians in the order of a CANO.
+    """Return the `[n]` indices of Gaussians in the order of a canonical frame.
 
     Args:
-        positions: `[3, n]` position steps, each axis within 2^20 of each other.
+        positions: `[3, n]` positions in steps, with a range below 2^20 per axis.
     """
     offsets = positions - positions.min(axis=1)[:, None]
     return np.argsort(interleave(offsets), kind="stable")
 
 
 def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
-    """Return origin, axis bits and the Gaussians in Morton order, for a CANO.
+    """Return origin, axis bits and the Gaussians in Morton order, for a canonical frame.
 
     Args:
-        gaussians: In any order, each axis of positions within 2^20 steps.
+        gaussians: Gaussians in any order, with a range of positions below 2^20 steps per axis.
     """
     least = gaussians.positions.min(axis=1)
     order = order_canonical(gaussians.positions)
@@ -68,8 +68,8 @@ def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple
     """Code a canonical frame.
 
     Args:
-        gaussians: In Morton order of position less origin, each axis below 2^20.
-        origin: Least xyz, in position steps.
+        gaussians: Gaussians in Morton order of position minus origin, each axis below 2^20.
+        origin: Minimum xyz, in position steps.
 
     Returns:
         The sections of a CANO chunk.
@@ -87,8 +87,8 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     """Decode a canonical frame.
 
     Args:
-        chunk: Its count is within the stream's level.
-        code_planes: Codes of a Gaussian.
+        chunk: Chunk with a count within the stream's level.
+        code_planes: Number of codes of a Gaussian.
 
     Returns:
         The Gaussians, in Morton order.
@@ -100,7 +100,7 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
 
 
 def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
-    """Decode the Gaussians of a snapshot that its CANO does not have; see `read_canonical`."""
+    """Decode the Gaussians of a snapshot that its canonical frame does not have."""
     return _read_sections(chunk, chunk.newborn_count, code_planes)
 
 
@@ -120,14 +120,14 @@ def _read_sections(
 
 
 def write_births(births: Births, counts: ContextCounts) -> Section:
-    """Code the newborn of a frame.
+    """Code the births of a frame.
 
     Args:
-        births: Their parents ascend.
-        counts: Counts of the contexts so far.
+        births: Births with ascending parents.
+        counts: Current counts of the contexts.
 
     Raises:
-        EncodeError: Two colors or scales of a newborn are too far apart.
+        EncodeError: Two colors or scales of a new Gaussian are too far apart.
     """
     writer = PlaneWriter(counts)
     _walk_births(writer, births)
@@ -137,16 +137,16 @@ def write_births(births: Births, counts: ContextCounts) -> Section:
 def read_births(
     section: Section, code_planes: int, count: int, counts: ContextCounts
 ) -> tuple[Births, ContextCounts]:
-    """Decode the newborn of a frame.
+    """Decode the births of a frame.
 
     Args:
-        section: As the FRAM chunk holds it.
-        code_planes: Codes of a Gaussian.
-        count: How many, within the stream's level.
-        counts: Counts of the contexts so far.
+        section: Section of the FRAM chunk.
+        code_planes: Number of codes of a Gaussian.
+        count: Number of births, within the stream's level.
+        counts: Current counts of the contexts.
 
     Returns:
-        The newborn, and what contexts have seen since.
+        The births, and the updated counts.
 
     Raises:
         EntropyError: The section is malformed.

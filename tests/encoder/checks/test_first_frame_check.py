@@ -27,7 +27,7 @@ def test_views_below_their_coarse_pictures_are_told():
     (finding,) = judge_views(_make_views(-1.5, -2, 1, -4, -3))
 
     assert finding.kind == "first-frame-coarse"
-    assert "at 22.0 dB" in finding.message
+    assert "only 22.0 dB" in finding.message
     assert "(24.0 dB)" in finding.message
 
 
