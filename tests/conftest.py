@@ -29,6 +29,14 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 _BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "panoptic_basketball"
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _own_cache(tmp_path_factory):
+    """Keep triangulated points apart from the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 # Folders whose tests are about bits: every section that they decode is decoded twice.
 _ABOUT_BITS = {"conformance", "format", "hostile", "inspection"}
 

@@ -4,6 +4,7 @@ Commands import heavy modules inside their functions, so that `--help` is fast a
 `verify` and `decode` need neither torch nor OpenCV.
 """
 
+import logging
 from typing import Annotated
 
 import typer
@@ -12,6 +13,7 @@ from quarc_ref import __version__
 from quarc_ref.cli.columns import COMPARE, EVAL, INFO, explain
 from quarc_ref.cli.command import Verb
 from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
+from quarc_ref.cli.output import MessageHandler
 from quarc_ref.cli.verbs import (
     bench,
     calibrate,
@@ -77,6 +79,9 @@ def _options(
     ] = False,
 ) -> None:
     del version
+    logger = logging.getLogger("quarc_ref")
+    logger.setLevel(logging.INFO)
+    logger.handlers = [MessageHandler()]
 
 
 def main() -> None:

@@ -1,6 +1,7 @@
 """Output of commands: JSON and tables on stdout, progress on stderr."""
 
 import json
+import logging
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -53,6 +54,21 @@ def print_json(schema: str, values: dict[str, object]) -> None:
 def print_message(message: str) -> None:
     """Write a line to standard error."""
     sys.stderr.write(f"quarc-ref: {escape_controls(message)}\n")
+
+
+class MessageHandler(logging.Handler):
+    """Prints what modules of the package log, each message once."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+        self._printed: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """See `logging.Handler.emit`."""
+        message = record.getMessage()
+        if message not in self._printed:
+            self._printed.add(message)
+            print_message(message)
 
 
 def print_table(title: str, rows: dict[str, str]) -> None:

@@ -20,6 +20,7 @@ from quarc_ref.datasets.errors import (
     UnsupportedCameraError,
 )
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
+from quarc_ref.datasets.kept_points import keep_points, make_key
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
 from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
@@ -81,7 +82,12 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     names = [camera.name for camera in cameras]
     footage, later = _line_up(path, footage, options)
     source = RectifiedPictures(later, names, rectifiers)
-    points = footage.points or _find_points(cameras, source, held_out)
+    fingerprint = compute_fingerprint(path, footage.files)
+    points = footage.points
+    if points is None:
+        training = [name for name in names if name not in held_out]
+        key = make_key(fingerprint, options.start, options.downscale, training)
+        points = keep_points(key, lambda: _find_points(cameras, source, held_out))
     return Capture(
         name=path.resolve().name,
         cameras=[
@@ -92,7 +98,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
         frames_per_second=footage.frames_per_second,
         points=points,
         source=source,
-        fingerprint=compute_fingerprint(path, footage.files),
+        fingerprint=fingerprint,
         findings=footage.findings,
         start=options.start,
         notes=read_capture_notes(path),

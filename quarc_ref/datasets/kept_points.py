@@ -1,0 +1,65 @@
+"""Keeps triangulated points from one opening of a capture to the next.
+
+Finding them takes ten seconds or more. They are kept in the user's cache directory
+(`~/.cache/quarc-ref/points` on Linux), as a PLY file for each capture, choice of training
+cameras and version of the code that finds them. Deleting the files is safe.
+"""
+
+import hashlib
+import json
+import logging
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import platformdirs
+
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
+from quarc_ref.files import OutputPathError
+
+_LOG = logging.getLogger(__name__)
+_CODE = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undistortion.py")
+
+
+def keep_points(key: str, find: Callable[[], Points]) -> Points:
+    """Return the points that were kept under a key; find and keep them if there are none.
+
+    Args:
+        key: Key of `make_key`.
+        find: Finds the points.
+    """
+    path = platformdirs.user_cache_path("quarc-ref") / "points" / f"{key}.ply"
+    try:
+        points = read_points_ply(path)
+    except CaptureError:  # not kept yet, or damaged
+        _LOG.info("the capture has no initial points: they are triangulated, and kept in %s", path)
+        points = find()
+        _keep(path, points)
+    else:
+        _LOG.info("initial points triangulated earlier are used: %s", path)
+    return points
+
+
+def make_key(fingerprint: str, start: int, downscale: int, cameras: Sequence[str]) -> str:
+    """Return a key that changes with everything that points depend on.
+
+    Args:
+        fingerprint: Fingerprint of the capture.
+        start: Frame of the capture whose points they are.
+        downscale: Factor by which pictures are downscaled.
+        cameras: Names of the cameras whose pictures are used.
+    """
+    code = [(Path(__file__).parent / name).read_text("utf-8") for name in _CODE]
+    parts = [fingerprint, start, downscale, list(cameras), version("pycolmap"), code]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
+
+
+def _keep(path: Path, points: Points) -> None:
+    """Write points to a file, or report why this is not possible."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_points_ply(path, points)
+    except (OSError, OutputPathError) as error:
+        _LOG.warning("the initial points cannot be kept: %s", error)

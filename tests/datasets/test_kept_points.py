@@ -1,0 +1,85 @@
+"""Triangulated points are found once, and again when what they depend on changes."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets import open_capture as module
+from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.kept_points import keep_points, make_key
+from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "quarc-ref" / "points"
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """The times that points were triangulated."""
+    times = []
+
+    def find(*_):
+        times.append(1)
+        rng = np.random.default_rng(len(times))
+        positions = rng.uniform(-0.5, 0.5, (50, 3)).astype(np.float32)
+        return Points(positions, rng.integers(0, 255, (50, 3)).astype(np.uint8))
+
+    monkeypatch.setattr(module, "_find_points", find)
+    return times
+
+
+@pytest.fixture
+def bare(n3dv_folder, tmp_path):
+    """A capture without points."""
+    folder = tmp_path / "bare"
+    folder.mkdir()
+    for path in n3dv_folder.iterdir():
+        if path.suffix != ".ply":
+            (folder / path.name).write_bytes(path.read_bytes())
+    return folder
+
+
+def test_a_second_opening_has_the_same_points_without_finding_them(bare, found, caplog):
+    caplog.set_level(logging.INFO)
+    first, second = open_capture(bare), open_capture(bare)
+
+    assert len(found) == 1
+    assert np.array_equal(first.points.positions, second.points.positions)
+    assert np.array_equal(first.points.colors, second.points.colors)
+    assert "they are triangulated, and kept in" in caplog.messages[0]
+    assert "triangulated earlier are used" in caplog.messages[1]
+
+
+def test_other_pictures_cameras_or_frames_have_points_of_their_own(bare, found):
+    open_capture(bare)
+    open_capture(bare, CaptureOptions(held_out=("cam01",)))
+    open_capture(bare, CaptureOptions(start=1))
+    open_capture(bare, CaptureOptions(downscale=2))
+    (bare / "cam01.mp4").write_bytes((bare / "cam03.mp4").read_bytes())
+    open_capture(bare)
+
+    assert len(found) == 5
+
+
+def test_a_damaged_file_is_found_and_written_again(bare, found, cache):
+    open_capture(bare)
+    (kept,) = cache.iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(whole[:-1])
+    open_capture(bare)
+
+    assert len(found) == 2
+    assert len(kept.read_bytes()) == len(whole)
+
+
+def test_a_cache_that_cannot_be_written_is_only_a_warning(cache, caplog):
+    cache.parent.parent.mkdir()
+    cache.parent.write_bytes(b"")
+    points = Points(np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8))
+
+    assert keep_points(make_key("0", 0, 1, ["cam00"]), lambda: points) is points
+    assert "cannot be kept" in caplog.text
