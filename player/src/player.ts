@@ -31,6 +31,8 @@ export interface PlayerEvents {
   ended: null;
   /** Frames are being waited for, or no longer. */
   waiting: { readonly isWaiting: boolean };
+  /** A live stream has grown: `frame` is the ordinal of its newest frame. */
+  liveedge: { readonly frame: number };
   progress: { readonly bytes: number; readonly byteLength: number | null };
   /** The view has changed, by the user or by a program. */
   view: null;
@@ -74,6 +76,7 @@ export class Player extends EventTarget {
       onInfo: (info) => this.#takeInfo(info),
       onState: () => this.#takeState(),
       onEnded: () => this.#tell("ended", null),
+      onLiveEdge: (frame) => this.#tell("liveedge", { frame }),
       onProgress: (bytes, byteLength) => this.#takeProgress(bytes, byteLength),
       onDecoded: (packet) => this.#takeDecoded(packet),
       onError: (fault) => this.#fail(fault),
@@ -107,17 +110,22 @@ export class Player extends EventTarget {
   /** Go to a time, seconds from the first frame; as `setFrame`. */
   seek(seconds: number): Promise<number | null> {
     const { info } = this;
-    return this.setFrame(info === null ? NaN : info.firstFrame + Math.floor(seconds * rateOf(info) + 1e-6));
+    return this.setFrame(info === null ? seconds : info.firstFrame + Math.floor(seconds * rateOf(info) + 1e-6));
   }
 
   /**
-   * Go to a frame, by its ordinal.
+   * Go to a frame, by its ordinal; to the last one (of a live stream: the newest) if the stream
+   * does not go so far.
    *
    * Resolves to the ordinal of the frame that is shown then. If another seek replaces this one, both
    * resolve with its frame. Rejects with a StreamError if the frame cannot be received or decoded.
-   * Before a stream is open nothing is sought, and it resolves at once, to null.
+   * Before a stream is open nothing is sought, and it resolves at once, to null. Rejects with a
+   * RangeError if `frame` is NaN.
    */
   setFrame(frame: number): Promise<number | null> {
+    if (Number.isNaN(frame)) {
+      return Promise.reject(new RangeError("NaN is not the ordinal of a frame"));
+    }
     this.#playing.setFrame(frame);
     return this.#sought();
   }
@@ -126,6 +134,11 @@ export class Player extends EventTarget {
   step(by = 1): Promise<number | null> {
     this.#playing.step(by);
     return this.#sought();
+  }
+
+  /** Go to the newest frame of a live stream, or to the last one of any other. As `setFrame`. */
+  seekToLiveEdge(): Promise<number | null> {
+    return this.setFrame(Infinity);
   }
 
   /** Release the workers and the graphics card. The player is of no use afterwards. */
@@ -172,6 +185,17 @@ export class Player extends EventTarget {
     return info === null || endFrame === null ? null : (endFrame - info.firstFrame) / rateOf(info);
   }
 
+  /** Ordinal of the newest frame of a live stream; null where it is not known, and at its end. */
+  get liveEdge(): number | null {
+    return this.#playing.liveEdge;
+  }
+
+  /** Seconds from the frame that is shown to the live edge; null where there is none. */
+  get latency(): number | null {
+    const behind = this.#framesBehind;
+    return this.info === null || behind === null ? null : behind / rateOf(this.info);
+  }
+
   get isPlaying(): boolean {
     return this.#playing.isPlaying;
   }
@@ -202,7 +226,8 @@ export class Player extends EventTarget {
 
   /** Figures of the frame that is shown; null before the first. */
   get statistics(): Statistics | null {
-    return this.#recorder.read(this.#playing.bufferedFrames, this.#playing.lateFrames);
+    const { bufferedFrames, lateFrames } = this.#playing;
+    return this.#recorder.read(bufferedFrames, lateFrames, this.#framesBehind);
   }
 
   /** The cameras of the capture or, if the stream has none, one that sees the whole scene. */
@@ -250,6 +275,11 @@ export class Player extends EventTarget {
   /** Call a function with every packet that is decoded, before it is shown. */
   onDecoded(receive: (packet: FramePacket) => void): void {
     this.#decoded = receive;
+  }
+
+  get #framesBehind(): number | null {
+    const { frame, liveEdge } = this;
+    return frame === null || liveEdge === null ? null : Math.max(0, liveEdge - frame);
   }
 
   /** Resolves when the seek or step that is under way has shown its frame. */

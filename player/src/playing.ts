@@ -30,6 +30,8 @@ export interface PlayingEvents {
   onState(): void;
   onEnded(): void;
   onProgress(bytes: number, byteLength: number | null): void;
+  /** A live stream has grown, or it is known now how far it goes. */
+  onLiveEdge(frame: number): void;
   /** A frame has been decoded; it is shown later, unless a seek comes first. */
   onDecoded(packet: FramePacket): void;
   onError(fault: PlayerFault): void;
@@ -46,6 +48,7 @@ export class Playing {
   #runShown = 0;
   #start: number | null = null; // the frame to show first
   #end: number | null = null;
+  #liveEdge: number | null = null;
   #shown: number | null = null;
   #dueAt = 0;
   #isFirst = true; // no frame of the last opening or seek has been shown
@@ -97,7 +100,13 @@ export class Playing {
 
   /** Ordinal of the frame that is shown or, while a seek is under way, of that one. */
   get target(): number | null {
-    return this.#wanted ?? this.#sought ?? this.#shown;
+    const target = this.#wanted ?? this.#sought ?? this.#shown;
+    return target === Infinity ? (this.#liveEdge ?? this.#shown) : target; // the last frame, whichever that is
+  }
+
+  /** Ordinal of the newest frame of a live stream; null if it is not live, or while that is not known. */
+  get liveEdge(): number | null {
+    return this.#end === null ? this.#liveEdge : null;
   }
 
   /** Whether a seek or a step is under way: its frame is not shown yet. */
@@ -134,7 +143,7 @@ export class Playing {
     this.#restart();
     this.#runOpened = this.#run;
     this.#start = start;
-    this.#info = this.#end = this.#shown = this.#sought = null;
+    this.#info = this.#end = this.#liveEdge = this.#shown = this.#sought = null;
     this.lateFrames = 0;
     const transferred = "bytes" in source ? [source.bytes] : [];
     this.#decoder.postMessage({ kind: "open", source, run: this.#run }, transferred);
@@ -157,13 +166,15 @@ export class Playing {
     this.#events.onState();
   }
 
-  /** Show a frame as soon as it is decoded. Of seeks in quick succession some are left out. */
+  /**
+   * Show a frame as soon as it is decoded; Infinity is the last one, and so is a frame behind it.
+   * Of seeks in quick succession some are left out.
+   */
   setFrame(frame: number): void {
     if (this.#info === null) return;
     const first = this.#info.firstFrame;
-    const last = this.end === null ? frame : this.end - 1;
+    const last = this.end === null ? Infinity : this.end - 1; // else the decoder finds it
     const target = Math.max(first, Math.min(last, Math.round(frame)));
-    if (!Number.isFinite(target)) return; // the end of a stream that has none yet
     if (!this.#isFirst || performance.now() > this.#soughtAt + SEEK_PATIENCE_MS) this.#seek(target);
     else {
       this.#wanted = target;
@@ -211,12 +222,13 @@ export class Playing {
 
   #take(reply: DecodeReply): void {
     const run = runOf(reply);
-    const isWanted = run === this.#run || (reply.kind === "info" && run >= this.#runOpened);
-    if (!isWanted) return;
+    const isOfStream = reply.kind === "info" || reply.kind === "edge";
+    if (run !== this.#run && !(isOfStream && run >= this.#runOpened)) return;
     if (reply.kind === "frame") this.#receive(reply.packet);
     else if (reply.kind === "info") this.#begin(reply.info);
     else if (reply.kind === "progress") this.#events.onProgress(reply.bytes, reply.byteLength);
     else if (reply.kind === "error") this.#events.onError(reply.error);
+    else if (reply.kind === "edge") this.#events.onLiveEdge((this.#liveEdge = reply.frame));
     else this.#finish(reply.frameCount);
   }
 
@@ -314,7 +326,7 @@ export class Playing {
     this.#restart();
     this.#soughtAt = performance.now();
     this.#sought = frame;
-    this.#request({ kind: "seek", frame, run: this.#run });
+    this.#request({ kind: "seek", frame, run: this.#run, orLast: true });
     this.#grant(RING);
   }
 

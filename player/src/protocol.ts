@@ -108,7 +108,13 @@ export type DecodeRequest =
       readonly isIndexFirst?: boolean;
     }
   /** Continue at another frame; its packet is full. */
-  | { readonly kind: "seek"; readonly frame: number; readonly run: number }
+  | {
+      readonly kind: "seek";
+      readonly frame: number;
+      readonly run: number;
+      /** Whether the last frame is meant where the stream does not go so far; default false. */
+      readonly orLast?: boolean;
+    }
   /** Allow so many more frames to be sent. */
   | { readonly kind: "more"; readonly frames: number; readonly run: number }
   | { readonly kind: "close" };
@@ -131,6 +137,8 @@ export type DecodeReply =
   | { readonly kind: "frame"; readonly packet: FramePacket }
   /** Bytes that have been received so far. */
   | { readonly kind: "progress"; readonly bytes: number; readonly byteLength: number | null; readonly run: number }
+  /** Ordinal of the newest frame of a live stream: its live edge. */
+  | { readonly kind: "edge"; readonly frame: number; readonly run: number }
   | { readonly kind: "end"; readonly frameCount: number; readonly run: number }
   | { readonly kind: "error"; readonly error: PlayerFault; readonly run: number };
 

@@ -22,6 +22,8 @@ export interface Statistics {
   readonly framesPerSecond: number;
   /** Frames that were not there when they were due. */
   readonly lateFrames: number;
+  /** Frames from the one that is shown to the newest of a live stream; null where there is none. */
+  readonly framesBehind: number | null;
   readonly receivedBytes: number;
 }
 
@@ -41,7 +43,7 @@ export class Recorder {
   }
 
   /** The figures; null before the first frame. */
-  read(bufferedFrames: number, lateFrames: number): Statistics | null {
+  read(bufferedFrames: number, lateFrames: number, framesBehind: number | null): Statistics | null {
     this.#forget();
     const packet = this.#packet;
     if (packet === null) return null;
@@ -55,6 +57,7 @@ export class Recorder {
       bufferedFrames,
       framesPerSecond: this.#times.length,
       lateFrames,
+      framesBehind,
       receivedBytes: this.receivedBytes,
     };
   }

@@ -71,21 +71,6 @@ browserTest("what is no stream at all is refused by name", async () => {
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "bad-magic"]);
 });
 
-browserTest("a live stream is followed; while nothing comes the last frame stays", async () => {
-  const stream = readRoom();
-  const half = stream.subarray(0, stream.length >> 1);
-  await using page = await PlayerPage.open({ stream: half, attributes: 'live autoplay speed="4"', expectedErrors: /416/ });
-  await page.page.locator("quarc-player .waiting").waitFor();
-  const stopped = await page.run((player) => player.frame);
-  assert.ok(stopped !== null && stopped > 0 && stopped < 23);
-  assert.equal(await text(page, ".notice"), "Live");
-  const [red, green, blue] = (await page.look()).at(240, 220);
-  assert.ok(red + green + blue > 60, "the picture has gone");
-  page.server.grow(stream);
-  await page.until((player) => player.frame === 23 && !player.isPlaying);
-  assert.equal(await page.page.locator("quarc-player .waiting").isVisible(), false);
-});
-
 browserTest("a picture is shown before the first frame has arrived", async () => {
   await using page = await PlayerPage.open({ bitsPerSecond: 400_000, attributes: null });
   const received = await page.page.evaluate(async () => {

@@ -4,6 +4,8 @@ import { ICONS } from "./icons.js";
 import { SPEEDS, type ButtonName } from "./layout.js";
 import type { Session } from "./session.js";
 
+const LIVE_TOLERANCE_S = 1; // a live stream comes in pieces, so that a viewer lags a little
+
 /** Connect the controls of a session. */
 export function connectControls(session: Session, root: ShadowRoot, signal: AbortSignal): void {
   const { layout, player } = session;
@@ -28,6 +30,14 @@ export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void
   button.title = `${label} (Space)`;
 }
 
+/** Show on the live button how many seconds the picture is behind, unless it is about live. */
+export function showLive(button: HTMLButtonElement, latency: number | null): void {
+  const isBehind = latency !== null && latency > LIVE_TOLERANCE_S;
+  button.ariaPressed = String(latency !== null && !isBehind);
+  const label = button.querySelector("span");
+  if (label !== null) label.textContent = isBehind ? `Live −${latency.toFixed(1)} s` : "Live";
+}
+
 function listActions(session: Session): Readonly<Record<ButtonName, () => void>> {
   const { player } = session;
   return {
@@ -37,6 +47,10 @@ function listActions(session: Session): Readonly<Record<ButtonName, () => void>>
     loop: () => {
       player.loop = !player.loop;
       session.refresh();
+    },
+    live: () => {
+      void player.seekToLiveEdge();
+      player.play();
     },
     flip: () => player.flip(),
     statistics: () => session.toggleStatistics(),
@@ -69,7 +83,7 @@ function pressKey(
   else if (/^[1-9]$/.test(event.key)) chooseCamera(session, Number(event.key) - 1);
   else if (event.key === "0") session.player.camera = null;
   else if (event.key === "Home") void session.player.setFrame(session.player.info?.firstFrame ?? 0);
-  else if (event.key === "End") void session.player.setFrame(Infinity);
+  else if (event.key === "End") void session.player.seekToLiveEdge();
   else return;
   event.preventDefault();
   session.refresh();

@@ -23,7 +23,8 @@ export function listStatistics(
   info: StreamInfo,
 ): readonly (readonly [string, string])[] {
   const { gaussians, changed, frameBytes, isCanonical, decodeMs, sortMs, uploadMs } = statistics;
-  const { bufferedFrames, framesPerSecond, lateFrames } = statistics;
+  const { bufferedFrames, framesPerSecond, lateFrames, framesBehind } = statistics;
+  const frames = (count: number): string => `${count} frame${count === 1 ? "" : "s"}`;
   return [
     ["Gaussians", gaussians.toLocaleString("en")],
     ["changed", changed.toLocaleString("en")],
@@ -31,8 +32,9 @@ export function listStatistics(
     ["decode", `${decodeMs.toFixed(1)} ms`],
     ["sort", `${sortMs.toFixed(1)} ms`],
     ["upload", `${uploadMs.toFixed(1)} ms`],
-    ["buffer", `${bufferedFrames} frame${bufferedFrames === 1 ? "" : "s"}`],
+    ["buffer", frames(bufferedFrames)],
     ["shown", `${framesPerSecond} of ${rateOf(info).toFixed(0)} per second`],
-    ["late", `${lateFrames} frame${lateFrames === 1 ? "" : "s"}`],
+    ["late", frames(lateFrames)],
+    ...(framesBehind === null ? [] : [["behind live", frames(framesBehind)] as const]),
   ];
 }

@@ -1,4 +1,4 @@
-/** Icons of 24 by 24, drawn in the color of the text. */
+/** What is on the buttons: icons of 24 by 24, drawn in the color of the text, and a word. */
 
 const draw = (shapes: string): string =>
   `<svg viewBox="0 0 24 24" aria-hidden="true" fill="none" stroke="currentColor" ` +
@@ -11,6 +11,7 @@ export const ICONS = {
   back: draw(`<path d="M17 6v12l-8.5-6z" ${filled}/><path d="M6 6v12"/>`),
   forward: draw(`<path d="M7 6v12l8.5-6z" ${filled}/><path d="M18 6v12"/>`),
   loop: draw(`<path d="M17 3l3.5 3.5L17 10M3.5 11V9a2.5 2.5 0 0 1 2.5-2.5h14M7 21l-3.5-3.5L7 14M20.5 13v2a2.5 2.5 0 0 1-2.5 2.5H4"/>`),
+  live: `<i></i><span>Live</span>`,
   flip: draw(`<path d="M7 20V5M3.5 8.5L7 5l3.5 3.5M17 4v15M13.5 15.5L17 19l3.5-3.5"/>`),
   statistics: draw(`<path d="M5 20v-7M12 20V4M19 20v-10" stroke-width="2.4"/>`),
   fullscreen: draw(`<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>`),

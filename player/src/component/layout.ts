@@ -11,6 +11,7 @@ const BUTTONS = {
   back: ["back", "One frame back", ","],
   forward: ["forward", "One frame forward", "."],
   loop: ["loop", "Loop", "L"],
+  live: ["live", "Jump to the newest frame", "End"],
   flip: ["flip", "Turn upside down", "U"],
   statistics: ["statistics", "Statistics", "I"],
   fullscreen: ["fullscreen", "Full screen", "F"],
@@ -32,7 +33,6 @@ export interface Layout {
   readonly loaded: HTMLElement;
   readonly progress: HTMLProgressElement;
   readonly fault: HTMLElement;
-  readonly notice: HTMLElement;
   readonly buttons: Readonly<Record<ButtonName, HTMLButtonElement>>;
 }
 
@@ -50,7 +50,6 @@ const PAGE = `<style>${STYLE}</style>
     <canvas class="view" tabindex="0" role="img" aria-label="The scene: drag to orbit, scroll to zoom, W A S D Q E to fly"></canvas>
     <img class="poster" alt="" hidden>
     <dl class="statistics" hidden></dl>
-    <div class="notice" hidden></div>
     <div class="waiting" role="status" aria-label="Waiting for frames" hidden></div>
     <div class="loading" role="status" hidden><span>Loading</span><progress></progress></div>
     <div class="fault" role="alert" hidden></div>
@@ -58,7 +57,7 @@ const PAGE = `<style>${STYLE}</style>
   <div class="bar">
     <div class="timeline"><canvas></canvas><input type="range" min="0" max="0" value="0" step="1" aria-label="Frame"></div>
     <div class="row">
-      ${button("play")}${button("back")}${button("forward")}${button("loop")}
+      ${button("play")}${button("back")}${button("forward")}${button("loop")}${button("live")}
       <span class="time"></span><span class="gap"></span>
       <select id="camera" aria-label="Camera" title="Camera (1 to 9)"></select>
       <select id="speed" aria-label="Speed" title="Speed (&lt; and &gt;)">${speeds}</select>
@@ -87,7 +86,6 @@ export function layOut(root: ShadowRoot): Layout {
     loaded: find(".loading span"),
     progress: find(".loading progress"),
     fault: find(".fault"),
-    notice: find(".notice"),
     buttons: buttons as Layout["buttons"],
   };
 }

@@ -85,6 +85,11 @@ export class QuarcPlayer extends HTMLElement {
     return (await this.player?.step(by)) ?? null;
   }
 
+  /** Go to the newest frame of a live stream; as `Player.seekToLiveEdge`. */
+  async seekToLiveEdge(): Promise<number | null> {
+    return (await this.player?.seekToLiveEdge()) ?? null;
+  }
+
   /** Look through a camera of the stream; an unknown name changes nothing. */
   lookThrough(name: string): void {
     if (this.player !== null) this.player.camera = name;

@@ -3,7 +3,7 @@
 import { Player, type PlayerEvents } from "../player.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { rateOf } from "../statistics.js";
-import { connectControls, showPlaying } from "./buttons.js";
+import { connectControls, showLive, showPlaying } from "./buttons.js";
 import { describeFault } from "./faults.js";
 import { describeLoading, listStatistics } from "./format.js";
 import { layOut, type Layout } from "./layout.js";
@@ -12,7 +12,7 @@ import { Timeline } from "./timeline.js";
 const WAITING_MS = 400; // before it is shown that frames are waited for
 const FORWARDED: readonly (keyof PlayerEvents)[] = [
   ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
-  ...(["waiting", "progress", "view", "error"] as const),
+  ...(["waiting", "progress", "view", "liveedge", "error"] as const),
 ];
 
 export class Session {
@@ -87,7 +87,7 @@ export class Session {
   #listen(): void {
     const { player } = this;
     player.onDecoded((packet) => this.#takeDecoded(packet));
-    player.addEventListener("info", ({ detail }) => this.#takeInfo(detail));
+    player.addEventListener("info", () => this.#listCameras());
     player.addEventListener("frame", () => this.#hideLoading());
     const { poster, view } = this.layout;
     poster.addEventListener("error", () => (poster.hidden = true));
@@ -104,12 +104,6 @@ export class Session {
         this.#host.dispatchEvent(new CustomEvent(type, { detail }));
       });
     }
-  }
-
-  #takeInfo(info: StreamInfo): void {
-    this.#listCameras();
-    this.layout.notice.hidden = !info.isLive;
-    this.layout.notice.textContent = "Live";
   }
 
   #takeDecoded(packet: FramePacket): void {
@@ -181,7 +175,7 @@ export class Session {
     const { info } = player;
     const first = info?.firstFrame ?? 0;
     const shown = player.targetFrame ?? first;
-    const end = player.endFrame ?? Math.max(player.bufferedTo, shown + 1);
+    const end = player.endFrame ?? Math.max(player.bufferedTo, (player.liveEdge ?? shown) + 1, shown + 1);
     layout.slider.min = String(first);
     layout.slider.max = String(Math.max(first, end - 1));
     layout.slider.value = String(shown);
@@ -193,6 +187,10 @@ export class Session {
     layout.speed.value = String(player.speed);
     layout.buttons.loop.ariaPressed = String(player.loop);
     showPlaying(layout.buttons.play, player.isPlaying);
+    const isLive = info?.isLive === true && player.endFrame === null;
+    layout.buttons.live.hidden = !isLive;
+    layout.buttons.loop.hidden = isLive; // there is no end to go on from
+    showLive(layout.buttons.live, player.latency);
     if (!layout.statistics.hidden) this.#listStatistics();
   }
 

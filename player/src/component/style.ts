@@ -31,6 +31,11 @@ button:focus-visible, select:focus-visible { outline: 2px solid var(--accent); o
 button[aria-pressed="true"] { color: var(--accent); }
 button.main { color: #fff; background: #222831; margin-right: 4px; }
 button.main:hover { background: var(--accent); color: #0d0f12; }
+#live { display: flex; align-items: center; gap: 6px; width: auto; padding: 0 8px; white-space: nowrap;
+  font-variant-numeric: tabular-nums; }
+#live i { width: 8px; height: 8px; border-radius: 50%; background: #5b6675; }
+#live[aria-pressed="true"] { color: #fff; }
+#live[aria-pressed="true"] i { background: #ff5252; }
 svg { display: block; width: 100%; height: 100%; }
 .time { margin: 0 8px; font-variant-numeric: tabular-nums; color: #aeb6c2; white-space: nowrap; }
 .time b { color: #fff; font-weight: 600; }
@@ -61,8 +66,6 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
 .waiting { position: absolute; left: 50%; top: 50%; width: 36px; height: 36px; margin: -18px; border-radius: 50%;
   border: 3px solid #ffffff38; border-top-color: #fff; animation: turn 1s linear infinite; pointer-events: none; }
 @keyframes turn { to { transform: rotate(1turn); } }
-.notice { position: absolute; top: 10px; right: 12px; padding: 4px 10px; border-radius: 6px; background: #0d0f12cc; color: #aeb6c2;
-  pointer-events: none; }
 @container (max-width: 520px) {
   .bar { padding: 6px 8px; padding-bottom: max(6px, env(safe-area-inset-bottom)); }
   .time { flex: 1; margin: 0 4px; text-align: right; }

@@ -6,9 +6,9 @@
 
 import type { DecodeReply, DecodeRequest } from "../protocol.js";
 import { describe } from "./fault.js";
+import { OpenStream } from "./open-stream.js";
 import { Quarc } from "./quarc.js";
-import { Run, type OpenStream } from "./run.js";
-import { makeStreamBytes } from "./stream-bytes.js";
+import { Run } from "./run.js";
 
 export type Post = (reply: DecodeReply, transferred: ArrayBuffer[]) => void;
 
@@ -33,25 +33,21 @@ export class Decoding {
     this.#run = null;
     if (request.kind !== "seek") this.#stream?.bytes.close();
     if (request.kind === "close") return;
-    if (request.kind === "open") {
-      const bytes = makeStreamBytes(request.source);
-      this.#stream = {
-        ...{ bytes, index: null, firstFrame: null, isIndexSought: false },
-        isIndexFirst: request.isIndexFirst === true,
-      };
-    }
+    if (request.kind === "open") this.#stream = new OpenStream(request.source, request.isIndexFirst === true);
     if (this.#stream === null) return;
     const run = new Run(request.run, this.#stream, this.#post);
     this.#run = run;
     // The run before ends first: both use the memory of one module.
-    this.#done = this.#done.then(() => this.#play(run, request.kind === "open" ? 0 : request.frame));
+    this.#done = this.#done.then(() => this.#play(run, request));
   }
 
-  async #play(run: Run, start: number): Promise<void> {
+  async #play(run: Run, request: Extract<DecodeRequest, { kind: "open" | "seek" }>): Promise<void> {
     if (run.isAborted) return;
     try {
       this.#quarc ??= Quarc.load();
-      await run.play(await this.#quarc, start);
+      const quarc = await this.#quarc;
+      if (request.kind === "open") await run.play(quarc, 0);
+      else await run.play(quarc, request.frame, request.orLast);
     } catch (error) {
       if (!isUsable(error)) this.#quarc = null;
       if (run.isAborted) return;

@@ -2,25 +2,14 @@
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
 import type { Post } from "./decoding.js";
+import type { OpenStream } from "./open-stream.js";
 import { Preview, SECTIONS_TO_SHOW } from "./preview.js";
-import type { Decoder, Index, Quarc, State, StreamHead } from "./quarc.js";
+import type { Decoder, Quarc, State, StreamHead } from "./quarc.js";
 import { Slots } from "./slots.js";
-import type { StreamBytes } from "./stream-bytes.js";
+import type { Piece } from "./source.js";
+import { unlessAborted } from "./stream-bytes.js";
 
 const PREVIEW_PAUSE_MS = 250;
-const NEVER = new AbortController().signal; // a seek does not abort the search for the index
-
-/** What is known of the stream that is open; runs share it. */
-export interface OpenStream {
-  readonly bytes: StreamBytes;
-  /** Of INDX; null until it has been read, and in streams without one. */
-  index: Index | null;
-  /** Ordinal of the first frame; null until it is known. */
-  firstFrame: number | null;
-  /** Whether the index is read before the first frame is posted. */
-  readonly isIndexFirst: boolean;
-  isIndexSought: boolean;
-}
 
 export class Run {
   readonly number: number;
@@ -36,6 +25,8 @@ export class Run {
   #previewAt = -Infinity;
   #head: StreamHead | null = null;
   #hasUpdates = false;
+  #liveEdge: number | null = null; // as it was posted last
+  #place = 0; // of the stream, behind the frame that was posted last
 
   constructor(number: number, stream: OpenStream, post: Post) {
     this.number = number;
@@ -57,16 +48,19 @@ export class Run {
     this.#wake();
   }
 
-  /** Post the frames from `start` to the end of the stream. */
-  async play(quarc: Quarc, start: number): Promise<void> {
+  /**
+   * Post the frames from `start` to the end of the stream; with `orLast` the last frame if the
+   * stream ends before it.
+   */
+  async play(quarc: Quarc, start: number, orLast = false): Promise<void> {
     const { bytes, isIndexFirst } = this.#stream;
     if (isIndexFirst) {
       await bytes.next(0, this.#ended.signal); // its answer tells whether the end can be read
-      await this.#findIndex(quarc);
+      await this.#stream.findIndex(quarc);
     }
-    const decoder = quarc.open(start);
+    const decoder = quarc.open(orLast ? await this.#clamp(start, quarc) : start);
     try {
-      this.#limit(decoder);
+      this.#stream.limit(decoder);
       await this.#postFrames(decoder, quarc);
     } finally {
       decoder.close();
@@ -88,9 +82,10 @@ export class Run {
         continue;
       }
       if (this.frame === null) this.#learn(decoder, found.frame);
-      const end = decoder.offset;
-      this.#postFrame(found, begin === null ? null : end - begin, decodeMs);
-      [begin, decodeMs] = [end, 0];
+      this.#place = decoder.offset;
+      this.#postFrame(found, begin === null ? null : this.#place - begin, decodeMs);
+      [begin, decodeMs] = [this.#place, 0];
+      this.#postLiveEdge();
       void this.#findIndex(quarc);
       await nextTask();
     }
@@ -102,29 +97,59 @@ export class Run {
     const { bytes } = this.#stream;
     const range = decoder.missing();
     if (range === null) throw new Error("the decoder waits for nothing");
-    const piece = await bytes.next(range.begin, this.#ended.signal);
+    const piece = await this.#receive(range.begin, this.#ended.signal);
     if (piece === null) decoder.limit(bytes.size ?? range.begin);
     else {
       decoder.put(piece.offset, piece.bytes);
-      this.#limit(decoder);
+      this.#stream.limit(decoder);
     }
-    const { received, size } = bytes;
-    this.#post({ kind: "progress", bytes: received, byteLength: size, run: this.number }, []);
+    this.#postLiveEdge();
   }
 
-  #limit(decoder: Decoder): void {
-    const { size, isLive } = this.#stream.bytes;
-    if (size !== null && !isLive) decoder.limit(size);
+  async #receive(place: number, signal: AbortSignal): Promise<Piece | null> {
+    const { bytes } = this.#stream;
+    const piece = await bytes.next(place, signal);
+    this.#post({ kind: "progress", bytes: bytes.received, byteLength: bytes.size, run: this.number }, []);
+    return piece;
+  }
+
+  /** A frame, or the last one of the stream if that comes first. */
+  async #clamp(frame: number, quarc: Quarc): Promise<number> {
+    const { signal } = this.#ended;
+    const receive = (place: number): Promise<Piece | null> => this.#receive(place, signal);
+    const clamped = await unlessAborted(this.#stream.clamp(frame, quarc, receive), signal);
+    this.#postLiveEdge();
+    return clamped;
+  }
+
+  /** While there is nothing to decode, follow a live stream. */
+  async #readAhead(signal: AbortSignal): Promise<void> {
+    const receive = async (place: number): Promise<Piece | null> => {
+      this.#postLiveEdge();
+      return this.#receive(place, signal);
+    };
+    // If the server fails, it is said when the bytes are decoded.
+    await this.#stream.readAhead(this.#place, receive).catch(() => undefined);
+  }
+
+  #postLiveEdge(): void {
+    const { liveEdge } = this.#stream;
+    if (liveEdge === null || liveEdge === this.#liveEdge) return;
+    this.#liveEdge = liveEdge;
+    this.#post({ kind: "edge", frame: liveEdge, run: this.number }, []);
   }
 
   async #waitForCredit(): Promise<void> {
     const { signal } = this.#ended;
+    const idle = new AbortController();
+    if (this.#credit === 0) void this.#readAhead(idle.signal);
     while (this.#credit === 0 && !signal.aborted) {
       await new Promise<void>((resolve) => {
         this.#wake = resolve;
         signal.addEventListener("abort", () => resolve(), { once: true });
       });
     }
+    idle.abort();
     signal.throwIfAborted();
   }
 
@@ -137,36 +162,13 @@ export class Run {
     this.#postInfo(this.#head);
   }
 
-  /**
-   * Look for the index beside the frames, so that the first picture does not wait for the end of
-   * the stream. What is wrong there is reported when a seek goes by it.
-   */
+  /** Look for the index, and post what it says. */
   async #findIndex(quarc: Quarc): Promise<void> {
-    const { bytes, isIndexSought } = this.#stream;
-    if (isIndexSought || !bytes.isSeekable) return;
-    this.#stream.isIndexSought = true;
-    const decoder = quarc.open(0);
-    try {
-      await bytes.prefetchEnd();
-      this.#limit(decoder);
-      this.#stream.index = await this.#readIndex(decoder);
-    } catch {
-      return;
-    } finally {
-      decoder.close();
-    }
-    if (this.#stream.index !== null && this.#head !== null) this.#postInfo(this.#head);
-  }
-
-  async #readIndex(decoder: Decoder): Promise<Index | null> {
-    for (;;) {
-      const index = decoder.findIndex();
-      const range = index === null ? decoder.missing() : null;
-      if (range === null) return index;
-      const piece = await this.#stream.bytes.next(range.begin, NEVER);
-      if (piece === null) return null;
-      decoder.put(piece.offset, piece.bytes);
-    }
+    if (this.#stream.isIndexPosted) return;
+    await this.#stream.findIndex(quarc);
+    const { index, isIndexPosted } = this.#stream;
+    if (index === null || this.#head === null || isIndexPosted) return;
+    this.#postInfo(this.#head);
   }
 
   #postInfo(known: StreamHead): void {
@@ -178,6 +180,7 @@ export class Run {
       canonicalFrames: index?.canonicalFrames ?? [],
       ...{ byteLength: bytes.size, isLive: bytes.isLive },
     };
+    this.#stream.isIndexPosted = index !== null;
     this.#post({ kind: "info", info, run: this.number }, []);
   }
 

@@ -18,7 +18,7 @@ export interface Piece {
 }
 
 export class HttpSource {
-  /** Size of the stream in bytes, once the server has told. */
+  /** Size of the stream in bytes, once the server has told; of a live stream, its size so far. */
   size: number | null = null;
   /** Whether the server answers range requests. */
   hasRanges = false;
@@ -72,7 +72,7 @@ export class HttpSource {
       }
       // A complete answer ends where the stream ends.
       if (this.size !== null && offset < this.size) throw new TypeError("the answer was cut short");
-      if (!this.isLive) this.size = offset;
+      this.size = offset;
     } finally {
       void reader.cancel().catch(() => undefined);
     }

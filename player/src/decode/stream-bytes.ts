@@ -22,6 +22,8 @@ export interface StreamBytes {
   readonly isLive: boolean;
   /** Bytes received so far. */
   readonly received: number;
+  /** Return the bytes from a place on that are at hand without a request; null if there are none. */
+  find(place: number): Uint8Array | null;
   /** Return some bytes from a place on, or null where the stream ends. */
   next(place: number, signal: AbortSignal): Promise<Piece | null>;
   /** Request the end of the stream beside what is being read, and keep it. */
@@ -50,9 +52,13 @@ class MemoryBytes implements StreamBytes {
     return this.#bytes.length;
   }
 
+  find(place: number): Uint8Array | null {
+    return place < this.size ? this.#bytes.subarray(place, place + BLOCK_BYTES) : null;
+  }
+
   async next(place: number): Promise<Piece | null> {
-    if (place >= this.size) return null;
-    return { offset: place, bytes: this.#bytes.subarray(place, place + BLOCK_BYTES) };
+    const bytes = this.find(place);
+    return bytes === null ? null : { offset: place, bytes };
   }
 
   async prefetchEnd(): Promise<void> {}
@@ -93,10 +99,14 @@ class ReceivedBytes implements StreamBytes {
     return this.#source.isLive;
   }
 
+  find(place: number): Uint8Array | null {
+    return this.#kept.find(place);
+  }
+
   async next(place: number, signal: AbortSignal): Promise<Piece | null> {
     for (;;) {
       signal.throwIfAborted();
-      const bytes = this.#kept.find(place);
+      const bytes = this.find(place);
       if (bytes !== null) return { offset: place, bytes };
       if (this.size !== null && place >= this.size && !this.isLive) return null;
       const download = this.#find(place);
@@ -196,7 +206,7 @@ class Kept {
 }
 
 /** What a promise resolves to, unless the signal aborts first. */
-function unlessAborted<T>(promise: Promise<T>, signal: AbortSignal): Promise<T> {
+export function unlessAborted<T>(promise: Promise<T>, signal: AbortSignal): Promise<T> {
   return new Promise((resolve, reject) => {
     const abort = (): void => reject(signal.reason as Error);
     signal.addEventListener("abort", abort, { once: true });

@@ -1,0 +1,74 @@
+/**
+ * How many frames a stream has so far, from chunk header to chunk header (SPEC 5.2).
+ *
+ * It says where a live stream ends now, and which frame is the last one of a stream without an
+ * index. Nothing is proved here: the decoder proves what is shown.
+ */
+
+import type { StreamBytes } from "./stream-bytes.js";
+
+const MAGIC_BYTES = 8;
+const HEADER_BYTES = 20;
+const CRC_BYTES = 4;
+const SYNC = 0xf343519e; // as it reads in little-endian order
+const KIND_AT = 4;
+const LENGTH_AT = 12;
+const ORDINAL_BYTES = 4; // at the beginning of CANO and SNAP
+
+export class ChunkWalk {
+  /** Ordinal of the last frame that was found complete; null before the first. */
+  lastFrame: number | null = null;
+  /** The byte of the stream that is needed to go on. */
+  place = MAGIC_BYTES;
+  /** Whether the stream goes no further: behind TAIL, or where no chunk is. */
+  isEnded = false;
+  readonly #bytes: StreamBytes;
+  #chunk = MAGIC_BYTES; // where the next one begins
+
+  constructor(bytes: StreamBytes) {
+    this.#bytes = bytes;
+  }
+
+  /**
+   * Go on through the bytes that are at hand. Returns whether no more frames are known of: those
+   * of a live stream that the server has not told of come later.
+   */
+  advance(): boolean {
+    while (!this.isEnded) {
+      const { size } = this.#bytes;
+      const head = this.#read(this.#chunk, HEADER_BYTES + ORDINAL_BYTES);
+      if (head === null) return size !== null && this.#chunk + HEADER_BYTES + ORDINAL_BYTES > size;
+      if (head.getUint32(0, true) !== SYNC) break;
+      const end = this.#chunk + HEADER_BYTES + head.getUint32(LENGTH_AT, true) + CRC_BYTES;
+      if (size === null && this.#read(end - 1, 1) === null) return false;
+      if (size !== null && end > size) {
+        this.place = size;
+        return true;
+      }
+      this.#count(head);
+      this.#chunk = this.place = end;
+    }
+    this.isEnded = true;
+    return true;
+  }
+
+  #count(head: DataView): void {
+    const kind = String.fromCharCode(...new Uint8Array(head.buffer, KIND_AT, 4));
+    if (kind === "CANO" || kind === "SNAP") this.lastFrame = head.getUint32(HEADER_BYTES, true);
+    else if (kind === "FRAM" && this.lastFrame !== null) this.lastFrame += 1;
+    this.isEnded = kind === "TAIL";
+  }
+
+  /** Bytes of the stream; null, and `place` is the first that is missing, unless all are at hand. */
+  #read(from: number, length: number): DataView | null {
+    const bytes = new Uint8Array(length);
+    for (let done = 0; done < length; ) {
+      this.place = from + done;
+      const piece = this.#bytes.find(this.place);
+      if (piece === null) return null;
+      bytes.set(piece.subarray(0, length - done), done);
+      done += piece.length;
+    }
+    return new DataView(bytes.buffer);
+  }
+}

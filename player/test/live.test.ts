@@ -1,0 +1,102 @@
+/** Streams that grow while they are watched, and seeks to a last frame that is not known yet. */
+
+import assert from "node:assert/strict";
+import { browserTest, PlayerPage, type PageOptions } from "./browser.js";
+import { readRoom } from "./server.js";
+
+const FRAMES = 24; // of the room
+const room = readRoom();
+const half = room.subarray(0, room.length >> 1);
+
+/** A page with the first half of the room, live. */
+const openLive = (attributes = "", options: PageOptions = {}): Promise<PlayerPage> =>
+  PlayerPage.open({ ...options, stream: half, attributes: `live ${attributes}`, expectedErrors: /416/ });
+
+const button = (page: PlayerPage) => page.page.locator("quarc-player #live");
+
+for (const ranges of [true, false]) {
+  browserTest(`a live stream is followed, ${ranges ? "with" : "without"} ranges; while nothing comes the last frame stays`, async () => {
+    await using page = await openLive('autoplay speed="4"', { ranges });
+    await page.page.locator("quarc-player .waiting").waitFor();
+    const stopped = await page.run((player) => player.frame);
+    assert.ok(stopped !== null && stopped > 0 && stopped < FRAMES - 1);
+    assert.equal(await page.run(({ player }) => player?.liveEdge), stopped);
+    assert.equal(await button(page).getAttribute("aria-pressed"), "true");
+    const [red, green, blue] = (await page.look()).at(240, 220);
+    assert.ok(red + green + blue > 60, "the picture has gone");
+    page.server.grow(room);
+    await page.until((player) => player.frame === 23 && !player.isPlaying);
+    assert.equal(await page.page.locator("quarc-player .waiting").isVisible(), false);
+    await button(page).waitFor({ state: "hidden" });
+    assert.equal(await page.run(({ player }) => player?.liveEdge), null, "it is live no longer");
+  });
+}
+
+browserTest("a paused live stream says how far it is behind, and a button leads to its newest frame", async () => {
+  await using page = await openLive();
+  await page.until((player) => player.frame === 0 && (player.player?.liveEdge ?? 0) > 0);
+  const first = await page.run(({ player }) => player?.liveEdge ?? 0);
+  await page.run((player) => {
+    player.addEventListener("liveedge", ({ detail }) => (player.dataset["edge"] = String(detail.frame)));
+  });
+  page.server.grow(room.subarray(0, room.length - 500)); // over the canonical frame 12
+  await page.page.waitForFunction(`Number(document.querySelector("quarc-player").dataset.edge) > ${first}`);
+  const grown = await page.run((player) => Number(player.dataset["edge"]));
+  const figures = await page.run(({ player }) => [player?.statistics?.framesBehind, player?.latency]);
+  assert.deepEqual(figures, [grown, grown / 30]);
+  await page.run((player) => player.setAttribute("speed", "0.25")); // so that the next frames are not at once there
+  await button(page).click();
+  await page.until(({ frame, isPlaying, player }) => frame === player?.liveEdge && isPlaying);
+  assert.equal(await page.run(({ player }) => player?.latency), 0);
+});
+
+browserTest("a live stream that is far behind says so on its button", async () => {
+  await using page = await openLive();
+  await page.until((player) => player.frame === 0);
+  // 24 frames are less than a second: as seen by a program, the stream has gone on.
+  await page.run(({ player }) => Object.defineProperty(player, "latency", { value: 12.34 }));
+  await page.run(({ player }) => player?.dispatchEvent(new CustomEvent("view", { detail: null })));
+  await page.page.waitForFunction(
+    `document.querySelector("quarc-player").shadowRoot.querySelector("#live").innerText === "Live −12.3 s"`,
+  );
+  assert.equal(await button(page).getAttribute("aria-pressed"), "false");
+});
+
+browserTest("a seek behind the newest frame of a live stream leads to that", async () => {
+  await using page = await openLive();
+  await page.until((player) => player.frame === 0);
+  const [shown, edge] = await page.run(async (player) => [await player.setFrame(1000), player.player?.liveEdge]);
+  assert.ok(shown !== null && shown !== undefined && shown > 0 && shown < FRAMES - 1);
+  assert.equal(shown, edge);
+  page.server.grow(room);
+  await page.run((player) => player.step());
+  assert.equal(await page.run((player) => player.frame), shown + 1);
+});
+
+for (const ranges of [true, false]) {
+  browserTest(`a seek behind the end leads to the last frame before the end is known, ${ranges ? "with" : "without"} ranges`, async () => {
+    for (const to of ["100", "Infinity"]) {
+      await using page = await PlayerPage.open({ ranges, attributes: null, bitsPerSecond: 2e6 });
+      const shown = await page.page.evaluate(async (frame) => {
+        const { Player } = await import(`${location.origin}/quarc-player.js`);
+        const player = new Player(document.body.appendChild(document.createElement("canvas")));
+        await player.open({ url: `${location.origin}/stream.quarc` });
+        const { endFrame } = player;
+        return [endFrame, await player.setFrame(Number(frame)), player.targetFrame];
+      }, to);
+      assert.deepEqual(shown, [null, 23, 23]);
+    }
+  });
+}
+
+browserTest("a stream is opened at its last frame if it does not go as far as the one that is asked for", async () => {
+  await using page = await PlayerPage.open({ attributes: 'frame="99"' });
+  await page.until((player) => player.frame === 23);
+});
+
+browserTest("what is no ordinal is refused by name", async () => {
+  await using page = await PlayerPage.open();
+  await page.until((player) => player.frame === 0);
+  const name = await page.run((player) => player.setFrame(NaN).catch((error: Error) => error.name));
+  assert.equal(name, "RangeError");
+});
