@@ -1,6 +1,6 @@
-"""Constants of the format, the same for all streams: SPEC 3.
+"""Constants of the format, which are the same for all streams: SPEC 3.
 
-Literals only. Parameters of a stream are in `records.StreamHeader`; settings of the encoder are in
+Parameters of a stream are in `records.StreamHeader`; settings of the encoder are in
 `quarc_ref.encoder.settings.config`.
 """
 
@@ -74,7 +74,7 @@ SH_REST_PLANES: Final = 9
 
 
 class Level(NamedTuple):
-    """Limits of a stream of a conformance level (SPEC 3.2)."""
+    """Limits of a conformance level (SPEC 3.2)."""
 
     gaussians: int
     births: int

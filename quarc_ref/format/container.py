@@ -1,7 +1,7 @@
-"""Chunks: SPEC 5.1 and 5.2.
+"""Parses and builds chunks: SPEC 5.1 and 5.2.
 
-Every chunk has its length and a CRC each of header and payload, so that nothing is
-parsed, let alone entropy-decoded, before it is known to be intact.
+Every chunk has its length and CRCs of header and payload, so that its content is parsed
+only if it is intact.
 """
 
 import zlib
@@ -36,7 +36,7 @@ TAIL = b"TAIL"
 CAME = b"came"
 META = b"meta"
 KNOWN = (HEAD, CANO, FRAM, SNAP, INDX, TAIL, CAME, META)
-CANONICAL = (CANO, SNAP)  # points of random access
+CANONICAL = (CANO, SNAP)  # random access points
 FRAMES = (CANO, SNAP, FRAM)
 TAIL_CHUNK_BYTES = CHUNK_HEADER_BYTES + TAIL_BYTES + CHUNK_CRC_BYTES
 _ANCILLARY_BIT = 0x20
@@ -47,10 +47,10 @@ class ChunkHeader:
     """Header of a chunk, known before its payload is read.
 
     Attributes:
-        kind: Its type, four letters.
+        kind: Type of the chunk, four letters.
         sequence: Ordinal of the chunk in the stream.
-        length: Bytes of its payload.
-        offset: Where it begins in the stream.
+        length: Size of the payload, bytes.
+        offset: Offset of the chunk in the stream.
     """
 
     kind: bytes
@@ -60,7 +60,7 @@ class ChunkHeader:
 
     @property
     def payload_offset(self) -> int:
-        """Where the payload begins in the stream."""
+        """Offset of the payload in the stream."""
         return self.offset + CHUNK_HEADER_BYTES
 
     @property
@@ -70,7 +70,7 @@ class ChunkHeader:
 
     @property
     def is_ancillary(self) -> bool:
-        """Whether a decoder may do without the chunk."""
+        """Whether decoders may ignore the chunk."""
         return bool(self.kind[0] & _ANCILLARY_BIT)
 
 
@@ -79,9 +79,9 @@ class Chunk:
     """A chunk with valid CRCs.
 
     Attributes:
-        kind: Its type, four letters.
-        payload: What it holds.
-        offset: Where it begins in the stream, bytes.
+        kind: Type of the chunk, four letters.
+        payload: Payload.
+        offset: Offset of the chunk in the stream, bytes.
         sequence: Ordinal of the chunk in the stream.
     """
 
@@ -101,7 +101,7 @@ def build_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:
     Args:
         kind: Type of the chunk, four letters.
         sequence: Ordinal of the chunk in the stream.
-        payload: What it holds.
+        payload: Payload.
     """
     unproved = wire.build_chunk_header(kind, sequence, len(payload), 0)[:-CHUNK_CRC_BYTES]
     header = wire.build_chunk_header(kind, sequence, len(payload), zlib.crc32(unproved))
@@ -109,15 +109,15 @@ def build_chunk(kind: bytes, sequence: int, payload: bytes) -> bytes:
 
 
 def parse_header(data: bytes, offset: int) -> ChunkHeader:
-    """Return the header of a chunk, proved by its CRC (SPEC 5.2).
+    """Parse the header of a chunk and check its CRC (SPEC 5.2).
 
     Args:
-        data: 20 bytes, fewer where the stream ends.
-        offset: Where they are in the stream.
+        data: 20 bytes, or fewer at the end of the stream.
+        offset: Offset of these bytes in the stream.
 
     Raises:
-        BadSyncError: No chunk begins here.
-        TruncatedError: The header is cut.
+        BadSyncError: The bytes do not start with the sync word.
+        TruncatedError: The header is incomplete.
         HeaderCrcError: The header does not match its CRC.
     """
     if not data.startswith(SYNC[: len(data)]):  # [5.2-1]
@@ -140,10 +140,10 @@ def header_crc_holds(data: bytes) -> bool:
 
 
 def verify_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
-    """Compare the CRC of a payload with the bytes that are stored after it.
+    """Compare the CRC of a payload with the stored one.
 
     Raises:
-        TruncatedError: The stream ends before these bytes do.
+        TruncatedError: The stream ends before the CRC.
         PayloadCrcError: The CRC does not match.
     """
     if len(stored) < CHUNK_CRC_BYTES:
@@ -155,11 +155,11 @@ def verify_payload(header: ChunkHeader, crc: int, stored: bytes) -> None:
 
 
 def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
-    """Return the chunk of a payload and its CRC, proved.
+    """Make a chunk from its payload and CRC, after checking them.
 
     Args:
         header: Header of the chunk.
-        data: The bytes from the payload to the end of the chunk, or fewer if the stream ends.
+        data: Bytes from the payload to the end of the chunk, or fewer at the end of the stream.
 
     Raises:
         TruncatedError: The stream ends inside the chunk.
@@ -171,7 +171,7 @@ def take_payload(header: ChunkHeader, data: bytes) -> Chunk:
 
 
 def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
-    """Reject types that a stream cannot have (SPEC 5.2).
+    """Reject invalid chunk types (SPEC 5.2).
 
     Args:
         header: Header of the chunk.
@@ -179,7 +179,7 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
 
     Raises:
         BadChunkTypeError: The letters match no pattern.
-        UnknownCriticalError: The type is critical, and unknown.
+        UnknownCriticalError: The type is critical and unknown.
     """
     if not _is_type(header.kind):  # [5.2-8]
         message = f"{header.kind!r} is not a chunk type"
@@ -193,15 +193,14 @@ def check_type(header: ChunkHeader, stream: StreamHeader | None) -> None:
 
 
 def check_place(header: ChunkHeader, before: bytes) -> None:
-    """Reject a chunk whose type is not allowed in its place (SPEC 5.1).
+    """Reject a chunk whose type is not allowed at its position (SPEC 5.1).
 
     Args:
         header: Header of the chunk.
-        before: Type of the chunk before it; nothing where that is not known.
+        before: Type of the previous chunk; empty if unknown.
 
     Raises:
-        ChunkOrderError: HEAD is not first or comes again, or INDX is not
-            followed by TAIL.
+        ChunkOrderError: HEAD is not first or is repeated, or INDX is not followed by TAIL.
     """
     if (header.kind == HEAD) != (header.sequence == 0):  # [5.1-2]
         message = "the first chunk must be HEAD, and no other chunk may be HEAD"
@@ -215,12 +214,12 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
     """Reject a payload that is longer than the stream's level allows (SPEC 3.2).
 
     Args:
-        length: Bytes of the payload.
-        stream: From HEAD; None for HEAD itself (SPEC 5.3).
+        length: Size of the payload, bytes.
+        stream: Header of the stream; None for HEAD itself (SPEC 5.3).
         offset: Offset of the chunk.
 
     Raises:
-        ChunkSizeError: It is longer.
+        ChunkSizeError: The payload is longer.
     """
     most = HEAD_BYTES_LIMIT if stream is None else stream.limits.chunk_bytes
     if length > most:  # [3.2-4] [5.2-7]
@@ -231,7 +230,7 @@ def check_length(length: int, stream: StreamHeader | None, offset: int) -> None:
 def _is_type(kind: bytes) -> bool:
     """Return whether the letters match the patterns of SPEC 5.2.
 
-    All letters have the case of the first (upper case: critical); only the second may differ,
-    which marks a private type.
+    All letters have the case of the first one (upper case means critical), except that
+    the case of the second may differ, which marks a private type.
     """
     return kind.isalpha() and len({letter & _ANCILLARY_BIT for letter in (kind[0], *kind[2:])}) == 1

@@ -7,7 +7,7 @@ _KEY = "description"
 
 
 def described(default: Any, description: str) -> Any:  # noqa: ANN401
-    """A dataclass field with a default and a description.
+    """Define a dataclass field with a default and a description.
 
     Args:
         default: The field's default value.
@@ -17,5 +17,5 @@ def described(default: Any, description: str) -> Any:  # noqa: ANN401
 
 
 def describe_field(each: "Field[Any]") -> str:
-    """The description of a field, or an empty string if it has none."""
+    """Return the description of a field, or an empty string if it has none."""
     return str(each.metadata.get(_KEY, ""))

@@ -9,11 +9,11 @@
     ├── SourceError             the file, pipe or server cannot be read
     ├── EnvironmentVariableError an environment variable has an unknown value
     ├── EncodeError             a scene or setting cannot be written
-    │   └── BoundError          a decoded frame breaks its bounds: our fault
+    │   └── BoundError          a decoded frame exceeds its error bounds (a bug)
     ├── ResumeError             the stream cannot be resumed with these inputs
-    ├── EditError               streams cannot be cut or joined as asked
-    ├── ClosedLoopError         encoder and decoder disagree: our fault
-    └── VerificationError       two ways to the same result disagree: our fault
+    ├── EditError               streams cannot be cut or joined as requested
+    ├── ClosedLoopError         encoder and decoder disagree (a bug)
+    └── VerificationError       two methods for the same result disagree (a bug)
 
 Each leaf of `BitstreamError` carries the stable `reject_id` of its SPEC row.
 Malformed bytes raise a leaf of `BitstreamError` and nothing else.
@@ -30,8 +30,8 @@ class BitstreamError(QuarcError):
     """The bytes are not a valid stream.
 
     Attributes:
-        reject_id: The stable name of the fault (SPEC 3.3).
-        offset: Where in the stream it was found, in bytes, if known.
+        reject_id: Stable reject id (SPEC 3.3).
+        offset: Offset of the error in the stream in bytes, if known.
     """
 
     reject_id: ClassVar[str] = ""
@@ -80,25 +80,25 @@ class PayloadCrcError(ContainerError):
 
 
 class SequenceError(ContainerError):
-    """A chunk is missing, repeated or out of turn."""
+    """A chunk is missing, repeated or out of order."""
 
     reject_id = "sequence"
 
 
 class ChunkOrderError(ContainerError):
-    """A chunk of this type is not allowed in its place."""
+    """A chunk of this type is not allowed at its position."""
 
     reject_id = "chunk-order"
 
 
 class BadChunkTypeError(ContainerError):
-    """A chunk's type is not made of letters in a pattern of the format."""
+    """A chunk's type does not match the patterns of the format."""
 
     reject_id = "bad-chunk-type"
 
 
 class UnknownCriticalError(ContainerError):
-    """A critical chunk of a type that this version does not know."""
+    """A critical chunk has a type that is unknown to this version."""
 
     reject_id = "unknown-critical"
 
@@ -122,19 +122,19 @@ class IndexMismatchError(ContainerError):
 
 
 class UnsupportedVersionError(ContainerError):
-    """The stream is of a version that this decoder does not read."""
+    """The stream has a version that this decoder does not support."""
 
     reject_id = "unsupported-version"
 
 
 class UnsupportedFeatureError(ContainerError):
-    """The stream uses an incompatible feature that this decoder lacks."""
+    """The stream uses an incompatible feature that this decoder does not support."""
 
     reject_id = "unsupported-feature"
 
 
 class FieldError(ContainerError):
-    """A field of a payload is outside its range, or the payload too short."""
+    """A field of a payload is out of range, or the payload is too short."""
 
     reject_id = "field"
 
@@ -146,17 +146,17 @@ class ChunkSizeError(ContainerError):
 
 
 class EntropyError(BitstreamError):
-    """Coded planes."""
+    """Coded planes are malformed."""
 
 
 class BadProbabilityError(EntropyError):
-    """A probability code that the format leaves undefined."""
+    """A probability code is not defined by the format."""
 
     reject_id = "bad-probability"
 
 
 class InvalidWordsError(EntropyError):
-    """Words that no encoder writes."""
+    """The words of a section are not those of any encoder."""
 
     reject_id = "invalid-words"
 
@@ -178,19 +178,19 @@ class StateError(BitstreamError):
 
 
 class CountLevelError(StateError):
-    """More Gaussians or births than the stream's level allows."""
+    """There are more Gaussians or births than the stream's level allows."""
 
     reject_id = "count-exceeds-level"
 
 
 class CountError(StateError):
-    """A count that does not fit the scene: no Gaussian, or more deaths than Gaussians."""
+    """A count does not fit the scene: no Gaussians, or more deaths than Gaussians."""
 
     reject_id = "count"
 
 
 class FrameOrderError(StateError):
-    """A frame whose ordinal is not the next."""
+    """The ordinal of a frame is not the next one."""
 
     reject_id = "frame-order"
 
@@ -214,29 +214,29 @@ class RotationRangeError(StateError):
 
 
 class DegenerateRotationError(StateError):
-    """A rotation of norm zero."""
+    """A rotation has norm zero."""
 
     reject_id = "degenerate-rotation"
 
 
 class ParentRangeError(StateError):
-    """A newborn names a parent that the scene does not have."""
+    """A new Gaussian refers to a parent that is not in the scene."""
 
     reject_id = "parent-range"
 
 
 class StateCrcError(StateError):
-    """The decoded state is not the one that the encoder had."""
+    """The decoded state differs from the encoder's."""
 
     reject_id = "state-crc"
 
 
 class LimitError(QuarcError):
-    """A stream of the unlimited level needs more than this decoder allows (SPEC 3.2)."""
+    """A stream at the unlimited level exceeds the limits of this decoder (SPEC 3.2)."""
 
 
 class SourceError(QuarcError):
-    """The file, pipe or server that holds the stream cannot be read; its bytes may be valid."""
+    """The file, pipe or server cannot be read; the stream itself may be valid."""
 
 
 class EnvironmentVariableError(QuarcError):
@@ -244,15 +244,15 @@ class EnvironmentVariableError(QuarcError):
 
 
 class EncodeError(QuarcError):
-    """The scene, or a setting, cannot be written into a stream."""
+    """A scene or a setting cannot be represented in a stream."""
 
 
 class UnusableCaptureError(EncodeError):
-    """A capture cannot be encoded to anything useful: its cameras see too little."""
+    """A capture cannot be encoded with useful quality, because its cameras see too little."""
 
 
 class BoundError(EncodeError):
-    """A decoded frame differs from its input by more than the bounds allow: our fault."""
+    """A decoded frame exceeds the error bounds, which is a bug of this package."""
 
 
 class ResumeError(QuarcError):
@@ -264,8 +264,8 @@ class EditError(QuarcError):
 
 
 class ClosedLoopError(QuarcError):
-    """The encoder's state is not the decoder's: a fault of this package."""
+    """The states of encoder and decoder differ, which is a bug of this package."""
 
 
 class VerificationError(QuarcError):
-    """Two ways that must lead to the same result do not: a fault of this package."""
+    """Two methods that must give the same result do not, which is a bug of this package."""

@@ -1,4 +1,4 @@
-"""The byte layout of every chunk: SPEC 5, one construct Struct a table."""
+"""The byte layout of every chunk: one construct Struct per table of SPEC 5."""
 
 import numpy as np
 from construct import (
@@ -29,7 +29,8 @@ CHUNK_HEADER = Struct(
     "length" / Int32ul,
     "header_crc" / Int32ul,
 )
-COMPILED_CHUNK_HEADER = CHUNK_HEADER.compile()  # junk may hold a header in every 20 bytes
+# damaged data may contain a header in every 20 bytes
+COMPILED_CHUNK_HEADER = CHUNK_HEADER.compile()
 
 # SPEC 5.3
 VERSION = Struct(
@@ -115,8 +116,9 @@ CAMERA = Struct(
     "near" / Float32l,
 )
 CAMERAS = Struct("cameras" / PrefixedArray(Int16ul, CAMERA))
-COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # there may be 65535
-LEAST_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])  # without a name
+COMPILED_CAMERAS = Struct("body" / CAMERAS, "end" / Tell).compile()  # up to 65535
+# size without the name
+LEAST_CAMERA_BYTES = 1 + sum(field.sizeof() for field in CAMERA.subcons[1:])
 
 # SPEC 5.7
 ENTRY = Struct("key" / PascalString(Int8ul, "utf8"), "value" / PascalString(Int32ul, "utf8"))

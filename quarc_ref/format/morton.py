@@ -1,14 +1,14 @@
-"""Morton keys: the order of canonical Gaussians (SPEC 8.5), and the cells of the sampler (6.3).
+"""Morton keys, for the order of canonical Gaussians (SPEC 8.5) and the cells of the sampler (6.3).
 
-Bit b of x, y and z becomes bit 3b + 2, 3b + 1 and 3b of the key, so that the
-points of a cell of side 2^s are neighbors in the order of their keys.
+Bit b of x, y and z becomes bit 3b + 2, 3b + 1 and 3b of the key, so the points of a cell
+of size 2^s have consecutive keys.
 """
 
 import numpy as np
 
 from quarc_ref.format.arrays import Int64
 
-# Between two masks, every group of bits splits in halves that move apart by the shift.
+# From one mask to the next, every group of bits is split into halves, one of which is shifted.
 _SHIFTS = (32, 16, 8, 4, 2)
 _MASKS = (
     0x1FFFFF,
@@ -24,7 +24,7 @@ def interleave(points: Int64) -> Int64:
     """Return the Morton key of each point.
 
     Args:
-        points: `[3, n]` xyz, each from 0 to 2^21 - 1.
+        points: `[3, n]` coordinates xyz from 0 to 2^21 - 1.
 
     Returns:
         `[n]` keys below 2^63.

@@ -1,8 +1,8 @@
-"""Contents of chunks, parsed and checked: SPEC 5.
+"""Records with the checked contents of chunks: SPEC 5.
 
-Frozen records; each proves its own fields when it is made, so that inner code
-trusts them. A field out of range is a ValueError here; `wire` makes it a
-`FieldError` where the field came from a stream.
+Each frozen record checks its fields when it is created, so that other code can rely on
+them. Fields out of range raise ValueError; `wire` converts it to `FieldError` for
+streams.
 """
 
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ from quarc_ref.format.described import described
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """The planes of one subject, coded (SPEC 8.1).
+    """Coded planes of one subject (SPEC 8.1).
 
     Attributes:
-        words: `[n]` the coder's words.
+        words: `[n]` words of the entropy coder.
     """
 
     words: UInt32
 
     def byte_count(self) -> int:
-        """Return the size of the section in a stream, its length included."""
+        """Return the size of the section in a stream, including its length field."""
         return constants.SECTION_HEADER_BYTES + self.words.nbytes
 
 
@@ -90,13 +90,13 @@ class StreamHeader:
 
     @property
     def code_planes(self) -> int:
-        """Attribute codes of a Gaussian: 7 at SH degree 0, 16 at 1."""
+        """Number of attribute codes of a Gaussian: 7 at SH degree 0, 16 at degree 1."""
         base = constants.LOG_SCALE_PLANES + constants.OPACITY_PLANES + constants.SH_DC_PLANES
         return base + (constants.SH_REST_PLANES if self.sh_degree else 0)
 
     @property
     def symbol_planes(self) -> int:
-        """Symbols of an anchor: three of translation, three or four of rotation."""
+        """Number of symbols of an anchor: three for translation, three or four for rotation."""
         return 3 + self.rotation_components
 
     @property
@@ -138,13 +138,13 @@ SH_REST = slice(SH_DC.stop, SH_DC.stop + constants.SH_REST_PLANES)
 
 @dataclass(frozen=True, slots=True)
 class Gaussians:
-    """Gaussians as they are coded, in steps (SPEC 5.4).
+    """Gaussians in coded form, in quantization steps (SPEC 5.4).
 
     Attributes:
-        positions: `[3, n]` xyz, in position steps.
-        rotations: `[4, n]` index of the largest component, then the other
-            three in order, in units of 2^-rotation_bits of it being positive.
-        codes: `[code_planes, n]` log-scale 3, opacity 1, SH DC 3, SH rest 9.
+        positions: `[3, n]` positions xyz, in position steps.
+        rotations: `[4, n]` index of the largest component, which is positive, then the
+            other three in order, in units of 2^-rotation_bits.
+        codes: `[code_planes, n]` codes of log-scale (3), opacity (1), SH DC (3), SH rest (9).
     """
 
     positions: Int64
@@ -153,17 +153,18 @@ class Gaussians:
 
     @property
     def count(self) -> int:
-        """How many."""
+        """Number of Gaussians, n."""
         return int(self.positions.shape[1])
 
 
 @dataclass(frozen=True, slots=True)
 class Births:
-    """The newborn of a frame (SPEC 7.6).
+    """The new Gaussians of a frame (SPEC 7.6).
 
     Attributes:
-        parents: `[n]` index in the scene of each newborn's parent, ascending.
-        newborn: Positions less the parent's; rotations and codes as they are.
+        parents: `[n]` index in the scene of each new Gaussian's parent, ascending.
+        newborn: New Gaussians, with positions relative to the parent; rotations and codes
+            are absolute.
     """
 
     parents: Int64
@@ -172,13 +173,13 @@ class Births:
 
 @dataclass(frozen=True, slots=True)
 class CanonicalChunk:
-    """A canonical frame as coded: the CANO chunk (SPEC 5.4).
+    """A coded canonical frame: the CANO chunk (SPEC 5.4).
 
     Attributes:
         frame: Ordinal of the frame in the stream.
-        gaussian_count: Gaussians in the frame.
-        origin: Least xyz of the positions, in position steps.
-        axis_bits: Width of a position less the origin.
+        gaussian_count: Number of Gaussians in the frame.
+        origin: Minimum xyz of the positions, in position steps.
+        axis_bits: Number of bits of a position minus the origin.
         sections: Positions, SH DC, opacity, log-scales, rotations, SH rest.
         state_crc: CRC-32 of the decoded state.
     """
@@ -196,16 +197,16 @@ class CanonicalChunk:
 
 @dataclass(frozen=True, slots=True)
 class SnapshotChunk:
-    """A canonical frame as coded against the last CANO: the SNAP chunk (SPEC 5.10).
+    """A canonical frame coded relative to the last CANO: the SNAP chunk (SPEC 5.10).
 
     Attributes:
         frame: Ordinal of the frame in the stream.
         canonical: Ordinal of the frame of the CANO.
-        newborn_count: Gaussians that the CANO has not.
-        origin: Least xyz of their positions, in position steps.
-        axis_bits: Width of a position less the origin.
-        survivors: Which Gaussians of the CANO are still there, and how they differ.
-        sections: Sections of the newborn, as a CANO has them.
+        newborn_count: Number of Gaussians that are not in the CANO.
+        origin: Minimum xyz of their positions, in position steps.
+        axis_bits: Number of bits of a position minus the origin.
+        survivors: Section of the surviving Gaussians of the CANO and their differences.
+        sections: Sections of the new Gaussians, as in a CANO.
         state_crc: CRC-32 of the decoded state.
     """
 
@@ -230,17 +231,17 @@ def _check_axis_bits(axis_bits: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class FrameChunk:
-    """A frame that moves the one before it, as coded: the FRAM chunk (SPEC 5.5).
+    """A coded frame that moves the previous frame: the FRAM chunk (SPEC 5.5).
 
     Attributes:
-        phase: Frames since the canonical one.
-        previous_contexts: Whether the last frame's motion gives contexts.
-        death_count: Gaussians that leave before the motion.
-        birth_count: Gaussians that join after it.
-        motion: The anchors' symbols.
-        births: The newborn; empty where there are none.
+        phase: Number of frames since the canonical frame.
+        previous_contexts: Whether contexts depend on the previous frame's motion.
+        death_count: Number of Gaussians deleted before the motion.
+        birth_count: Number of Gaussians added after the motion.
+        motion: Section of the anchors' symbols.
+        births: Section of the new Gaussians; empty if there are none.
         state_crc: CRC-32 of the decoded state.
-        updates: What changes single Gaussians; None in a stream without updates.
+        updates: Section of updates of single Gaussians; None in a stream without updates.
     """
 
     phase: int
@@ -255,7 +256,7 @@ class FrameChunk:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The totals of a finished stream, and where INDX begins: the TAIL chunk (SPEC 5.8)."""
+    """The totals of a complete stream, and the offset of INDX: the TAIL chunk (SPEC 5.8)."""
 
     frame_count: int
     canonical_count: int
@@ -264,12 +265,12 @@ class Tail:
 
 @dataclass(frozen=True, slots=True)
 class SeekPoint:
-    """A CANO chunk of a stream: one entry of the INDX chunk (SPEC 5.9).
+    """An entry of the INDX chunk, for a CANO chunk of the stream (SPEC 5.9).
 
     Attributes:
-        offset: Where the chunk begins in the stream.
-        sequence: Its sequence number.
-        frame: Ordinal of its frame.
+        offset: Offset of the chunk in the stream.
+        sequence: Sequence number of the chunk.
+        frame: Ordinal of the frame.
     """
 
     offset: int

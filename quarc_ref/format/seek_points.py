@@ -1,4 +1,4 @@
-"""The seek points of a stream, as many as INDX holds: SPEC 5.9."""
+"""The seek points of a stream, from INDX: SPEC 5.9."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple
@@ -16,8 +16,8 @@ ROW = np.dtype([("offset", np.uint64), ("sequence", np.uint32), ("frame", np.uin
 class SeekPoints(Sequence[SeekPoint]):
     """Seek points in the order of the stream.
 
-    They are stored as rows of an array and converted to records on access, because a payload may
-    have millions.
+    They are stored as rows of an array and converted to records on access, because there
+    may be millions.
 
     Args:
         rows: `[n]` offset, sequence number and ordinal, named as in `SeekPoint`.
@@ -28,24 +28,24 @@ class SeekPoints(Sequence[SeekPoint]):
 
     @classmethod
     def of(cls, points: Iterable[SeekPoint]) -> "SeekPoints":
-        """Return the seek points of some records."""
+        """Make seek points from records."""
         return cls(np.array([astuple(point) for point in points], dtype=ROW))
 
     def followed_by(self, points: Iterable[SeekPoint]) -> "SeekPoints":
-        """Return these seek points, followed by others."""
+        """Concatenate these seek points and others."""
         return SeekPoints(np.concatenate([self.rows, SeekPoints.of(points).rows]))
 
     def until(self, frame: int) -> "SeekPoints":
-        """Return the seek points whose frame is not after the given one."""
+        """Return the seek points up to a frame."""
         return SeekPoints(self.rows[self.rows["frame"] <= frame])
 
     def at(self, offset: int) -> SeekPoint | None:
-        """Return the seek point whose chunk begins at an offset; None if there is none."""
+        """Return the seek point whose chunk starts at an offset, or None."""
         (places,) = np.nonzero(self.rows["offset"] == offset)
         return self[int(places[0])] if places.size else None
 
     def of_frame(self, frame: int) -> SeekPoint | None:
-        """Return the seek point of a frame; None if there is none."""
+        """Return the seek point of a frame, or None."""
         (places,) = np.nonzero(self.rows["frame"] == frame)
         return self[int(places[0])] if places.size else None
 

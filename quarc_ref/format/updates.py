@@ -1,4 +1,4 @@
-"""The updates of single Gaussians in a frame, as a record: SPEC 7.8."""
+"""Record of the updates of single Gaussians in a frame: SPEC 7.8."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ class Updates:
     """The updates of single Gaussians in a frame (SPEC 7.8).
 
     Attributes:
-        gaussians: `[u]` index in the scene of each that changes, ascending.
-        dies: `[u]` whether it leaves.
-        residuals: `[RESIDUAL_ROWS, u]` what is added to it, in steps: `TRANSLATION`, `ROTATION`
-            and `CODES`; 0 where it leaves.
+        gaussians: `[u]` indices in the scene of the Gaussians that change, ascending.
+        dies: `[u]` whether each of them is deleted.
+        residuals: `[RESIDUAL_ROWS, u]` residuals in steps: `TRANSLATION`, `ROTATION` and
+            `CODES`; 0 for deleted ones.
     """
 
     gaussians: Int64
@@ -23,14 +23,14 @@ class Updates:
 
     @property
     def count(self) -> int:
-        """How many Gaussians change."""
+        """Number of Gaussians that change."""
         return int(self.gaussians.size)
 
 
 TRANSLATION = slice(0, 3)
 ROTATION = slice(3, 6)
-CODES = slice(6, RESIDUAL_ROWS)  # of the state's codes, the first: all but SH rest
-# The rows of each field of an update, in the order in which fields are coded (SPEC 8.8).
+CODES = slice(6, RESIDUAL_ROWS)  # the first codes of the state: all but SH rest
+# Rows of each field of an update, in coding order (SPEC 8.8).
 UPDATE_FIELDS = {
     "translation": TRANSLATION,
     "rotation": ROTATION,

@@ -1,4 +1,4 @@
-"""Payloads of chunks as records, and back: SPEC 5, by the layouts of `layouts`.
+"""Converts payloads of chunks to records and back with the layouts of `layouts`: SPEC 5.
 
 Each layout serves both directions (`parse_x` and `build_x`). Values that construct or a record
 rejects raise `FieldError`; bytes after the last field raise `TrailingDataError`.
@@ -51,13 +51,13 @@ from quarc_ref.format.seek_points import SeekPoints
 
 
 def parse_chunk_header(data: bytes) -> tuple[bytes, int, int, int]:
-    """Return type, sequence number, length and CRC of 20 bytes that begin with the sync word."""
+    """Parse type, sequence number, length and CRC from the 20 bytes of a chunk header."""
     parsed = COMPILED_CHUNK_HEADER.parse(data)
     return parsed.type, parsed.sequence, parsed.length, parsed.header_crc
 
 
 def build_chunk_header(kind: bytes, sequence: int, length: int, header_crc: int) -> bytes:
-    """Return the 20 bytes ahead of a payload."""
+    """Build the 20 bytes of a chunk header."""
     values = {"type": kind, "sequence": sequence, "length": length, "header_crc": header_crc}
     return _build(CHUNK_HEADER, values)
 
@@ -66,8 +66,8 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
     """Parse HEAD (SPEC 5.3).
 
     Raises:
-        UnsupportedVersionError: Another major version wrote the stream.
-        UnsupportedFeatureError: The stream needs what this version lacks.
+        UnsupportedVersionError: The stream has another major version.
+        UnsupportedFeatureError: The stream uses a feature that this version does not support.
         FieldError: A field is out of range, or missing.
         TrailingDataError: Bytes follow the last field.
     """
@@ -128,7 +128,7 @@ def build_snapshot(chunk: SnapshotChunk) -> bytes:
 
 
 def parse_frame(payload: bytes, *, updates: bool = False) -> FrameChunk:
-    """Parse FRAM (SPEC 5.5) of a stream that has updates, or of one that has none."""
+    """Parse FRAM (SPEC 5.5) of a stream with or without updates."""
     parsed = _parse(FRAME_WITH_UPDATES if updates else FRAME, payload)
     parsed.previous_contexts = bool(parsed.previous_contexts)
     for name in _FRAME_SECTIONS:
@@ -182,7 +182,7 @@ def build_tail(tail: Tail) -> bytes:
 
 
 def parse_index(payload: bytes) -> SeekPoints:
-    """Parse INDX (SPEC 5.9): its count is checked, and its entries stay in stored form."""
+    """Parse INDX (SPEC 5.9) and check its count; entries remain in stored form."""
     return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, STORED_POINT))
 
 
@@ -202,7 +202,7 @@ def _parse(layout: Construct, payload: bytes, compiled: Construct | None = None)
     try:
         parsed = whole.parse(payload)
     except (ConstructError, ValueError, struct.error) as error:  # [5-1] [5-4]
-        ends_early = isinstance(error, struct.error)  # where a layout is compiled
+        ends_early = isinstance(error, struct.error)  # for compiled layouts
         message = "the payload ends too early" if ends_early else " ".join(str(error).split())
         raise FieldError(message) from error
     if parsed.end != len(payload):  # [5-2]

@@ -160,7 +160,7 @@ def read_births(
 def _walk_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
-    """Walk the sections, each of which is by itself (SPEC 8.5)."""
+    """Walk the sections, which are independent of each other (SPEC 8.5)."""
     positions, colors, opacities, log_scales, turns, rests = planes
     codes = gaussians.codes
     keys = code_ascending(positions, "keys", keys)
@@ -188,7 +188,7 @@ def _walk_births(planes: Planes, births: Births) -> Births:
 
 
 def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
-    """Code numbers `[n]` that ascend, from 0, by their differences (SPEC 8.4).
+    """Code ascending numbers `[n]` from 0 by their differences (SPEC 8.4).
 
     Raises:
         SymbolRangeError: When reading, a difference is beyond 2^60.
@@ -202,13 +202,13 @@ def code_ascending(planes: Planes, name: str, values: Int64) -> Int64:
 
 
 def _code_rows(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code signed numbers `[r, n]`, a context per row."""
+    """Code signed numbers `[r, n]` with one context per row."""
     contexts = np.repeat(np.arange(rows.shape[0]), rows.shape[1])
     return _code_sequence(planes, name, contexts, rows)
 
 
 def _code_alike(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code signed numbers `[r, n]`, one context to all rows."""
+    """Code signed numbers `[r, n]` with one context for all rows."""
     return _code_sequence(planes, name, np.zeros(rows.size, dtype=np.int64), rows)
 
 
@@ -220,7 +220,7 @@ def _code_sequence(planes: Planes, name: str, contexts: Int64, rows: Int64) -> I
 
 
 def _code_colors(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code red, green and blue as green, red less green, and blue less green."""
+    """Code red, green and blue as green, red minus green, and blue minus green."""
     red, green, blue = rows
     coded = _code_rows(planes, name, np.stack([green, red - green, blue - green]))
     green, red, blue = coded[0], coded[0] + coded[1], coded[0] + coded[2]
@@ -234,7 +234,7 @@ def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
 
 
 def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
-    """Code rows one by one; the magnitudes of the rows before are the context."""
+    """Code rows one by one, with the magnitudes of the previous rows as context."""
     so_far = np.zeros(rows.shape[1], dtype=np.int64)
     coded = np.zeros_like(rows)
     for number, row in enumerate(rows):
@@ -245,17 +245,17 @@ def _code_rest(planes: Planes, name: str, rows: Int64) -> Int64:
 
 
 def _to_steps(rows: Int64) -> Int64:
-    """Return every row less the one before."""
+    """Return the differences between consecutive rows."""
     return np.diff(rows, axis=0, prepend=0)
 
 
 def _blank(code_planes: int, count: int) -> Gaussians:
-    """Return placeholders that a reader passes to a walk."""
+    """Return placeholders for a walk that decodes."""
     rows = np.zeros((7 + code_planes, count), dtype=np.int64)
     return Gaussians(rows[:3], rows[3:7], rows[7:])
 
 
-# Of numbers below those that are all of the last class.
+# Largest number below the last class.
 _CLASS_OF = bit_length(np.arange(1 << (REST_CLASSES - 1)))
-# A sum of steps that passes 2^63 shows as a negative number on its way.
+# A partial sum of steps above 2^63 would appear as a negative number.
 _STEP_LIMIT = 1 << 60

@@ -1,9 +1,10 @@
-"""The residuals of a frame's anchors as planes: SPEC 8.7.
+"""Codes the residuals of a frame's anchors as planes: SPEC 8.7.
 
-Levels go from coarse to fine. The first plane codes whether each anchor moves. For anchors that
-move, the next planes code, channel by channel, whether a symbol is nonzero, and then the signs
-and, in unary, the magnitudes of nonzero symbols. The contexts come from what is expected of an
-anchor: what its Gaussian did in the last frame, minus the motion of the coarser levels.
+Levels go from coarse to fine. The first plane codes whether each anchor moves. For
+anchors that move, the next planes code, channel by channel, whether a symbol is nonzero,
+and then the signs and, in unary, the magnitudes of nonzero symbols. The contexts depend
+on the expected residual of an anchor: the motion of its Gaussian in the last frame, minus
+the motion of the coarser levels.
 """
 
 from collections.abc import Sequence
@@ -21,12 +22,12 @@ from quarc_ref.format.records import Section
 
 @dataclass(frozen=True, slots=True)
 class LevelContext:
-    """What both sides know of a level's anchors before its symbols.
+    """Data about a level's anchors that encoder and decoder have before its symbols.
 
     Attributes:
         parents: `[a]` index in the next coarser level of each anchor's parent.
-        previous: `[c, a]` motion of each anchor's Gaussian in the last frame:
-            the sum of its levels' symbols, 0 where there is none.
+        previous: `[c, a]` motion of each anchor's Gaussian in the last frame, which is
+            the sum of the symbols of all levels; 0 if there is none.
     """
 
     parents: Int64
@@ -40,11 +41,11 @@ def write_motion(
 
     Args:
         levels: Contexts, level 1 (the finest) first.
-        symbols: `[c, a]` of each level, level 1 first.
+        symbols: `[c, a]` symbols of each level, level 1 first.
         counts: Counts of the contexts before the frame.
 
     Raises:
-        EncodeError: A symbol is beyond 65.
+        EncodeError: A symbol exceeds 65 in magnitude.
     """
     if any(np.any(np.abs(level) > SYMBOL_LIMIT) for level in symbols):
         message = f"a symbol exceeds {SYMBOL_LIMIT}: increase the step"
@@ -60,12 +61,12 @@ def read_motion(
     """Decode the symbols of a frame.
 
     Args:
-        section: As the FRAM chunk holds it.
+        section: Section of the FRAM chunk.
         levels: Contexts, level 1 (the finest) first.
         counts: Counts of the contexts before the frame.
 
     Returns:
-        `[c, a]` of each level, level 1 first, and what contexts have seen since.
+        `[c, a]` symbols of each level, level 1 first, and the updated counts.
 
     Raises:
         EntropyError: The section is malformed.
@@ -91,11 +92,11 @@ def _walk_motion(
 
 @dataclass(frozen=True, slots=True)
 class _Done:
-    """Data that the anchors of a level pass down to their children.
+    """Data that the anchors of a level pass to their children.
 
     Attributes:
-        sums: `[c, a]` their symbols and those of their parents, and theirs.
-        magnitudes: `[a]` of their own symbols, the sum over the channels.
+        sums: `[c, a]` sums of the symbols of anchors and all their ancestors.
+        magnitudes: `[a]` sums of the magnitudes of an anchor's symbols over the channels.
     """
 
     sums: Int64
@@ -133,12 +134,12 @@ class _Level:
         return coded
 
     def _expected(self, anchors: Int64) -> Int64:
-        """Return `[c, n]` the last motion of anchors `[n]`, minus that of coarser levels."""
+        """Return the `[c, n]` last motion of anchors `[n]`, minus that of coarser levels."""
         parents = self._context.parents[anchors]
         return self._context.previous[:, anchors] - self._above.sums[:, parents]
 
     def _moves(self, moving: Bits) -> Bits:
-        """Ask which anchors `[a]` move; most of all expect nothing, and are not looked at."""
+        """Code which anchors `[a]` move; most have no expected motion and share a context."""
         done = np.bitwise_or.reduce(self._above.sums, axis=0) | self._above.magnitudes
         stirred = done[self._context.parents]
         asked = np.flatnonzero(np.bitwise_or.reduce(self._context.previous, axis=0) | stirred)
@@ -150,7 +151,7 @@ class _Level:
         return self._planes.code(f"{self._name}, moves", contexts, moving)
 
     def _not_zero(self, expected: Int64, values: Int64) -> Bits:
-        """Ask channel by channel; how many have been not 0 before is part of the context."""
+        """Code by channel whether symbols are nonzero; the context includes the count so far."""
         there = np.zeros(values.shape, dtype=np.bool_)
         so_far = np.zeros(values.shape[1], dtype=np.int64)
         for channel, kind in enumerate(_kinds(values.shape[0])):
@@ -162,7 +163,7 @@ class _Level:
         return there
 
     def _signed(self, expected: Int64, values: Int64) -> Int64:
-        """Code signs, then magnitudes above 0; channel by channel, `[n]`."""
+        """Code signs, then magnitudes above 0, by channel `[n]`."""
         contexts = _SIGN_CONTEXTS.of(expected)
         negative = self._planes.code(f"{self._name}, sign", contexts, values < 0)
         ahead = np.where(negative, -expected, expected)
@@ -183,7 +184,7 @@ def _kinds(channels: int) -> list[str]:
 
 
 class _Classes:
-    """Classes of integers, looked up: class k begins with the k-th border, class 0 below all."""
+    """Lookup table of integer classes: class k starts at border k, class 0 is below all."""
 
     def __init__(self, *borders: int) -> None:
         self.count = len(borders) + 1
@@ -194,7 +195,7 @@ class _Classes:
     def of(self, numbers: Int64) -> Int64:
         within = np.maximum(
             np.minimum(numbers, self._most), self._least
-        )  # np.clip is slow to begin
+        )  # np.clip has a large overhead
         classes: Int64 = self._table[within - self._least]
         return classes
 

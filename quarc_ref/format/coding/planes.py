@@ -1,13 +1,12 @@
-"""Planes of bits in contexts, and the sections that hold them: SPEC 8.1.
+"""Codes planes of bits with contexts, and the sections that contain them: SPEC 8.1.
 
-A plane asks one yes-or-no question of many elements at once; each element has
-a context of the plane's model. All bits of a plane that share a context form
-one run of the coder under one probability: the one that follows from what the
-context has seen before, or one that the plane states.
+A plane has one bit for each of many elements, and each element has a context of the
+plane's model. All bits of a plane with the same context form one run of the coder with
+one probability, which either follows from the context's counts or is stated in the plane.
 
-Each walk over the planes of a section is written once, for both directions. A `PlaneWriter`
-returns the answers that it is given; a `PlaneReader` ignores them and returns the answers of the
-section. A walk must continue with the returned answers.
+Each walk over the planes of a section serves both encoding and decoding. A `PlaneWriter`
+returns the bits that it is given; a `PlaneReader` ignores them and returns the bits of
+the section. A walk must continue with the returned bits.
 """
 
 from collections.abc import Sequence
@@ -28,18 +27,18 @@ _EVEN = WEIGHT_TOTAL // 2
 
 
 class Planes(Protocol):
-    """One direction of a walk over planes."""
+    """Interface for a walk over planes that encodes or decodes."""
 
     def code(self, model: str, contexts: Int64, bits: Bits) -> Bits:
         """Code one plane.
 
         Args:
-            model: Whose contexts they are.
+            model: Name of the model.
             contexts: `[n]` context of each element, 0 or more.
-            bits: `[n]` the answers; any bits when reading.
+            bits: `[n]` bits to write; ignored when reading.
 
         Returns:
-            `[n]` the answers.
+            `[n]` bits of the plane.
 
         Raises:
             BitstreamError: When reading, the section is malformed.
@@ -47,7 +46,7 @@ class Planes(Protocol):
         ...
 
     def code_raw(self, bits: Bits) -> Bits:
-        """Code bits that are as likely 0 as 1, without contexts."""
+        """Code equiprobable bits without contexts."""
         ...
 
 
@@ -55,7 +54,7 @@ class PlaneWriter:
     """Collects planes and builds a section.
 
     Args:
-        counts: Counts of the contexts so far; not modified.
+        counts: Current counts of the contexts, which are not modified.
     """
 
     def __init__(self, counts: ContextCounts) -> None:
@@ -91,14 +90,14 @@ class PlaneWriter:
 
 
 class PlaneReader:
-    """Gives back the planes of a section.
+    """Decodes the planes of a section.
 
     Args:
-        section: Words of the chunk, whose CRC has been checked.
-        counts: Counts of the contexts so far; not modified.
+        section: Section of a chunk whose CRC has been checked.
+        counts: Current counts of the contexts, which are not modified.
 
     Raises:
-        InvalidWordsError: No encoder writes such words.
+        InvalidWordsError: The words are not those of any encoder.
     """
 
     def __init__(self, section: Section, counts: ContextCounts) -> None:
@@ -126,10 +125,10 @@ class PlaneReader:
         return self._words.take(bits.size, _EVEN)
 
     def finish(self) -> ContextCounts:
-        """Return what contexts have seen by now.
+        """Check that all words are consumed, and return the updated counts.
 
         Raises:
-            UnconsumedWordsError: Words are left that no plane has used.
+            UnconsumedWordsError: Words are left.
         """
         self._words.finish()
         return self._counts
@@ -140,10 +139,10 @@ class _Runs:
     """The elements of a plane, sorted by context.
 
     Attributes:
-        order: `[n]` indices of the elements, by context and then in their order.
-        contexts: `[u]` those that are used, ascending.
-        lengths: `[u]` how many elements each has.
-        starts: `[u]` where they begin in `order`.
+        order: `[n]` indices of the elements, sorted by context and index.
+        contexts: `[u]` contexts that occur, ascending.
+        lengths: `[u]` number of elements of each context.
+        starts: `[u]` start of each context in `order`.
     """
 
     order: Int64
@@ -154,14 +153,14 @@ class _Runs:
     @classmethod
     def of(cls, contexts: Int64) -> "_Runs":
         counts = np.bincount(contexts)
-        # NumPy sorts numbers of 16 bits by radix, four times as fast.
+        # NumPy uses radix sort for 16-bit numbers, which is four times as fast.
         narrow = contexts.astype(np.uint16) if counts.size <= _NARROW else contexts
         used = np.flatnonzero(counts)
         lengths = counts[used]
         return cls(np.argsort(narrow, kind="stable"), used, lengths, np.cumsum(lengths) - lengths)
 
     def count(self, parts: Sequence[Bits]) -> tuple[Int64, Int64]:
-        """Return `[u]` the zeros and the ones of each context, given its bits."""
+        """Return the `[u]` numbers of zeros and ones of each context."""
         ones = np.array([np.count_nonzero(part) for part in parts])
         return self.lengths - ones, ones
 

@@ -1,7 +1,7 @@
-"""Cost of runs of bits, by which a writer chooses between probabilities.
+"""Estimates the cost of runs of bits, by which a writer chooses between probabilities.
 
-Not normative: a reader accepts any probability that a plane states, so that here,
-unlike elsewhere in `format`, a float does no harm.
+This is not normative, because a reader accepts any stated probability, so floats are
+allowed here, unlike elsewhere in `format`.
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ def is_worth_stating(zeros: Int64, ones: Int64, known: Int64, fitting: Int64) ->
     """Return for which contexts a stated probability saves more bits than it costs.
 
     Args:
-        zeros: `[n]` how many bits of each context are 0.
-        ones: `[n]` how many are 1.
-        known: `[n]` weights of a 1 that need not be stated.
-        fitting: `[n]` weights of the codes that could be.
+        zeros: `[n]` number of 0 bits in each context.
+        ones: `[n]` number of 1 bits in each context.
+        known: `[n]` weights of a 1 that follow from the counts.
+        fitting: `[n]` weights of a 1 that could be stated.
     """
     cost = CODE_BITS + np.log2(WEIGHT_TOTAL / STATED_WEIGHT)
     ratio_of_ones = np.log2(fitting / known)

@@ -1,8 +1,8 @@
 """The one-byte probability codes that a plane may state: SPEC 8.2.
 
-A code stands for the weight of a 1 in its context, out of 2^24. Codes are
-spaced evenly in octaves towards both ends, eight to an octave, so that the
-loss against exact probabilities is below one part in a thousand.
+A code represents the weight of a 1 in a context, out of 2^24. There are eight codes per
+octave towards both ends, so the loss compared with exact probabilities is below one part
+in a thousand.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ _LEAST_SHIFT = 5
 
 
 def weight_of_code(code: int) -> int:
-    """Return the weight of a 1 under a probability code.
+    """Return the weight of a 1 for a probability code.
 
     Raises:
         BadProbabilityError: The code is 240 or more.
@@ -29,11 +29,11 @@ def weight_of_code(code: int) -> int:
 
 
 def choose_codes(ones: Int64, counts: Int64) -> Int64:
-    """Return the codes nearest to `ones` of `counts` bits being 1.
+    """Return the probability codes nearest to `ones` / `counts`.
 
     Args:
-        ones: `[n]` each from 0 to its count.
-        counts: `[n]` each at least 1.
+        ones: `[n]` numbers of 1 bits.
+        counts: `[n]` numbers of bits, at least 1.
     """
     shares = ones * WEIGHT_TOTAL // counts
     codes: Int64 = _ASCENDING[np.searchsorted(_BORDERS, shares, side="right")]

@@ -1,8 +1,8 @@
-"""Snapshots as planes: canonical frames coded against the last CANO (SPEC 8.9).
+"""Codes snapshots as planes: canonical frames relative to the last CANO (SPEC 8.9).
 
-One walk for both directions (see `planes`). Surviving Gaussians keep the Morton order of the CANO,
-so the previous one is a spatial neighbor and has often moved in the same way. All others are coded
-as a canonical frame codes them.
+One walk serves both encoding and decoding (see `planes`). Surviving Gaussians keep the
+Morton order of the CANO, so the previous one is a spatial neighbor and has often moved in
+the same way. All others are coded as in a canonical frame.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from quarc_ref.format.errors import SymbolRangeError
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import Gaussians, Section, SnapshotChunk
 
-# The rows of each field of a survivor, in the order in which fields are coded.
+# Rows of each field of a survivor, in coding order.
 SURVIVOR_FIELDS = {
     "position": slice(0, 3),
     "rotation": slice(3, 7),
@@ -38,11 +38,11 @@ SURVIVOR_FIELDS = {
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """A canonical frame as a snapshot gives it.
+    """A canonical frame, and its relation to the last CANO.
 
     Attributes:
         gaussians: Gaussians of the frame, in its order.
-        roots: `[N]` index in the CANO of each that is a survivor, -1 of the others.
+        roots: `[N]` index in the CANO of each survivor; -1 for the others.
     """
 
     gaussians: Gaussians
@@ -54,11 +54,11 @@ class CodedSnapshot:
     """Contents of a SNAP chunk.
 
     Attributes:
-        newborn_count: Gaussians that the CANO has not.
-        origin: Least xyz of their positions, in position steps.
-        axis_bits: Width of a position less the origin.
-        survivors: The Gaussians of the CANO that are still there.
-        sections: Sections of the newborn.
+        newborn_count: Number of Gaussians that are not in the CANO.
+        origin: Minimum xyz of their positions, in position steps.
+        axis_bits: Number of bits of a position minus the origin.
+        survivors: Section of the surviving Gaussians of the CANO.
+        sections: Sections of the new Gaussians.
         gaussians: Gaussians of the frame, in its order.
     """
 
@@ -71,16 +71,16 @@ class CodedSnapshot:
 
 
 def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> CodedSnapshot:
-    """Code a frame against a canonical one.
+    """Code a frame relative to a canonical frame.
 
     Args:
         canonical: Gaussians of the CANO, in its order.
         gaussians: Gaussians of the frame, in any order.
-        roots: `[N]` index in the CANO of each that is a survivor, none twice; -1 of the others.
-            Survivors that have changed too much are coded as newborn.
+        roots: `[N]` distinct indices in the CANO of the survivors; -1 for the others.
+            Survivors that have changed too much are coded as new.
 
     Raises:
-        EncodeError: Two colors of a newborn are too far apart.
+        EncodeError: Two colors of a new Gaussian are too far apart.
         SymbolRangeError: The frame is wider than a CANO can represent.
     """
     order = np.flatnonzero(roots >= 0)
@@ -112,14 +112,14 @@ def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> 
 
 
 def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
-    """Decode a frame that is coded against a canonical one.
+    """Decode a frame that is coded relative to a canonical frame.
 
     Args:
-        chunk: Its count is within the stream's level.
+        chunk: Chunk with a count within the stream's level.
         canonical: Gaussians of the CANO, in its order.
 
     Raises:
-        EntropyError: A section is malformed, or the frame too wide.
+        EntropyError: A section is malformed, or the frame is too wide.
     """
     reader = PlaneReader(chunk.survivors, ContextCounts())
     nothing = np.zeros(canonical.count, dtype=np.bool_)
@@ -136,7 +136,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
 
 
 def compare(snapshot: Snapshot, canonical: Gaussians) -> Int64:
-    """Return `[SURVIVOR_ROWS, n]` how the survivors of a snapshot differ from their CANO."""
+    """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from their CANO."""
     (here,) = np.nonzero(snapshot.roots >= 0)
     roots = snapshot.roots[here]
     return _subtract(_rows_of(snapshot.gaussians, here), _rows_of(canonical, roots))
@@ -175,7 +175,7 @@ def _walk_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
 
 
 def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
-    """Code rows one by one; the magnitudes of the rows of the field before are the context."""
+    """Code rows one by one, with the magnitudes of the previous field's rows as context."""
     so_far = np.zeros(values.shape[1], dtype=np.int64)
     coded = np.zeros_like(values)
     for place, row in enumerate(range(rows.start, rows.stop)):
@@ -186,7 +186,7 @@ def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
 
 
 def _rows_of(gaussians: Gaussians, which: Int64) -> Int64:
-    """Return `[SURVIVOR_ROWS, n]` what may differ of some Gaussians."""
+    """Return the `[SURVIVOR_ROWS, n]` values of Gaussians that may differ."""
     return np.concatenate(
         [
             gaussians.positions[:, which],
@@ -197,7 +197,7 @@ def _rows_of(gaussians: Gaussians, which: Int64) -> Int64:
 
 
 def _subtract(rows: Int64, before: Int64) -> Int64:
-    """Return differences; of a rotation of another index its components themselves."""
+    """Return differences, or the components of rotations with a different index."""
     differences = rows - before
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     turned = differences[index] != 0
@@ -207,7 +207,7 @@ def _subtract(rows: Int64, before: Int64) -> Int64:
 
 
 def _add(canonical: Gaussians, kept: Int64, rows: Int64) -> Gaussians:
-    """Return the survivors."""
+    """Add differences to the canonical Gaussians, and return the survivors."""
     sums = _rows_of(canonical, kept) + rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     turned = rows[index] != 0
@@ -219,7 +219,7 @@ def _add(canonical: Gaussians, kept: Int64, rows: Int64) -> Gaussians:
 
 
 def _sort(gaussians: Gaussians) -> Int64:
-    """Return the order of the Gaussians of a frame: Morton order, as in a CANO.
+    """Return the Morton order of the Gaussians of a frame, as in a CANO.
 
     Raises:
         SymbolRangeError: The frame is wider than a CANO can represent.
@@ -247,6 +247,6 @@ def _take(gaussians: Gaussians, which: Int64) -> Gaussians:
 
 _VALUES = "survivors, differences"
 _ROTATION = SURVIVOR_FIELDS["rotation"]
-_CODES = 7  # of a Gaussian's codes, the first: all but SH rest
+_CODES = 7  # the first codes of a Gaussian: all but SH rest
 _FAR = 1 << 62
-_MOST_CHANGE = (1 << 14) - 1  # so that the difference of two is a number by Signed(CLASS_BITS)
+_MOST_CHANGE = (1 << 14) - 1  # so that the difference of two numbers fits Signed(CLASS_BITS)

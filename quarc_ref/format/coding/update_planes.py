@@ -1,8 +1,7 @@
-"""Updates of single Gaussians as planes: SPEC 8.8.
+"""Codes updates of single Gaussians as planes: SPEC 8.8.
 
-One walk for both directions (see `planes`). Most Gaussians of a frame do not
-change, so the first plane, which covers all of them, must be cheap; all other planes cover the few
-that do.
+One walk serves both encoding and decoding (see `planes`). Most Gaussians of a frame do
+not change. The first plane covers all Gaussians; the others cover the few that change.
 """
 
 from dataclasses import dataclass
@@ -30,8 +29,9 @@ class UpdateContext:
     """Context of the Gaussians of a frame before its updates.
 
     Attributes:
-        motion: `[c, N]` what moved each in this frame, the sum of its levels' symbols.
-        recency: `[N]` frames since each was updated or born, at most RECENCY_LIMIT.
+        motion: `[c, N]` motion of each Gaussian in this frame: the sum of the symbols of
+            all levels.
+        recency: `[N]` frames since each Gaussian was updated or added, at most RECENCY_LIMIT.
     """
 
     motion: Int16
@@ -43,7 +43,7 @@ def write_updates(context: UpdateContext, updates: Updates, counts: ContextCount
 
     Args:
         context: Context of the frame.
-        updates: Which Gaussians change, and how.
+        updates: Updates of the frame.
         counts: Counts of the contexts before the frame.
 
     Raises:
@@ -72,12 +72,12 @@ def read_updates(
     """Decode the updates of a frame.
 
     Args:
-        section: As the FRAM chunk holds it.
+        section: Section of the FRAM chunk.
         context: Context of the frame.
         counts: Counts of the contexts before the frame.
 
     Returns:
-        The updates, and what contexts have seen since.
+        The updates, and the updated counts.
 
     Raises:
         EntropyError: The section is malformed.
@@ -104,7 +104,7 @@ def _walk_updates(
 
 
 def _changes_contexts(context: UpdateContext) -> Int64:
-    """Return `[N]` 4 M + R: how far each Gaussian was moved, and how lately it was changed."""
+    """Return `[N]` contexts 4 M + R from the motion (M) and recency (R) of each Gaussian."""
     contexts = context.recency.astype(np.int64)
     moved = np.flatnonzero(np.bitwise_or.reduce(context.motion, axis=0))
     far = np.abs(context.motion[:, moved]).sum(axis=0, dtype=np.int64)
@@ -113,7 +113,7 @@ def _changes_contexts(context: UpdateContext) -> Int64:
 
 
 def _walk_fields(planes: Planes, residuals: Int64) -> Int64:
-    """Ask which fields of Gaussians change, then by how much: `[RESIDUAL_ROWS, n]`."""
+    """Code which fields of Gaussians change, then the residuals `[RESIDUAL_ROWS, n]`."""
     before = np.zeros(residuals.shape[1], dtype=np.int64)
     for number, (name, rows) in enumerate(UPDATE_FIELDS.items()):
         differs = np.any(residuals[rows], axis=0)

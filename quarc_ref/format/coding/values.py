@@ -1,9 +1,9 @@
-"""Integers as planes of bits: SPEC 8.4.
+"""Codes integers as planes of bits: SPEC 8.4.
 
-Three forms: a number of fixed width, a number of 0 or more, a signed one. Each
-is one walk for both directions; the numbers handed to it are any numbers when
-reading (see `planes`). A sequence of numbers has a name; its planes belong to
-models of that name.
+There are three forms: numbers of fixed width, unsigned numbers, and signed numbers. Each
+is one walk that serves both encoding and decoding; the given numbers are ignored when
+decoding (see `planes`). The planes of a sequence of numbers belong to models with its
+name.
 """
 
 import numpy as np
@@ -15,17 +15,17 @@ from quarc_ref.format.constants import MODELLED_BITS
 
 
 def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: Int64) -> Int64:
-    """Code numbers below 2^width, each bit in the context of those above it.
+    """Code numbers below 2^width; the context of a bit is the bits above it.
 
     Args:
-        planes: Where to.
+        planes: Planes of the walk.
         name: Name of the sequence.
         contexts: `[n]` outer context of each number.
-        width: Bits of a number.
-        values: `[n]` the numbers.
+        width: Number of bits of a number.
+        values: `[n]` numbers.
 
     Returns:
-        `[n]` the numbers.
+        `[n]` numbers.
     """
     node = np.ones_like(contexts)
     for place in reversed(range(width)):
@@ -37,17 +37,17 @@ def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: I
 def code_unsigned(
     planes: Planes, name: str, contexts: Int64, class_bits: int, values: Int64
 ) -> Int64:
-    """Code numbers of 0 or more: their class, then their mantissa.
+    """Code unsigned numbers: class, then mantissa.
 
     Args:
-        planes: Where to.
+        planes: Planes of the walk.
         name: Name of the sequence.
         contexts: `[n]` outer context of each number.
-        class_bits: Width of a class; the numbers are below 2^(2^class_bits - 1).
-        values: `[n]` the numbers.
+        class_bits: Number of bits of a class; the numbers are below 2^(2^class_bits - 1).
+        values: `[n]` numbers.
 
     Returns:
-        `[n]` the numbers.
+        `[n]` numbers.
     """
     classes = code_fixed(planes, name, contexts, class_bits, bit_length(values))
     return _code_mantissas(planes, name, (contexts << class_bits) + classes, classes, values)
@@ -59,14 +59,14 @@ def code_signed(
     """Code signed numbers: class, sign, mantissa of the magnitude.
 
     Args:
-        planes: Where to.
+        planes: Planes of the walk.
         name: Name of the sequence.
         contexts: `[n]` outer context of each number.
-        class_bits: Width of a class; magnitudes are below 2^(2^class_bits - 1).
-        values: `[n]` the numbers.
+        class_bits: Number of bits of a class; magnitudes are below 2^(2^class_bits - 1).
+        values: `[n]` numbers.
 
     Returns:
-        `[n]` the numbers.
+        `[n]` numbers.
     """
     magnitudes = np.abs(values)
     classes = code_fixed(planes, name, contexts, class_bits, bit_length(magnitudes))
@@ -81,7 +81,7 @@ def code_signed(
 def _code_mantissas(
     planes: Planes, name: str, contexts: Int64, classes: Int64, values: Int64
 ) -> Int64:
-    """Code the bits below the leading 1 of a number: the first few modelled, the rest raw."""
+    """Code the bits below the leading 1 of numbers: the first ones with contexts, the rest raw."""
     known = np.minimum(classes, 1)
     for depth in range(int(classes.max(initial=1)) - 1):
         there = np.flatnonzero(classes > depth + 1)
