@@ -1,7 +1,7 @@
-"""Every section decoded by both entropy decoders at once.
+"""Decodes every section with both entropy decoders and compares them.
 
-The fast one and the one in plain Python must give the same bits of the same
-words, or reject them for the same reason.
+The fast decoder and the one in plain Python must return the same bits, or reject the
+words for the same reason.
 """
 
 from collections.abc import Callable
@@ -21,8 +21,8 @@ class CrossCheckingDecoder:
     """Opens sections with both decoders and counts them.
 
     Attributes:
-        section_count: Sections that were opened.
-        bit_count: Bits on which both decoders agreed.
+        section_count: Number of opened sections.
+        bit_count: Number of bits on which both decoders agreed.
     """
 
     def __init__(self) -> None:
@@ -30,11 +30,11 @@ class CrossCheckingDecoder:
         self.bit_count = 0
 
     def open(self, words: UInt32) -> BitDecoder:
-        """Return a decoder that compares both.
+        """Return a decoder that compares both decoders.
 
         Raises:
-            InvalidWordsError: Both reject the words.
-            VerificationError: Only one does.
+            InvalidWordsError: Both decoders reject the words.
+            VerificationError: Only one of them does.
         """
         fast, plain = _ask_both(lambda: open_fastest(words), lambda: PythonBitDecoder(words))
         self.section_count += 1
@@ -59,7 +59,7 @@ class _CrossCheckingBitDecoder:
 
 
 def _ask_both(fast: Callable[[], _Answer], plain: Callable[[], _Answer]) -> tuple[_Answer, _Answer]:
-    """Return both answers; raise what both raise, and VerificationError where only one does."""
+    """Return both results; raise a common error, or VerificationError if only one raises."""
     answers: list[_Answer] = []
     faults: list[BitstreamError] = []
     for action in (fast, plain):

@@ -1,4 +1,4 @@
-"""How fast a stream plays: frames per second, time by stage, memory, startup time."""
+"""Measures decoding speed: frames per second, time by stage, memory, startup time."""
 
 import time
 from collections import Counter
@@ -14,24 +14,24 @@ from quarc_ref.streams import open_source
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How fast a stream was decoded, each frame returned as soon as it was ready.
+    """Decoding speed of a stream whose frames are returned as soon as they are ready.
 
     Attributes:
         frames: Number of frames, including the first, which is canonical.
         gaussians: Number of Gaussians in the last frame.
         threads: Requested number of threads.
         engine: `fast` or `reference`.
-        fps: Frames per second, the first frame left out.
-        cpu_ms: Milliseconds of the processor per frame after the first, of all
-            threads; on a busy machine it is more reliable than `fps`.
-        stolen_share: Share of this machine's busy processor time that its host gave to other
-            machines meanwhile; None if the system does not report it.
-        ms_by_stage: Milliseconds per frame after the first; what threads do
-            side by side adds up to more than a frame takes.
-        first_frame_s: From opening the stream to its first frame; for the first stream of a
-            process this includes loading libraries.
-        warm_first_frame_s: The same when the stream is opened a second time; None for standard
-            input.
+        fps: Frames per second, without the first frame.
+        cpu_ms: CPU milliseconds per frame after the first, of all threads; more reliable
+            than `fps` on a busy machine.
+        stolen_share: Share of the required CPU time that the host gave to other virtual
+            machines; None if the system does not report it.
+        ms_by_stage: Milliseconds per frame after the first, by stage; the sum exceeds the
+            time of a frame if threads run in parallel.
+        first_frame_s: Seconds from opening the stream to its first frame, including the
+            time to load libraries.
+        warm_first_frame_s: Seconds to the first frame when the stream is opened again;
+            None for standard input.
         peak_rss_mib: Peak memory of this process; None if the system does not report it.
     """
 
@@ -55,11 +55,11 @@ class Speed:
 def measure_speed(
     name: str, threads: int, on_progress: Callable[[str, int, int], None] | None = None
 ) -> Speed | None:
-    """Play a stream from its beginning to its end.
+    """Measure the decoding of a whole stream.
 
     Args:
-        name: Name of the stream, as for `open_source`.
-        threads: As for `Player`.
+        name: Name of the stream for `open_source`.
+        threads: Number of threads for `Player`.
         on_progress: Called after every frame with stage, done, and 0.
 
     Returns:
@@ -83,7 +83,7 @@ def measure_speed(
             if on_progress is not None:
                 on_progress("decode", frames, 0)
         spent, cpu = Counter(player.times), time.process_time() - cpu
-        # Not `-`, which drops a stage that was done with all frames before the first was returned.
+        # `-` would drop stages that were completed before the first frame was returned.
         spent.subtract(before)
         machine_now = read_processor_time()
     if frames == 0:

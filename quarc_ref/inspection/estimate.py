@@ -1,8 +1,8 @@
-"""The paper's estimate of coded size: a zero-order Shannon estimate, to compare with real bytes.
+"""The paper's estimate of coded size: the zero-order entropy of the symbols.
 
-For each channel of a frame, the sum of -log2 of every symbol's share: the
-cost of an ideal coder that knows the shares for free. No decodable file has that
-size; it is here for comparison with the literature (paper section 6).
+For each channel of a frame, it is the sum of -log2 of every symbol's frequency, which is
+the cost of an ideal coder that knows the frequencies. No decodable file has this size;
+the estimate is for comparison with the literature (paper section 6).
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from quarc_ref.format.updates import UPDATE_FIELDS, Updates
 
 
 def estimate_bits(channels: Int64) -> float:
-    """Return the zero-order entropy of channels `[c, n]`, each with its own shares, bits."""
+    """Return the zero-order entropy of channels `[c, n]` in bits, with frequencies per channel."""
     bits = 0.0
     for channel in channels:
         _, counts = np.unique(channel, return_counts=True)
@@ -23,17 +23,17 @@ def estimate_bits(channels: Int64) -> float:
 
 
 def estimate_motion(symbols: tuple[Int64, ...]) -> float:
-    """Return the estimated size of a frame's motion, bytes: 6 or 7 channels over all anchors."""
+    """Return the estimated bytes of a frame's motion: 6 or 7 channels over all anchors."""
     return estimate_bits(np.concatenate(symbols, axis=1)) / 8
 
 
 def estimate_updates(updates: Updates, count: int) -> float:
-    """Return the estimated size of a frame's updates, bytes.
+    """Return the estimated bytes of a frame's updates.
 
     Args:
         updates: Updates of the frame.
-        count: Gaussians that might have been updated, which are a channel too; the others are
-            who dies and, of each field, which Gaussians it changes and its numbers of these.
+        count: Number of Gaussians. Channels are which Gaussians change, which are
+            deleted, and for each field which ones it changes and their residuals.
     """
     chosen = np.zeros(count, dtype=np.int64)
     chosen[updates.gaussians] = 1
@@ -49,18 +49,19 @@ def estimate_updates(updates: Updates, count: int) -> float:
 
 
 def estimate_gaussians(gaussians: Gaussians) -> float:
-    """Return the estimated size of a canonical frame, bytes: a channel per number of a Gaussian."""
+    """Return the estimated bytes of a canonical frame: one channel per number of a Gaussian."""
     rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
     return estimate_bits(np.concatenate(rows)) / 8
 
 
 def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
-    """Return the estimated size of a snapshot, bytes.
+    """Return the estimated bytes of a snapshot.
 
     Args:
         snapshot: The frame.
-        canonical: Gaussians of its CANO: which of them are left is a channel, and each number of
-            which they differ; the newborn are as those of a canonical frame.
+        canonical: Gaussians of its CANO. Channels are which of them remain, and the
+            differences of each number; new Gaussians are estimated as in a canonical
+            frame.
     """
     lives = np.zeros((1, canonical.count), dtype=np.int64)
     lives[0, snapshot.roots[snapshot.roots >= 0]] = 1
@@ -73,7 +74,7 @@ def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
 
 
 def estimate_births(births: Births) -> float:
-    """Return the estimated size of a frame's births, bytes; parents are a channel as well."""
+    """Return the estimated bytes of a frame's births, with parents as an additional channel."""
     newborn = births.newborn
     rows = (births.parents[None], newborn.positions, newborn.rotations, newborn.codes)
     return estimate_bits(np.concatenate(rows)) / 8

@@ -1,6 +1,6 @@
-"""The contents of a stream: counts, bytes by kind, and the estimated bytes.
+"""Summarizes the contents of a stream: counts, bytes by kind, and estimated bytes.
 
-The whole stream is decoded, so that everything reported has been verified.
+The whole stream is decoded, so all reported values are verified.
 """
 
 from collections.abc import Callable
@@ -29,11 +29,11 @@ from quarc_ref.streams.source import Source, as_source
 
 
 def count_frames(stream: bytes | Source) -> int:
-    """Return how many frames there are, undecoded: what TAIL says, else what headers say.
+    """Count frames without decoding, from TAIL or else from chunk headers.
 
     Returns:
-        The count; for an incomplete stream, the number of frames before its end or the first
-        damage; 0 if the length is unknown, as for a pipe.
+        The number of frames, or the number before the end or the first damage of an
+        incomplete stream; 0 if the length is unknown, as for a pipe.
     """
     source = as_source(stream)
     size = source.size()
@@ -58,8 +58,8 @@ def inspect_stream(
     """Decode a stream and summarize its contents.
 
     Args:
-        stream: A stream, of which every byte is read once.
-        on_progress: Called after every frame with stage, done, total (0 where it is not known).
+        stream: A stream; every byte is read once.
+        on_progress: Called after every frame with stage, done, total (0 if unknown).
 
     Raises:
         BitstreamError: The stream is invalid.
@@ -89,11 +89,11 @@ def inspect_stream(
 
 
 def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
-    """Return the bytes of the coded planes of a frame's chunk, by kind.
+    """Return the sizes of the coded planes in a frame's chunk, by kind.
 
     Args:
         chunk: Chunk of a frame.
-        updates: Whether its stream has updates.
+        updates: Whether the stream has updates.
 
     Raises:
         BitstreamError: The chunk is invalid.

@@ -1,16 +1,17 @@
-"""Peak memory of this process."""
+"""Measures the peak memory of this process."""
 
 import sys
 from pathlib import Path
 
-_STATUS = Path("/proc/self/status")  # of Linux: proc(5)
+_STATUS = Path("/proc/self/status")  # Linux: see proc(5)
 _MEBIBYTE = 1 << 20
 
 
 def measure_peak_mebibytes() -> float | None:
     """Return the peak memory of this process so far, MiB; None if the system does not report it.
 
-    On Linux not by `getrusage`, which counts what the parent had when it began this process.
+    On Linux, `getrusage` is not used, because it includes the memory of the parent
+    process at the start.
     """
     if _STATUS.exists():
         for line in _STATUS.read_text("ascii").splitlines():

@@ -1,4 +1,4 @@
-"""The contents of a stream as records: its chunks, its frames, and totals."""
+"""Records of the contents of a stream: chunks, frames and totals."""
 
 from dataclasses import dataclass
 
@@ -13,21 +13,21 @@ KINDS = ("canonical", "snapshots", "motion", "updates", "births")
 
 @dataclass(frozen=True, slots=True)
 class FrameSummary:
-    """One frame of a stream.
+    """Summary of a frame.
 
     Attributes:
-        frame: Its ordinal.
-        canonical: Whether it is a canonical frame, snapshots included.
-        gaussians: How many it shows.
-        anchors: How many moved it, of all levels.
-        births: How many joined.
-        deaths: How many left.
-        updates: How many single Gaussians were changed, those among the deaths left out.
-        chunk_bytes: Its chunk, framing included.
-        coded_bytes: Bytes of coded planes, by kind; a part of the above.
-        estimate_bytes: The zero-order estimate of the same symbols, by kind.
-        magnitudes: How often its symbols have each magnitude.
-        sha256: Digest of its state.
+        frame: Ordinal of the frame.
+        canonical: Whether it is a canonical frame, including snapshots.
+        gaussians: Number of Gaussians.
+        anchors: Number of anchors of all levels.
+        births: Number of births.
+        deaths: Number of deaths.
+        updates: Number of updated Gaussians, without deaths.
+        chunk_bytes: Size of its chunk including framing.
+        coded_bytes: Bytes of coded planes by kind, which are part of `chunk_bytes`.
+        estimate_bytes: Zero-order estimate of the same symbols by kind.
+        magnitudes: Histogram of the magnitudes of its symbols.
+        sha256: Digest of the state.
     """
 
     frame: int
@@ -51,7 +51,7 @@ class FrameSummary:
         return "snapshot" if self.coded_bytes["snapshots"] else "canonical"
 
     def as_json(self) -> dict[str, object]:
-        """Return what `inspect --json` prints about it."""
+        """Return the values for `inspect --json`."""
         return {
             "frame": self.frame,
             "kind": self.kind,
@@ -69,13 +69,13 @@ class FrameSummary:
 
 @dataclass(frozen=True, slots=True)
 class ChunkSummary:
-    """One chunk of a stream.
+    """Summary of a chunk.
 
     Attributes:
-        kind: Its type, four letters.
-        sequence: Its number.
-        offset: Its first byte.
-        byte_count: Its size, framing included.
+        kind: Type of the chunk, four letters.
+        sequence: Sequence number.
+        offset: Offset in the stream, bytes.
+        byte_count: Size including framing.
     """
 
     kind: str
@@ -84,7 +84,7 @@ class ChunkSummary:
     byte_count: int
 
     def as_json(self) -> dict[str, object]:
-        """Return what `inspect --json` prints about it."""
+        """Return the values for `inspect --json`."""
         return {
             "type": self.kind,
             "sequence": self.sequence,
@@ -95,15 +95,15 @@ class ChunkSummary:
 
 @dataclass(frozen=True, slots=True)
 class StreamSummary:
-    """A stream that has been decoded from end to end.
+    """Summary of a stream that has been decoded completely.
 
     Attributes:
-        header: From HEAD.
-        cameras: From `came`.
-        metadata: From `meta`.
+        header: Header from the HEAD chunk.
+        cameras: Cameras from the `came` chunk.
+        metadata: Metadata from the `meta` chunk.
         total_bytes: Size of the whole stream.
-        frames: In order.
-        chunks: In order, also those of types that are unknown.
+        frames: Frames in order.
+        chunks: Chunks in order, including those of unknown types.
     """
 
     header: StreamHeader
@@ -115,16 +115,16 @@ class StreamSummary:
 
     @property
     def gaussian_count(self) -> int:
-        """Gaussians of the last frame; 0 in a stream without frames."""
+        """Number of Gaussians in the last frame; 0 in a stream without frames."""
         return self.frames[-1].gaussians if self.frames else 0
 
     @property
     def anchor_count(self) -> int:
-        """Anchors of all levels together, in the frame that has most."""
+        """Largest number of anchors of a frame, for all levels together."""
         return max((frame.anchors for frame in self.frames), default=0)
 
     def coded_bytes(self) -> dict[str, int]:
-        """Return the bytes of coded planes by kind, the rest as overhead, and the total."""
+        """Return the bytes of coded planes by kind, the overhead, and the total."""
         coded = {kind: sum(frame.coded_bytes[kind] for frame in self.frames) for kind in KINDS}
         overhead = self.total_bytes - sum(coded.values())
         return {"total": self.total_bytes, **coded, "overhead": overhead}
@@ -136,15 +136,15 @@ class StreamSummary:
         }
 
     def magnitudes(self) -> Magnitudes:
-        """Return how often the symbols of all frames have each magnitude."""
+        """Return the histogram of the magnitudes of all frames' symbols."""
         return sum((frame.magnitudes for frame in self.frames), Magnitudes((), ()))
 
     def kilobytes_per_frame(self) -> dict[str, float]:
-        """Return KB of 1024 bytes per frame.
+        """Return KB per frame (1024 bytes).
 
-        `without_canonical` is the mean over the frames that are not canonical
-        of their chunks, framing included; `with_canonical` the whole stream
-        over all frames.
+        `without_canonical` is the mean size of the chunks of frames that are not
+        canonical, including framing; `with_canonical` is the size of the whole stream
+        divided by the number of frames.
         """
         moved = [frame.chunk_bytes for frame in self.frames if not frame.canonical]
         return {
@@ -153,7 +153,7 @@ class StreamSummary:
         }
 
     def as_json(self) -> dict[str, object]:
-        """Return what `info --json` prints."""
+        """Return the output of `info --json`."""
         last = self.frames[-1] if self.frames else None
         return {
             "format_version": f"{VERSION_MAJOR}.{VERSION_MINOR}",

@@ -1,4 +1,4 @@
-"""How large the symbols of a stream's motion are: histograms of their magnitudes."""
+"""Histograms of the magnitudes of motion symbols."""
 
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -12,11 +12,11 @@ _TRANSLATION_ROWS = 3
 
 @dataclass(frozen=True, slots=True)
 class Magnitudes:
-    """How many symbols have each magnitude, from 0 up to the greatest there is.
+    """Number of symbols for each magnitude from 0 to the largest one.
 
     Attributes:
         translation: Magnitudes of x, y and z.
-        rotation: Magnitudes of x, y and z, and of w where residuals have one.
+        rotation: Magnitudes of x, y and z, and of w if residuals have it.
     """
 
     translation: tuple[int, ...]
@@ -28,15 +28,15 @@ class Magnitudes:
         )
 
     def as_json(self) -> dict[str, list[int]]:
-        """Return both as a dictionary with the names of the figures."""
+        """Return both histograms by name."""
         return {"translation": list(self.translation), "rotation": list(self.rotation)}
 
 
 def count_magnitudes(symbols: tuple[Int64, ...]) -> Magnitudes:
-    """Return the histograms of a frame's symbols.
+    """Compute the histograms of a frame's symbols.
 
     Args:
-        symbols: `[c, a]` of each level's anchors; none in a canonical frame.
+        symbols: `[c, a]` symbols of each level's anchors; empty in a canonical frame.
     """
     if not symbols:
         return Magnitudes((), ())

@@ -1,4 +1,4 @@
-"""Verifies everything about a stream: both coders, every seek point, the level."""
+"""Verifies a stream completely: both entropy decoders, all seek points, the level."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -24,18 +24,17 @@ class Verification:
     """Results of verifying a stream.
 
     Attributes:
-        frames: Frames whose state CRCs hold.
-        chunks: Chunks whose CRCs hold, of types that are known.
-        coders: How many entropy decoders gave the same: 2, or 1 where
-            constriction is not installed.
-        sections: Coded sections that were decoded.
-        bits: Bits in them.
-        seek_points: Canonical frames that were decoded without what is before them.
-        frames_sought: Frames decoded from these up to the next, to the same digests.
-        level: Level from the stream header.
-        most: Gaussians of a frame, births of a frame and bytes of a payload:
-            the maximum in the stream.
-        allowed: The maximum that the level allows of each.
+        frames: Number of frames, all with correct state CRCs.
+        chunks: Number of chunks of known types, all with correct CRCs.
+        coders: Number of entropy decoders that agree: 2, or 1 if constriction is not installed.
+        sections: Number of decoded sections.
+        bits: Number of bits in these sections.
+        seek_points: Number of canonical frames from which decoding was started.
+        frames_sought: Number of frames decoded from seek points, all with equal digests.
+        level: Conformance level in the stream header.
+        most: Maximum in the stream of the Gaussians of a frame, the births of a frame and
+            the bytes of a payload.
+        allowed: Maximum of each that the level allows.
         sha256: Digest of the last state; None without frames.
     """
 
@@ -52,7 +51,7 @@ class Verification:
     sha256: str | None
 
     def as_json(self) -> dict[str, Any]:
-        """Return what `verify --deep --json` prints about it."""
+        """Return the values for `verify --deep --json`."""
         proved = asdict(self)
         del proved["sha256"]
         return proved | {"level": self.level / 10}
@@ -66,13 +65,13 @@ def verify_stream(
     """Verify a stream.
 
     Args:
-        source: A stream, which is read more than once, so not a pipe.
+        source: A stream that can be read repeatedly, so not a pipe.
         on_progress: Called after every frame with stage, done, total.
         follow: How long to wait for a growing stream; None not to wait.
 
     Raises:
         BitstreamError: The stream is invalid.
-        VerificationError: Two ways to decode the stream disagree.
+        VerificationError: Two methods of decoding the stream disagree.
         SourceError: The file, pipe or server cannot be read.
     """
     coders = CrossCheckingDecoder()
@@ -98,11 +97,11 @@ def verify_stream(
 
 
 class _FirstPass:
-    """A stream decoded from its beginning, and the results."""
+    """Decodes a stream from its beginning, and stores the results."""
 
     def __init__(self, source: Source, on_progress: Callable[[str, int, int], None]) -> None:
         self.reader = ChunkReader(source)
-        self.decoder = StreamDecoder(ReferenceEngine())  # whose sections both coders decode
+        self.decoder = StreamDecoder(ReferenceEngine())  # decodes sections with both decoders
         self.digests: dict[int, str] = {}  # by ordinal
         self.canonical: list[int] = []
         self.chunk_count = 0
@@ -129,10 +128,10 @@ class _FirstPass:
         self._on_progress("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:
-        """Decode every frame again, from the last canonical one; return how many there are.
+        """Decode every frame again from the last canonical frame; return the number of frames.
 
         Raises:
-            VerificationError: One has another state than it had before.
+            VerificationError: The state of a frame differs from the first decoding.
         """
         done = 0
         for start, stop in zip(self.canonical, [*self.canonical[1:], None], strict=False):

@@ -1,11 +1,11 @@
-"""Numbers with nouns."""
+"""Formats numbers with nouns."""
 
 
 def count_noun(count: int, noun: str) -> str:
-    """Return a number and a noun, in the plural where the number takes it.
+    """Format a number and a noun, in the plural unless the number is 1.
 
     Args:
-        count: How many.
-        noun: In the singular, of those that take an s.
+        count: The number.
+        noun: Singular of a noun with a plural in -s.
     """
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"

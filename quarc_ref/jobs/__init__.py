@@ -1,8 +1,8 @@
-"""The same function on many arguments, in processes of this machine or on a Ray cluster.
+"""Calls a function for many arguments, in local processes or on a Ray cluster.
 
     run_jobs(encode_segment, [Job("frames 0 to 29", first), ...], Where(workers=2))
 
-This package does not depend on what the jobs do.
+This package is independent of the content of jobs.
 """
 
 from quarc_ref.jobs.job import Job, JobsError, WorkerPool

@@ -1,4 +1,4 @@
-"""Jobs, where they run, and their outcomes."""
+"""Jobs, worker pools and outcomes."""
 
 import os
 import pickle
@@ -13,10 +13,10 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class Job(Generic[Argument]):
-    """A call that depends on no other.
+    """An independent call.
 
     Attributes:
-        name: For messages.
+        name: Name for messages.
         argument: Argument of the function; must be picklable.
     """
 
@@ -26,17 +26,15 @@ class Job(Generic[Argument]):
 
 @dataclass(frozen=True, slots=True)
 class WorkerPool:
-    """Where jobs run.
+    """Processes or a cluster that run jobs.
 
     Attributes:
-        workers: Processes of this machine at a time; of a cluster, what its
-            processors bear.
-        threads: Threads of each job.
-        ray: Address of a Ray cluster, as `ray.init` takes it: `host:port`,
-            `ray://host:port`, `auto` for one that runs on this machine, or
-            `local` for one that is started here and ended with the jobs. None
-            for processes of this machine.
-        gpus: Share of a GPU that each job takes of a cluster.
+        workers: Maximum number of local processes at a time; not used for a cluster.
+        threads: Number of threads of each job.
+        ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`,
+            `auto` for a running cluster on this machine, or `local` for a temporary one.
+            None for local processes.
+        gpus: Share of a cluster's GPU for each job.
 
     Raises:
         ValueError: A number is out of range.
@@ -54,7 +52,7 @@ class WorkerPool:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Environment that limits the libraries of a job to its threads, if set before loading."""
+        """Return the environment variables that limit the libraries of a job to its threads."""
         names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS")
         return dict.fromkeys(names, str(self.threads))
 
@@ -65,8 +63,8 @@ class Outcome:
 
     Attributes:
         result: Result of the function, pickled; empty if it raised.
-        fault: A line; empty if there was none.
-        details: The traceback of the fault.
+        fault: One-line error message; empty if there was no error.
+        details: Traceback of the error.
     """
 
     result: bytes = b""
@@ -75,14 +73,14 @@ class Outcome:
 
 
 class JobsError(RuntimeError):
-    """Some jobs have failed; all others are done.
+    """Some jobs have failed; all others are complete.
 
     Args:
         outcomes: Outcomes of the failed jobs, by name.
-        total: How many jobs there were.
+        total: Number of jobs.
 
     Attributes:
-        faults: A line on each, by name.
+        faults: Error message of each failed job, by name.
     """
 
     def __init__(self, outcomes: Mapping[str, Outcome], total: int) -> None:
@@ -94,22 +92,22 @@ class JobsError(RuntimeError):
 
 
 def pack_call(function: Callable[[Any], Any], argument: object) -> bytes:
-    """Return a call as bytes, so that its libraries are imported only where it runs."""
+    """Pickle a call, so that its libraries are imported only where it runs."""
     return pickle.dumps((function, argument))
 
 
 def attempt(call: bytes, environment: Mapping[str, str]) -> Outcome:
-    """Make a call where it is to run.
+    """Run a packed call.
 
     Args:
         call: Call packed by `pack_call`.
-        environment: Environment variables, set before the call.
+        environment: Environment variables to set before the call.
     """
     os.environ.update(environment)
     try:
         function, argument = pickle.loads(call)
         return Outcome(pickle.dumps(function(argument)))
-    except Exception as error:  # any fault of a job is its own result
+    except Exception as error:  # any error of a job is its outcome
         return Outcome(fault=f"{type(error).__name__}: {error}", details=traceback.format_exc())
 
 
@@ -117,11 +115,11 @@ def take_results(jobs: Sequence[Job[Any]], outcomes: Mapping[int, Outcome]) -> l
     """Return the results in the order of the jobs.
 
     Args:
-        jobs: All of them.
+        jobs: All jobs.
         outcomes: Outcome of each job, by its index.
 
     Raises:
-        JobsError: Some have failed.
+        JobsError: Some jobs have failed.
     """
     failed = {job.name: outcomes[place] for place, job in enumerate(jobs) if outcomes[place].fault}
     if failed:

@@ -1,4 +1,4 @@
-"""Jobs as tasks of a Ray cluster, which restarts a task whose machine is lost."""
+"""Runs jobs as tasks of a Ray cluster, which restarts tasks of lost machines."""
 
 import logging
 from collections.abc import Iterator, Sequence
@@ -10,18 +10,18 @@ _LOCAL = "local"
 
 
 def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
-    """Make calls, as many at a time as the cluster has room for.
+    """Run calls, as many at a time as the cluster has resources for.
 
     Yields:
-        The index of each call and its outcome, as they end.
+        Index and outcome of each call, in the order of completion.
 
     Raises:
         ImportError: Ray is not installed.
-        ConnectionError: No cluster is at the address.
+        ConnectionError: There is no cluster at the address.
     """
     import ray
 
-    # A cluster that is started here is as large as was asked for, and serves no pages.
+    # A local cluster has the requested size and no dashboard.
     here: dict[str, Any] = {"num_cpus": pool.workers * pool.threads, "include_dashboard": False}
     quiet: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
     ray.init(pool.ray, **quiet, **(here if pool.ray == _LOCAL else {}))
@@ -37,7 +37,7 @@ def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, 
 
 
 def _take_outcome(reference: Any) -> Outcome:  # noqa: ANN401
-    """Return the outcome of a task that has ended."""
+    """Return the outcome of a completed task."""
     import ray
 
     try:

@@ -1,6 +1,6 @@
-"""Jobs in processes of this machine, a new one for each.
+"""Runs each job in a new process on this machine.
 
-If a process is killed, only its own job is lost. No process outlives the one that started it.
+If a process is killed, only its job is lost. No process outlives its parent.
 """
 
 import multiprocessing
@@ -19,16 +19,16 @@ from quarc_ref.jobs.job import Outcome, WorkerPool, attempt
 if TYPE_CHECKING:
     Pipe = Connection[Outcome, Outcome]
 
-_SPAWN = multiprocessing.get_context("spawn")  # threads of torch and numba do not survive a fork
+_SPAWN = multiprocessing.get_context("spawn")  # torch and numba threads do not survive a fork
 _TERMINATED = 128 + signal.SIGTERM
-_PATIENCE = 10.0  # seconds that a process has to end before it is killed
+_PATIENCE = 10.0  # seconds before a process that does not end is killed
 
 
 def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
-    """Make calls, `pool.workers` at a time.
+    """Run calls, `pool.workers` at a time.
 
     Yields:
-        The index of each call and its outcome, as they end.
+        Index and outcome of each call, in the order of completion.
     """
     running: dict[Pipe, tuple[int, BaseProcess]] = {}
     try:
@@ -51,12 +51,12 @@ def _start(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
     process = _SPAWN.Process(target=_work, args=(theirs, call, pool.environment))
     with _environment(pool.environment):
         process.start()
-    theirs.close()  # theirs alone is left, so that the pipe ends with the process
+    theirs.close()  # only the process holds the other end, so the pipe closes when it ends
     return ours, process
 
 
 def _take_ended(running: "dict[Pipe, tuple[int, BaseProcess]]") -> Iterator[tuple[int, Outcome]]:
-    """Wait until a process ends; remove ended ones from `running`, and yield their outcomes."""
+    """Wait until a process ends, remove ended ones from `running`, and yield their outcomes."""
     for pipe in [pipe for pipe in running if pipe in wait(list(running))]:
         place, process = running.pop(pipe)
         try:
@@ -78,7 +78,7 @@ def _see_ended(process: BaseProcess) -> None:
 
 @contextmanager
 def _environment(changes: Mapping[str, str]) -> Iterator[None]:
-    """Change the environment for a process that starts: it may load libraries before `_work`."""
+    """Change the environment while a process starts, as it may load libraries before `_work`."""
     before = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)
     try:
@@ -92,9 +92,11 @@ def _environment(changes: Mapping[str, str]) -> Iterator[None]:
 
 
 def _work(pipe: "Pipe", call: bytes, environment: Mapping[str, str]) -> None:
-    """Make a call in this process and send its outcome."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the caller's, who ends this process
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a job may keep what it has done
+    """Run a call in this process and send its outcome."""
+    # the caller handles Ctrl-C, and ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # gives the job time to save its work
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     threading.Thread(target=_end_with_caller, daemon=True).start()
     try:
         pipe.send(attempt(call, environment))

@@ -1,4 +1,4 @@
-"""Run jobs, here or on a cluster, and collect their results."""
+"""Runs jobs, locally or on a cluster, and collects their results."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -14,25 +14,25 @@ def run_jobs(
     pool: WorkerPool,
     on_done: Callable[[str, int, int], object] | None = None,
 ) -> list[Result]:
-    """Call a function once for every job, each in a process of its own.
+    """Call a function once per job, each in its own process.
 
-    A job that fails does not stop the others. If the caller is interrupted or
-    killed, the jobs end with it: a job that may be rerun should save its progress in files.
+    A job that fails does not stop the others. If the caller is interrupted or killed, its
+    jobs end as well, so long jobs should save their progress in files.
 
     Args:
-        function: Must be importable by name where the jobs run, and return a picklable result.
-        jobs: Jobs, in the order in which they are started.
-        pool: Processes of this machine, or a Ray cluster. Files that jobs name must exist there.
-        on_done: Called after each job with its name, how many are over, and
-            how many there are.
+        function: Function that is importable by name where the jobs run, and returns a
+            picklable result.
+        jobs: Jobs in the order of starting.
+        pool: Local processes, or a Ray cluster that can access the files of the jobs.
+        on_done: Called after each job with its name, the number of completed jobs, and the total.
 
     Returns:
         The results in the order of the jobs.
 
     Raises:
         JobsError: Some jobs have failed; the results of the others are lost.
-        ImportError: Ray is asked for and not installed.
-        ConnectionError: No Ray cluster is at the address.
+        ImportError: Ray is requested but not installed.
+        ConnectionError: There is no Ray cluster at the address.
     """
     outcomes: dict[int, Outcome] = {}
     for place, outcome in _run(function, jobs, pool):

@@ -1,4 +1,4 @@
-"""Playback: frames are decoded ahead, from any start frame."""
+"""Playback of streams from any frame, with frames decoded in advance."""
 
 from quarc_ref.playback.frame_pipeline import Frame
 from quarc_ref.playback.player import Player

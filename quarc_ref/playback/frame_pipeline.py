@@ -1,8 +1,8 @@
-"""How frames are decoded ahead, for the `Player`.
+"""Decodes frames in advance for the `Player`.
 
-The symbols of a frame are coded in contexts that come from the state before it,
-so frames are decoded one after the other, in one thread. A second thread converts the states to
-floats. Errors are raised in place of the frame.
+The contexts of a frame's symbols depend on the previous state, so one thread decodes
+frames sequentially. A second thread converts states to floats. Errors are raised in place
+of the frame.
 """
 
 import time
@@ -30,14 +30,13 @@ Times = Counter[str]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """A frame that is ready to be drawn.
+    """A frame that is ready for rendering.
 
     Attributes:
         state: Decoded state.
-        splats: Its floats, read-only.
+        splats: Dequantized scene, read-only.
         chunk_bytes: Size of the chunk's payload.
-        nanoseconds: Decoding time: the sum for its chunk and its floats, which may overlap with
-            those of neighboring frames.
+        nanoseconds: Decoding time of chunk and floats, which may overlap with neighboring frames.
     """
 
     state: FrameState
@@ -47,17 +46,17 @@ class Frame:
 
     @property
     def scene(self) -> Scene:
-        """Its integers, which do not change."""
+        """Integer scene, which is immutable."""
         return self.state.scene
 
 
-# What gives frames in order, and can be closed.
+# Iterator over frames that can be closed.
 Frames = Prefetcher[Frame] | Generator[Frame]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Decoded:
-    """A state on its way from the first thread to the second."""
+    """A state that is passed from the first thread to the second."""
 
     state: FrameState
     chunk_bytes: int
@@ -66,14 +65,14 @@ class _Decoded:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramePipeline:
-    """Decodes the frames of a stream; its threads have no reference to the player.
+    """Decodes the frames of a stream in threads without a reference to the player.
 
     Attributes:
         source: The stream.
         threads: As for `Player`.
         prefetch: The same.
         follow: The same.
-        times: Nanoseconds by stage are added to these.
+        times: Counter to which nanoseconds by stage are added.
     """
 
     source: Source
@@ -99,7 +98,7 @@ class FramePipeline:
     def _decode(
         self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
     ) -> Generator[_Decoded]:
-        """Decode frames; the first ones may be before `start`."""
+        """Decode frames, possibly starting before `start`."""
         decoder = _TimedDecoder(engine)
         for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
             self.times["decode"] += decoder.nanoseconds
@@ -126,7 +125,7 @@ class FramePipeline:
 
 
 class _TimedDecoder(StreamDecoder):
-    """Knows how long the last chunk took, which its source may have kept waiting for before."""
+    """Measures the time of the last chunk, without waits for its source."""
 
     nanoseconds = 0
 

@@ -1,10 +1,10 @@
-"""A stream that plays: frames are decoded ahead, in a thread of their own.
+"""Plays a stream, with frames decoded in advance by background threads.
 
     with Player(source) as player:
         for frame in player:
             draw(frame.splats)
 
-`frame_pipeline` does the work.
+`frame_pipeline` does the decoding.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,21 +16,21 @@ from quarc_ref.streams.source import Source, as_source
 
 
 class Player:
-    """Plays the frames of a stream. One run at a time: a new one ends the one before.
+    """Plays the frames of a stream. Starting a new run ends the previous one.
 
     Args:
-        stream: A stream, which the caller closes after the player.
-        threads: 1 to decode frames on demand; 2 or more to decode ahead, with an engine that may
-            use that many threads.
-        prefetch: Number of frames that may be buffered, at least 1. It bounds memory: a buffered
-            frame takes about 200 bytes per Gaussian.
+        stream: A stream, which the caller must close after the player.
+        threads: 1 to decode frames on demand; 2 or more to decode in advance, with an
+            engine that may use this number of threads.
+        prefetch: Maximum number of buffered frames, at least 1. A buffered frame takes
+            about 200 bytes per Gaussian.
         follow: How long to wait for a growing stream; None not to wait.
 
     Attributes:
         times: Nanoseconds by stage, of all frames so far.
 
     Raises:
-        ValueError: Of threads or of frames there are less than 1.
+        ValueError: `threads` or `prefetch` is below 1.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Player:
         self._prefetch = prefetch
         self._pipeline = FramePipeline(as_source(stream), threads, prefetch, follow, self.times)
         self._run: Frames | None = None
-        self._due = -1  # of the run of `frame`: the ordinal of what comes next
+        self._due = -1  # next ordinal of the run of `frame`
 
     def __enter__(self) -> "Player":
         return self
@@ -65,16 +65,16 @@ class Player:
         return self.frames()
 
     def close(self) -> None:
-        """End what runs; the player can be used again.
+        """End the current run; the player can be used again.
 
-        A read of the source that is under way is waited for.
+        Waits for a read of the source in progress.
         """
         if self._run is not None:
             self._run.close()
         self._run, self._due = None, -1
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """Play from a frame on, found through the stream's seek points.
+        """Play from a frame on, using the stream's seek points.
 
         Args:
             start: Ordinal of the first frame.
@@ -92,12 +92,12 @@ class Player:
         return run
 
     def frame(self, ordinal: int) -> Frame:
-        """Return one frame. The following frames are decoded ahead.
+        """Return a frame, and decode the following frames in advance.
 
         Raises:
             LookupError: The stream has no such frame.
-            BitstreamError: As for `frames`.
-            SourceError: As for `frames`.
+            BitstreamError: See `frames`.
+            SourceError: See `frames`.
         """
         if self._due < 0 or not self._due <= ordinal <= self._due + self._prefetch:
             self.frames(ordinal)
@@ -105,7 +105,7 @@ class Player:
         try:
             frame = self._go_to(ordinal)
         finally:
-            if frame is None:  # of a run that has ended nothing can be had
+            if frame is None:  # an ended run has no frames
                 self.close()
         if frame is None:
             message = f"the stream has no frame {ordinal}"
@@ -115,17 +115,17 @@ class Player:
     def play(
         self, show: Callable[[Frame], object], start: int = 0, stop: int | None = None
     ) -> None:
-        """Call a function with every frame, in order, in the thread of the caller.
+        """Call a function for every frame in order, in the caller's thread.
 
         Raises:
-            BitstreamError: As for `frames`.
-            SourceError: As for `frames`.
+            BitstreamError: See `frames`.
+            SourceError: See `frames`.
         """
         for frame in self.frames(start, stop):
             show(frame)
 
     def _go_to(self, ordinal: int) -> Frame | None:
-        """Return a frame of the current run, not before the next one; None past its end."""
+        """Return a later frame of the current run; None after its end."""
         for frame in self._run or ():
             self._due = frame.state.frame + 1
             if frame.state.frame >= ordinal:

@@ -1,4 +1,4 @@
-"""An iterator that runs in a thread of its own, a bounded number of items ahead."""
+"""Runs an iterator in a background thread, up to a number of items in advance."""
 
 import weakref
 from collections.abc import Callable, Generator
@@ -19,10 +19,10 @@ class Prefetcher(Generic[_Item]):
     when the prefetcher is closed or garbage-collected.
 
     Args:
-        make: Makes the iterator, in the thread; it is closed there, too.
-        most: Number of items that may be buffered.
-        closed: Event that is set on closing, to end waits of the iterator; None if it does not
-            wait.
+        make: Function that makes the iterator; iterator and function run in the thread.
+        most: Maximum number of buffered items.
+        closed: Event that is set by `close`, to end waits of the iterator; None if it
+            does not wait.
     """
 
     def __init__(
@@ -35,7 +35,8 @@ class Prefetcher(Generic[_Item]):
         self._work = _Work(make, most, closed or Event())
         self._thread = Thread(target=copy_context().run, args=(self._work.run,), daemon=True)
         self._is_over = False
-        weakref.finalize(self, self._work.end)  # the thread holds the work, and not this
+        # the thread refers to the work and not to this object
+        weakref.finalize(self, self._work.end)
 
     def __iter__(self) -> "Prefetcher[_Item]":
         return self
@@ -54,7 +55,7 @@ class Prefetcher(Generic[_Item]):
         raise StopIteration
 
     def close(self) -> None:
-        """End the thread, and wait until it has ended."""
+        """End the thread and wait for it."""
         self._work.end()
         while self._thread.is_alive():
             self._work.drain()
@@ -64,7 +65,7 @@ class Prefetcher(Generic[_Item]):
 
 
 class _Work(Generic[_Item]):
-    """The thread of a `Prefetcher`, and the data they share."""
+    """The thread of a `Prefetcher` and its shared data."""
 
     def __init__(self, make: Callable[[], Generator[_Item]], most: int, closed: Event) -> None:
         self._make = make
@@ -72,7 +73,7 @@ class _Work(Generic[_Item]):
         self.closed = closed
 
     def run(self) -> None:
-        """Make all items."""
+        """Produce all items."""
         error = None
         try:
             self._hand_over_all()
@@ -82,12 +83,12 @@ class _Work(Generic[_Item]):
             self.wake()
 
     def end(self) -> None:
-        """Have no more made."""
+        """Stop producing items."""
         self.closed.set()
 
     def wake(self) -> None:
         """Wake a blocked consumer."""
-        with suppress(Full):  # then nobody waits
+        with suppress(Full):  # nobody waits
             self.queue.put_nowait((None, None))
 
     def drain(self) -> None:
@@ -103,7 +104,7 @@ class _Work(Generic[_Item]):
                     return
 
     def _hand_over(self, item: _Item | None, error: BaseException | None) -> bool:
-        """Wait for room; return whether the consumer still exists."""
+        """Wait for buffer space; return whether the consumer still exists."""
         while not self.closed.is_set():
             try:
                 self.queue.put((item, error), timeout=_LOOK_AGAIN)

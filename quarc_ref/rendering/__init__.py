@@ -1,1 +1,1 @@
-"""Gaussians to pictures, with gradients and without."""
+"""Renders Gaussians, with or without gradients."""

@@ -10,7 +10,7 @@ from quarc_ref.rendering.rasterizer import Rasterizer
 
 
 def choose_device(name: str) -> torch.device:
-    """Return a device by its name; `auto` is CUDA if a device and gsplat are available."""
+    """Return a device by name; `auto` is CUDA if a CUDA device and gsplat are available."""
     if name == "auto":
         drawn = torch.cuda.is_available() and find_spec("gsplat") is not None
         name = "cuda" if drawn else "cpu"
@@ -18,10 +18,10 @@ def choose_device(name: str) -> torch.device:
 
 
 def choose_rasterizer(device: torch.device) -> Rasterizer:
-    """Return the backend for a device: gsplat on CUDA, numba on a CPU.
+    """Return the backend for a device: gsplat on CUDA, numba on the CPU.
 
     Raises:
-        RuntimeError: The device is CUDA, and gsplat is not installed.
+        RuntimeError: The device is CUDA but gsplat is not installed.
     """
     if device.type == "cuda":
         return GsplatRasterizer()

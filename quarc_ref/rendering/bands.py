@@ -1,9 +1,9 @@
-"""Pictures drawn in bands and slices, in bounded memory.
+"""Renders pictures in bands and slices, with bounded memory.
 
-A band is some rows of tiles. A slice is some Gaussians, in the order of their
-depths, with as many pairs of Gaussian and tile as its lists have room for: pairs
-are counted before the lists are allocated. Slices are drawn front to back until all pixels of the
-band are opaque. The pixels are, bit for bit, those of a picture drawn at once: each meets the same
+A band consists of rows of tiles. A slice consists of Gaussians in the order of depth,
+limited by the number of pairs of Gaussian and tile, which are counted before lists are
+allocated. Slices are rendered front to back until all pixels of the band are opaque. The
+result is bit-identical to a picture rendered at once, because each pixel blends the same
 Gaussians in the same order.
 """
 
@@ -22,16 +22,16 @@ from quarc_ref.rendering.pipeline import (
 )
 from quarc_ref.rendering.pipeline_data import Band, Int32, Picture, Projection
 
-BAND_PIXELS = 1 << 21  # of 16 bytes; a band has a row of tiles at the least
-SLICE_PAIRS = 1 << 21  # of 16 bytes; a slice has a Gaussian at the least
+BAND_PIXELS = 1 << 21  # items of 16 bytes; a band has at least one row of tiles
+SLICE_PAIRS = 1 << 21  # items of 16 bytes; a slice has at least one Gaussian
 
 
 def draw_bands(nearest_first: Projection, camera: Camera) -> Iterator[Picture]:
-    """Draw what a camera sees, before a black background, from the top down.
+    """Render the view of a camera on a black background, from top to bottom.
 
     Args:
-        nearest_first: The Gaussians on its picture plane, in the order of their depths.
-        camera: The camera that sees them.
+        nearest_first: Gaussians projected to the picture plane, in the order of depth.
+        camera: The camera.
 
     Yields:
         The rows of the picture, band by band.
@@ -57,10 +57,10 @@ def _draw_band(nearest_first: Projection, band: Band, picture: Picture) -> None:
 
 
 def _cut(counts: Int32) -> Iterator[slice]:
-    """Yield slices that have no more pairs than a slice may have, or a single Gaussian.
+    """Yield slices with at most the allowed number of pairs, or a single Gaussian.
 
     Args:
-        counts: `[N]` pairs of each Gaussian.
+        counts: `[N]` number of pairs of each Gaussian.
     """
     totals = np.cumsum(counts, dtype=np.int64)
     start = done = 0

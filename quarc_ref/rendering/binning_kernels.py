@@ -1,15 +1,14 @@
-"""Which Gaussians touch which tile of the picture, in the order of their depth.
+"""Kernels that assign Gaussians to the tiles of a picture in the order of depth.
 
-Visible Gaussians are sorted once by depth; going through them in that order
-and adding each to the lists of its tiles leaves every list sorted. A Gaussian
-is listed where its ellipse, not only its box, meets a tile: a tile or row left
-out holds no pixel at which its alpha reaches 1/255, so that the tiling does not
-change the picture.
+Visible Gaussians are sorted once by depth and then added to the lists of their tiles, so
+every list is sorted. A Gaussian is listed in the tiles and rows that its ellipse, and not
+only its bounding box, intersects. Its alpha is below 1/255 at all other pixels, so tiling
+does not change the picture.
 
-A band is some rows of tiles: the first, the one after the last, and how many
-tiles a row has. Numbers are clamped before they become integers, and Gaussians
-with a number that is not finite meet no tile: what else a float becomes as an
-integer differs from machine to machine.
+A band is given by its first row of tiles, the row after its last one, and the number of
+tiles per row. Floats are clamped before they are converted to integers, and Gaussians
+with non-finite numbers are assigned to no tile, because other conversions depend on the
+machine.
 """
 
 import math
@@ -31,7 +30,7 @@ _LAST = np.float32(TILE - 1)
 
 @entrance
 def sort_by_depth(depths, reaches):
-    """Return the visible Gaussians, nearest first; equal depths in their own order."""
+    """Return the visible Gaussians by depth; those with equal depths keep their order."""
     order = np.flatnonzero(reaches > _0).astype(np.int32)
     keys = depths[order].view(np.uint32)
     spare_order, spare_keys = np.empty_like(order), np.empty_like(keys)
@@ -54,7 +53,7 @@ def sort_by_depth(depths, reaches):
 def _outline(i, means2d, conics, reaches):
     """Return center x, y; b; 1/a, 1/c; 2 reach a, 2 reach c; det; half width and half height.
 
-    The ellipse is (a x^2 + 2 b x y + c y^2) / 2 <= reach, det being a c - b^2.
+    The ellipse is (a x^2 + 2 b x y + c y^2) / 2 <= reach, where det is a c - b^2.
     """
     a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
     det = a * c - b * b
@@ -66,20 +65,20 @@ def _outline(i, means2d, conics, reaches):
 
 @plain
 def _interval(b, inverse, most, det, half, other, turn, low, high):
-    """Return the extent of an ellipse along one axis where the other axis is between low and high.
+    """Return the extent of an ellipse along one axis within a range of the other axis.
 
-    The first number exceeds the second if the ellipse does not reach that range.
+    The first number exceeds the second if the ellipse is outside the range.
 
     Args:
         b: Coefficient b of the conic.
         inverse: Inverse of the conic's coefficient for the axis.
-        most: Twice the reach times that coefficient.
+        most: Twice the reach multiplied by this coefficient.
         det: Determinant of the conic.
-        half: Half of its extent along the axis.
-        other: Half of its extent along the other.
-        turn: Where on the other axis it is farthest along this one.
-        low: From the center.
-        high: From the center.
+        half: Half of the ellipse's extent along the axis.
+        other: Half of its extent along the other axis.
+        turn: Position on the other axis where the extent is largest.
+        low: Start of the range, relative to the center.
+        high: End of the range, relative to the center.
     """
     if low > other or high < -other:
         return _1, -_1
@@ -100,7 +99,7 @@ def _clamp(value, least, most):
 
 @plain
 def _columns_of(row, outline, columns):
-    """Return the first tile of a row that an ellipse meets, and the one after its last."""
+    """Return the first tile of a row that an ellipse intersects, and the one after the last."""
     x, y, b, inverse_a, inverse_c, most_a, _, det, width, height = outline
     low = np.float32(row * TILE) + _HALF - y
     begin, end = _interval(
@@ -115,7 +114,7 @@ def _columns_of(row, outline, columns):
 
 @plain
 def _rows_in(row, column, outline):
-    """Return the first pixel row of a tile that an ellipse meets, and the one after its last."""
+    """Return the first pixel row of a tile that an ellipse meets, and the one after the last."""
     x, y, b, inverse_a, inverse_c, _, most_c, det, width, height = outline
     low = np.float32(column * TILE) + _HALF - x
     begin, end = _interval(
@@ -131,7 +130,7 @@ def _rows_in(row, column, outline):
 
 @plain
 def _tile_rows_of(outline, top, bottom):
-    """Return the first row of tiles that an ellipse meets, and the one after its last."""
+    """Return the first row of tiles that an ellipse intersects, and the one after the last."""
     x, y, width, height = outline[0], outline[1], outline[8], outline[9]
     if not (math.isfinite(x + width) and math.isfinite(y + height)):
         return top, top
@@ -142,7 +141,7 @@ def _tile_rows_of(outline, top, bottom):
 
 @parallel_entrance
 def count_tiles(means2d, conics, reaches, band):
-    """Return `[N]` the number of tiles of a band that each Gaussian meets."""
+    """Return the `[N]` numbers of tiles of a band that Gaussians intersect."""
     top, bottom, columns = band
     counts = np.zeros(reaches.size, dtype=np.int32)
     for i in numba.prange(reaches.size):
@@ -158,15 +157,15 @@ def count_tiles(means2d, conics, reaches, band):
 
 @parallel_entrance
 def list_tiles(means2d, conics, reaches, starts, band):
-    """Return the tiles of each Gaussian, one Gaussian after the other.
+    """Return the tiles of each Gaussian, concatenated.
 
     Args:
-        starts: `[N + 1]` where each Gaussian's tiles begin: the sums of `count_tiles`.
-        band: As for `count_tiles`.
+        starts: `[N + 1]` start of each Gaussian's tiles: cumulative sums of `count_tiles`.
+        band: Band, as for `count_tiles`.
 
     Returns:
-        `[P]` the tiles, counted along the rows of the band, and `[P, 2]` the
-        first pixel row of each that the Gaussian meets, and the one after its last.
+        `[P]` tiles, counted along the rows of the band, and `[P, 2]` first pixel row of
+        each tile that the Gaussian intersects, and the row after the last.
     """
     top, bottom, columns = band
     tiles = np.empty(starts[-1], dtype=np.int32)
@@ -188,11 +187,11 @@ def list_tiles(means2d, conics, reaches, starts, band):
 
 @entrance
 def fill_tiles(order, starts, tiles, rows, tile_count):
-    """Return the tiles' lists of Gaussians, and where in them each pair stands.
+    """Return the tiles' lists of Gaussians, and the position of each pair in them.
 
     Returns:
-        `[T + 1]` where each tile's list begins, `[P]` the lists, `[P, 2]` their
-        rows, and `[P]` the place in the lists of each pair of `tiles`.
+        `[T + 1]` start of each tile's list, `[P]` lists, `[P, 2]` their rows, and `[P]`
+        position in the lists of each pair of `tiles`.
     """
     borders = np.zeros(tile_count + 1, dtype=np.int64)
     for tile in tiles:

@@ -1,9 +1,9 @@
-"""The gradients of compositing, tile by tile.
+"""Kernels for the gradients of compositing, by tile.
 
-The backward pass goes front to back like the forward pass and repeats its decisions; per pixel it
-carries one number, the color still to come. Each pair of a tile and a Gaussian has its own row of
-gradients, summed afterwards in a fixed
-order: the result does not depend on the number of threads.
+The backward pass runs front to back like the forward pass and repeats its decisions, with
+one additional number per pixel: the remaining color, weighted by the gradient. Each pair
+of tile and Gaussian has its own row of gradients. These are summed afterwards in a fixed
+order, so the result does not depend on the number of threads.
 """
 
 import numba
@@ -27,7 +27,7 @@ _HALF = np.float32(0.5)
 
 @fused
 def _go_past(rows, first, last, dx, dy, conic, opacity, color):
-    """Take rows of a tile past a Gaussian that has no gradient."""
+    """Process a Gaussian without gradients for rows of a tile."""
     a, b, c = conic
     r, g, b_ = color
     for y in range(first, last):
@@ -48,17 +48,17 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
     """Process a Gaussian for rows of a tile, and add its gradients to the lanes.
 
     Args:
-        rows: As `_composite_backward` has them; changed.
+        rows: Rows of `_composite_backward`, which are modified.
         first: The first row.
-        last: The one after the last.
+        last: The row after the last.
         dx: Distance of the first column from the Gaussian's center.
-        dy: The same of the tile's first row.
+        dy: Distance of the tile's first row from it.
         conic: a / 2, b, c / 2.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
-        lanes: `[9 TILE]` of every column the sums over the rows of q, q e and
-            q e^2, q being the gradient by the exponent and e the row's
-            distance; of red, green and blue.
+        lanes: `[9 TILE]` sums over the rows for every column: of q, q e and q e^2, where
+            q is the gradient of the exponent and e the distance of the row, and of the
+            gradients of red, green and blue.
     """
     a, b, c = conic
     r, g, b_ = color
@@ -89,7 +89,7 @@ def _add_slopes(rows, first, last, dx, dy, conic, opacity, color, lanes):
 
 @fused
 def _sum_slopes(lanes, dx, conic, opacity, pair):
-    """Fill a pair's gradients from the sums of every column: mean 2, conic 3, color 3, opacity."""
+    """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
     for x in range(TILE):
         d = dx + np.float32(x)
@@ -109,17 +109,17 @@ def _sum_slopes(lanes, dx, conic, opacity, pair):
 
 @fused
 def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opacities, rows, pairs):
-    """Fill the pairs' rows of gradients, except those of the first, fixed Gaussians.
+    """Compute the pairs' rows of gradients, except those of the first, fixed Gaussians.
 
-    The rows of a tile are processed in separate functions: inside a longer one the compiler would
-    not always vectorize them.
+    The rows of a tile are processed in separate functions, because the compiler does not
+    always vectorize loops in longer functions.
 
     Args:
-        met: `[n, 2]` the rows that each Gaussian of the list meets.
-        fixed: Number of Gaussians that have no gradient.
-        rows: `[TILE, 6 TILE]` of each row transmittance, 1; what is still to
-            come, weighted by the gradient; gradients of red, green, blue, alpha.
-        pairs: `[n, 9]` of the list: mean 2, conic 3, color 3, opacity.
+        met: `[n, 2]` rows that each Gaussian of the list intersects.
+        fixed: Number of Gaussians without gradients.
+        rows: `[TILE, 6 TILE]` for each row: transmittance, initially 1; the remaining
+            color weighted by the gradient; gradients of red, green, blue, alpha.
+        pairs: `[n, 9]` gradients of the list: mean (2), conic (3), color (3), opacity (1).
     """
     lanes = np.empty(9 * TILE, dtype=np.float32)
     size = list_.size
@@ -144,7 +144,7 @@ def _composite_backward(x0, y0, list_, met, fixed, means2d, conics, colors, opac
 
 @plain
 def _sum_lanes(lanes, k):
-    """Return the sum of the k-th row of lanes, added up by halves."""
+    """Return the sum of the k-th row of lanes by pairwise summation."""
     row = lanes[k * TILE : (k + 1) * TILE]
     for x in range(8):
         row[x] += row[x + 8]
@@ -158,7 +158,7 @@ def raster_backward(
     means2d, conics, colors, opacities, which, borders, lists, met_rows, fixed,
     image, transmittance, g_image, g_alpha,
 ):  # fmt: skip
-    """Return `[P, 9]` the gradients of the pairs: mean 2, conic 3, color 3, opacity.
+    """Return the `[P, 9]` gradients of the pairs: mean (2), conic (3), color (3), opacity (1).
 
     The rows of the first `fixed` Gaussians are undefined.
     """
@@ -190,7 +190,7 @@ def raster_backward(
 
 @parallel_entrance
 def gather_pairs(pairs, starts, places, g_means2d, g_conics, g_colors, g_opacities):
-    """Sum the pairs of each Gaussian, in the order of its tiles."""
+    """Sum the gradients of each Gaussian's pairs in the order of its tiles."""
     for i in numba.prange(g_opacities.size):
         total = np.zeros(9, dtype=np.float32)
         for pair in range(starts[i], starts[i + 1]):

@@ -1,8 +1,8 @@
-"""Spherical harmonics of degree 2 and 3, for other methods; streams have at most degree 1.
+"""Evaluates SH of degree 2 and 3 for other methods; streams have at most degree 1.
 
-The kernels shade degree 1. Higher degrees are evaluated here for one camera and passed to the
-kernels as base colors. Basis and signs are those of 3DGS: the real harmonics with the
-Condon-Shortley phase, in the order m = -l .. l.
+The kernels shade degree 1. Higher degrees are evaluated here for one camera and passed to
+the kernels as base colors. Basis and signs are those of 3DGS: real spherical harmonics
+with the Condon-Shortley phase, in the order m = -l .. l.
 """
 
 import numpy as np
@@ -20,12 +20,12 @@ _CUBIC = (
 
 
 def fold_harmonics(sh: Float32, positions: Float32, eye: NDArray[np.float64]) -> Float32:
-    """Return harmonics of degree 0 with the colors that a camera sees.
+    """Convert SH to degree 0 with the colors that a camera sees.
 
     Args:
-        sh: `[N, K, 3]` coefficients, K being 9 or 16.
+        sh: `[N, K, 3]` coefficients, where K is 9 or 16.
         positions: `[N, 3]` centers of the Gaussians, world units.
-        eye: `[3]` where the camera is, world units.
+        eye: `[3]` camera position, world units.
 
     Returns:
         `[N, 1, 3]`.
@@ -40,7 +40,7 @@ def fold_harmonics(sh: Float32, positions: Float32, eye: NDArray[np.float64]) ->
 
 
 def evaluate_basis(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return `[N, 16]` the harmonics of degree 0 to 3 in unit directions `[N, 3]`."""
+    """Return the `[N, 16]` spherical harmonics of degree 0 to 3 in unit directions `[N, 3]`."""
     x, y, z = directions.T
     xx, yy, zz = x * x, y * y, z * z
     a, b, c = _SQUARE

@@ -1,7 +1,7 @@
-"""A picture to which Gaussians are added: only the tiles that they meet are redrawn.
+"""Adds Gaussians to a picture by rendering only the tiles that they intersect.
 
-The pictures are those of all Gaussians drawn together, bit for bit: the lists of the tiles are the
-same, and tiles without added Gaussians are unchanged.
+The result is bit-identical to rendering all Gaussians together, because the lists of
+tiles are the same, and tiles without added Gaussians do not change.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from quarc_ref.rendering.pipeline_data import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Fixed Gaussians and the picture of them alone.
+    """Fixed Gaussians and their picture.
 
     Attributes:
         projection: Projection of the Gaussians.
@@ -42,7 +42,7 @@ class Layer:
 
 
 def draw_layer(camera: Camera, drawn: Drawn, background: Float32) -> Layer:
-    """Draw Gaussians that do not change."""
+    """Render fixed Gaussians."""
     projection = project(camera, drawn)
     tiles = bin_tiles(camera, projection)
     picture = blank_picture(camera)
@@ -51,12 +51,12 @@ def draw_layer(camera: Camera, drawn: Drawn, background: Float32) -> Layer:
 
 
 def join_layer(layer: Layer, added: Projection, tiles: Tiles) -> tuple[Projection, Tiles]:
-    """Return a layer's Gaussians and the added, and the tiles that these meet.
+    """Join a layer's Gaussians with added ones, and find the tiles that the added ones intersect.
 
     Args:
-        layer: Its Gaussians come first.
-        added: `[n]` Gaussians.
-        tiles: Tiles of the added Gaussians only, as are `starts` and `places` of the result.
+        layer: Layer, whose Gaussians come first.
+        added: `[n]` added Gaussians.
+        tiles: Tiles of the added Gaussians only, like `starts` and `places` of the result.
     """
     under = layer.projection
     projection = Projection(

@@ -1,4 +1,4 @@
-"""Matrices of three by three as nine numbers row by row, for the compiler to unroll."""
+"""Kernels for 3x3 matrices as nine numbers in row-major order, which the compiler can unroll."""
 
 from quarc_ref.rendering.compiled import plain
 

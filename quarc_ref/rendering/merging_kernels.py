@@ -1,4 +1,4 @@
-"""Merges the tile lists of added Gaussians into those of fixed ones."""
+"""Kernels that merge the tile lists of added Gaussians with those of fixed ones."""
 
 import numpy as np
 
@@ -7,22 +7,22 @@ from quarc_ref.rendering.compiled import entrance
 
 @entrance
 def merge_tiles(fixed_borders, fixed_lists, fixed_rows, fixed_depths, borders, lists, rows, depths):
-    """Merge added Gaussians into the lists of tiles; at equal depths they come last.
+    """Merge added Gaussians into the lists of tiles, after fixed ones of equal depth.
 
     Args:
-        fixed_borders: `[T + 1]` as in `Tiles`, of the fixed Gaussians.
-        fixed_lists: Likewise.
-        fixed_rows: Likewise.
-        fixed_depths: `[N]`.
-        borders: `[T + 1]` as in `Tiles`, of the added Gaussians.
+        fixed_borders: `[T + 1]` borders of the fixed Gaussians, as in `Tiles`.
+        fixed_lists: Their lists.
+        fixed_rows: Their rows.
+        fixed_depths: `[N]` their depths.
+        borders: `[T + 1]` borders of the added Gaussians, as in `Tiles`.
         lists: Likewise.
         rows: Likewise.
-        depths: `[n]`.
+        depths: `[n]` their depths.
 
     Returns:
-        `[K]` the tiles that have changed, `[K + 1]` where their lists begin, the
-        lists (those that have come count on from N), their rows, and where in
-        them each entry of `lists` stands.
+        `[K]` changed tiles, `[K + 1]` starts of their lists, the lists (added Gaussians
+        are numbered from N), their rows, and the position in them of each entry of
+        `lists`.
     """
     which = np.flatnonzero(borders[1:] > borders[:-1]).astype(np.int32)
     merged_borders = np.zeros(which.size + 1, dtype=np.int64)

@@ -18,11 +18,12 @@ SH_COEFFICIENTS = 4
 
 
 def render_picture(splats: Splats, camera: Camera) -> Float32:
-    """Return `[H, W, 3]` the picture that a camera sees, before a black background.
+    """Render the `[H, W, 3]` view of a camera on a black background.
 
     Args:
-        splats: A frame's scene in floats; of another method's, with SH up to degree 3.
-        camera: Gaussians nearer than a fraction of its near bound are not drawn (SPEC 10.3).
+        splats: Scene of a frame in floats; SH of other methods may have up to degree 3.
+        camera: The camera. Gaussians nearer than a fraction of its near plane are not
+            rendered (SPEC 10.3).
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for top, rows in render_bands(splats, camera):
@@ -31,32 +32,32 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
 
 
 def render_bands(splats: Splats, camera: Camera) -> Iterator[tuple[int, Float32]]:
-    """Draw a picture as `render_picture` does, band by band, from the top down.
+    """Render a picture like `render_picture`, but by bands from top to bottom.
 
     Args:
-        splats: A frame's scene in floats.
-        camera: As for `render_picture`.
+        splats: Scene of a frame in floats.
+        camera: See `render_picture`.
 
     Yields:
         The first row of a band, and its rows `[h, W, 3]`.
     """
     nearest_first = _project(splats, camera)
-    del splats  # which may be most of the memory
+    del splats  # releases what may be most of the memory
     for picture in draw_bands(nearest_first, camera):
         yield picture.top, picture.image
 
 
 def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
-    """Return the depth that a camera sees, and the opacity.
+    """Render the depth and the opacity of a camera's view.
 
     Args:
-        splats: As for `render_picture`.
-        camera: As for `render_picture`.
+        splats: See `render_picture`.
+        camera: See `render_picture`.
 
     Returns:
-        `[H, W]` the mean depth of the Gaussians along each pixel's ray, weighted as their
-        colors are: world units along the viewing axis, 0 where there is none. `[H, W]` the
-        opacity that they add up to, 0 to 1.
+        `[H, W]` mean depth of the Gaussians along each pixel's ray, weighted like their
+        colors, in world units along the viewing axis; 0 where there are none. `[H, W]`
+        accumulated opacity from 0 to 1.
     """
     nearest_first = _project(splats, camera)
     values = np.zeros_like(nearest_first.colors)
@@ -70,8 +71,8 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
 
 
 def _project(splats: Splats, camera: Camera) -> Projection:
-    """Return the Gaussians that a camera sees on its picture plane, nearest first."""
-    with np.errstate(over="ignore"):  # what is not finite is not drawn
+    """Project the visible Gaussians to the picture plane of a camera, sorted by depth."""
+    with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
         opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(OPACITY_MOST))
         scales = np.exp(splats.log_scales)
     sh = splats.sh
