@@ -29,7 +29,7 @@ class WorkerPool:
     """Processes or a cluster that run jobs.
 
     Attributes:
-        workers: Maximum number of local processes at a time; not used for a cluster.
+        workers: Number of processes at a time on this machine or on a `local` cluster.
         threads: Number of threads of each job.
         ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`,
             `auto` for a running cluster on this machine, or `local` for a temporary one.

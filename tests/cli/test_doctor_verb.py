@@ -50,7 +50,7 @@ def test_an_unknown_held_out_camera_is_a_usage_error(capture):
     result = run("doctor", capture, "--held-out", "cam99")
 
     assert result.exit_code == 2
-    assert "--held-out: there is no camera cam99" in result.stderr
+    assert "--held-out: cannot hold out camera cam99" in result.stderr
 
 
 def test_masks_have_findings_of_their_own(capture, tmp_path):

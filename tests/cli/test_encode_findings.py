@@ -92,7 +92,7 @@ def test_one_training_camera_is_rejected_before_any_work(narrow_capture, tmp_pat
     result = run(*_command(narrow_capture, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 3
-    assert "narrow has 1 training camera, and depth needs at least 2" in result.stderr
+    assert "narrow has 1 training camera, but estimating depth needs at least 2" in result.stderr
     assert "--no-checks encodes it anyway" in result.stderr
     assert list_names(tmp_path) == ["narrow"]
 
@@ -107,7 +107,7 @@ def test_points_that_no_view_sees_are_rejected(lost_capture, tmp_path):
     result = run(*_command(lost_capture, tmp_path / "a.quarc"))
 
     assert result.exit_code == 3
-    assert "initial points of capture lost is inside a training view" in result.stderr
+    assert "initial points of capture lost is visible in a training view" in result.stderr
 
 
 def test_a_rejected_segment_is_never_begun(narrow_capture, tmp_path, monkeypatch):

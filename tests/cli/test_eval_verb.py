@@ -77,7 +77,7 @@ def test_a_report_that_exists_is_rejected_and_unharmed(encoded, capture, tmp_pat
     result = run("eval", encoded.file, capture, "--report", tmp_path)
 
     assert result.exit_code == 2
-    assert "index.html, which quarc-ref has not made" in result.stderr
+    assert "index.html, which quarc-ref did not create" in result.stderr
     assert (tmp_path / "index.html").read_text() == "mine"
 
 

@@ -33,7 +33,7 @@ def test_synth_says_what_it_has_made(tmp_path):
     result = run("synth", tmp_path / "room", "--width", 16, "--height", 16, "--frames", 1)
 
     assert result.exit_code == 0
-    assert "13, of 1 frame each, 16 x 16; cam00" in result.stdout
+    assert "13 with 1 frame each, 16 x 16; hold out cam00" in result.stdout
 
 
 def test_every_variant_can_be_asked_for_and_is_explained():
@@ -84,7 +84,7 @@ def test_synth_rejects_a_folder_with_something_in_it(tmp_path):
     rejected, forced = run("synth", tmp_path), run("synth", tmp_path, "--force")
 
     assert (rejected.exit_code, forced.exit_code) == (2, 2)
-    assert "mine.txt, which quarc-ref has not made" in rejected.stderr
+    assert "mine.txt, which quarc-ref did not create" in rejected.stderr
     assert rejected.stderr == forced.stderr
     assert list_names(tmp_path) == ["mine.txt"]
 
@@ -108,7 +108,7 @@ def test_force_takes_no_filmed_capture_for_a_traced_one(tmp_path):
     result = run("synth", tmp_path, "--force")
 
     assert result.exit_code == 2
-    assert "cam00.mp4, which quarc-ref has not made" in result.stderr
+    assert "cam00.mp4, which quarc-ref did not create" in result.stderr
     assert len(list_names(tmp_path)) == 3
 
 

@@ -47,7 +47,7 @@ def test_a_file_that_cannot_be_is_named(capture, tmp_path):
 def test_a_capture_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
     folder = _copy(capture, tmp_path / f"film{_ODD}")
 
-    assert "'film\\udcff' is not UTF-8" in _rejected(folder, tmp_path)
+    assert "'film\\udcff' is not valid UTF-8" in _rejected(folder, tmp_path)
 
 
 def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
@@ -57,7 +57,7 @@ def test_a_camera_whose_name_a_stream_cannot_hold_is_named(capture, tmp_path):
     except OSError:
         pytest.skip("this file system has no such names")
 
-    assert "'cam03\\udcff' is not UTF-8" in _rejected(folder, tmp_path)
+    assert "'cam03\\udcff' is not valid UTF-8" in _rejected(folder, tmp_path)
 
 
 @pytest.mark.parametrize("verb", ["info", "verify"])

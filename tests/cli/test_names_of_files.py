@@ -30,7 +30,7 @@ def test_several_frames_do_not_go_into_one_file(options, name, stream_file, tmp_
     result = run("decode", stream_file, "-o", tmp_path / name, *options)
 
     assert result.exit_code == 2
-    assert "one file" in result.stderr
+    assert "single file" in result.stderr
     assert "--frames" in result.stderr
     assert list_names(tmp_path) == ["small.quarc"]
 
@@ -72,7 +72,7 @@ def test_several_frames_are_not_rendered_into_one_picture(options, stream_file, 
     result = run("render", stream_file, "-o", tmp_path / "a.png", *options)
 
     assert result.exit_code == 2
-    assert "one file" in result.stderr
+    assert "single file" in result.stderr
     assert list_names(tmp_path) == ["small.quarc"]
 
 

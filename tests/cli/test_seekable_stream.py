@@ -84,7 +84,7 @@ def test_a_full_disk_is_named(monkeypatch):
             raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("quarc_ref.cli.seekable_stream.TemporaryFile", lambda **_: Full())
-    fault = f"does not fit in {tempfile.gettempdir()}: No space left on device"
+    fault = f"does not fit into {tempfile.gettempdir()}: No space left on device"
     with (
         pytest.raises(SourceError, match=fault),
         seekable_stream(PipeSource(io.BytesIO(_DATA))),

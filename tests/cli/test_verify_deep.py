@@ -28,7 +28,7 @@ def test_what_was_proved_is_said(file):
 
     shown = " ".join(run("verify", file, "--deep").stdout.split())
     assert f"{proved['bits']:,} bits in {proved['sections']} sections" in shown
-    assert "3, from which 7 frames have the same digests" in shown
+    assert "3, all with the same states (7 frames compared)" in shown
     assert f"at most {proved['most']['gaussians']} of 65,536 Gaussians" in shown
 
 

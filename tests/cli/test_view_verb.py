@@ -108,7 +108,9 @@ def test_a_stream_without_an_end_is_told_how_to_be_followed(tmp_path, made):
         said = viewer.stderr.readline()
         viewer.terminate()
 
-    assert said.endswith(b"cut.quarc has no end: --follow plays on while it is written\n")
+    assert said.endswith(
+        b"cut.quarc has no end; use --follow to play a stream while it is written\n"
+    )
     assert viewer.returncode == 128 + signal.SIGTERM
 
 
@@ -139,7 +141,7 @@ def test_an_address_of_another_machine_is_the_tools_failure(stream_file):
     result = run("view", stream_file, "--no-open", "--host", "192.0.2.1")
 
     assert result.exit_code == 3
-    assert result.stderr.startswith("quarc-ref: cannot listen at 192.0.2.1: ")
+    assert result.stderr.startswith("quarc-ref: cannot listen on 192.0.2.1: ")
     assert len(result.stderr.splitlines()) == 1
 
 
