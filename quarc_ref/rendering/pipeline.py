@@ -1,8 +1,8 @@
-"""The numba kernels in their order: project, bin, composite.
+"""Calls the numba kernels in order: project, bin, composite.
 
-Arrays in and arrays out, float32, no torch: `raster_numba` puts gradients
-around these steps, `pictures` draws with them alone. One call at a time: numba's
-fallback threading layer does not support two threads in its kernels.
+The functions take and return float32 arrays, without torch. `raster_numba` adds gradients
+to these steps, and `pictures` uses them directly. Only one call may run at a time,
+because numba's fallback threading layer does not support concurrent calls of kernels.
 """
 
 import threading
@@ -30,16 +30,16 @@ KERNEL_LOCK = threading.Lock()
 
 @lru_cache(maxsize=256)
 def flatten_camera(camera: Camera) -> Float32:
-    """Return `[22]` what `projection_kernels` needs of a camera."""
+    """Return the `[22]` numbers of a camera for `projection_kernels`."""
     center = camera_center(camera)
     near = NEAR_FRACTION * camera.near
     lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
-    with np.errstate(over="ignore"):  # what is not finite is not drawn
+    with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
         return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
 
 
 def project(camera: Camera, drawn: Drawn) -> Projection:
-    """Project Gaussians onto a camera's picture plane."""
+    """Project Gaussians to a camera's picture plane."""
     count = drawn.means.shape[0]
     outputs = Projection(
         np.zeros((count, 2), dtype=np.float32),
@@ -61,12 +61,12 @@ def project(camera: Camera, drawn: Drawn) -> Projection:
 
 
 def whole_band(camera: Camera) -> Band:
-    """Return the band of all rows of tiles of a camera's picture."""
+    """Return the band with all rows of tiles of a camera's picture."""
     return Band(0, -(-camera.height // TILE), -(-camera.width // TILE))
 
 
 def count_pairs(projection: Projection, band: Band) -> Int32:
-    """Return `[N]` how many tiles of a band each Gaussian meets."""
+    """Return the `[N]` numbers of tiles of a band that Gaussians intersect."""
     with KERNEL_LOCK:
         counts: Int32 = binning_kernels.count_tiles(
             projection.means2d, projection.conics, projection.reaches, tuple(band)
@@ -75,7 +75,7 @@ def count_pairs(projection: Projection, band: Band) -> Int32:
 
 
 def sort_nearest(projection: Projection) -> Int32:
-    """Return the Gaussians that are drawn, nearest first; equal depths in their own order."""
+    """Return the visible Gaussians by depth; those with equal depths keep their order."""
     with KERNEL_LOCK:
         order: Int32 = binning_kernels.sort_by_depth(projection.depths, projection.reaches)
     return order
@@ -91,8 +91,8 @@ def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) 
     """List the Gaussians of every tile of a band.
 
     Args:
-        projection: The Gaussians on the picture plane.
-        order: Those that are drawn, nearest first.
+        projection: Projected Gaussians.
+        order: Visible Gaussians, nearest first.
         band: Rows of tiles.
         counts: `[N]` from `count_pairs`.
     """
@@ -108,12 +108,12 @@ def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) 
 
 
 def blank_picture(camera: Camera) -> Picture:
-    """Return a picture of a camera's size on which nothing is drawn yet."""
+    """Return an empty picture of a camera's size."""
     return blank_rows(camera, 0, camera.height)
 
 
 def blank_rows(camera: Camera, top: int, bottom: int) -> Picture:
-    """Return rows of a camera's picture, from `top` up to `bottom`, with nothing on them yet."""
+    """Return empty rows of a camera's picture, from `top` to `bottom` - 1."""
     size = (bottom - top, camera.width)
     return Picture(np.zeros((*size, 3), dtype=np.float32), np.ones(size, dtype=np.float32), top)
 
@@ -126,14 +126,14 @@ def composite(
     *,
     goes_on: bool = False,
 ) -> None:
-    """Draw tiles that lie in the rows of a picture.
+    """Composite tiles into the rows of a picture.
 
     Args:
-        projection: Gaussians on the picture plane.
-        tiles: Which of them each tile composites.
-        background: `[3]` color behind everything.
-        picture: The picture to draw into.
-        goes_on: Whether to draw behind what is already there, on black.
+        projection: Projected Gaussians.
+        tiles: Lists of Gaussians of the tiles.
+        background: `[3]` background color.
+        picture: Picture to modify.
+        goes_on: Whether to continue behind existing content, on a black background.
     """
     with KERNEL_LOCK:
         raster_kernels.raster_forward(

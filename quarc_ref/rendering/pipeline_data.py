@@ -1,4 +1,4 @@
-"""Data passed between the steps of rendering: contiguous float32 arrays."""
+"""Data that is passed between the steps of rendering: contiguous float32 arrays."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,11 +16,11 @@ class Drawn:
     """Gaussians to render, one row per Gaussian.
 
     Attributes:
-        means: `[N, 3]` world units.
-        quaternions: `[N, 4]` wxyz; the kernels normalize them.
+        means: `[N, 3]` centers, world units.
+        quaternions: `[N, 4]` quaternions wxyz, which the kernels normalize.
         scales: `[N, 3]` standard deviations, world units.
         opacities: `[N]` 0 to 0.99.
-        sh: `[N, 4, 3]` coefficient, then red, green, blue.
+        sh: `[N, 4, 3]` SH coefficients of red, green and blue.
     """
 
     means: Float32
@@ -32,16 +32,16 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projection:
-    """Gaussians on the picture plane, a row to each; rows of those not drawn are undefined.
+    """Projected Gaussians, one row per Gaussian; rows of invisible ones are undefined.
 
     Attributes:
-        means2d: `[N, 2]` pixels.
-        conics: `[N, 3]` inverse covariance, a b c of a x^2 + 2 b x y + c y^2.
-        colors: `[N, 3]` as seen from the camera, 0 and up.
+        means2d: `[N, 2]` centers, pixels.
+        conics: `[N, 3]` inverse covariances: a, b, c of a x^2 + 2 b x y + c y^2.
+        colors: `[N, 3]` colors as seen by the camera, at least 0.
         opacities: `[N]` 0 to 0.99.
-        depths: `[N]` world units.
-        reaches: `[N]` exponent at which alpha falls to 1/255; 0 where not drawn.
-        radii: `[N]` three standard deviations, pixels; 0 where not drawn.
+        depths: `[N]` depths, world units.
+        reaches: `[N]` exponents at which alpha falls to 1/255; 0 if invisible.
+        radii: `[N]` three standard deviations, pixels; 0 if invisible.
     """
 
     means2d: Float32
@@ -53,7 +53,7 @@ class Projection:
     radii: Float32
 
     def take(self, rows: Int32 | slice) -> "Projection":
-        """Return some of the Gaussians."""
+        """Return selected Gaussians."""
         return Projection(
             self.means2d[rows],
             self.conics[rows],
@@ -66,12 +66,12 @@ class Projection:
 
 
 class Band(NamedTuple):
-    """Rows of a picture's tiles.
+    """A range of rows of a picture's tiles.
 
     Attributes:
-        top: The first.
-        bottom: The one after the last.
-        columns: Tiles of a row.
+        top: First row.
+        bottom: Row after the last.
+        columns: Number of tiles per row.
     """
 
     top: int
@@ -81,16 +81,16 @@ class Band(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tiles:
-    """Which Gaussians each tile of a band composites.
+    """Lists of the Gaussians in each tile of a band.
 
     Attributes:
-        which: `[T]` the tiles, counted along the rows of the whole picture.
-        borders: `[T + 1]` where each tile's list begins in `lists`.
+        which: `[T]` tiles, counted along the rows of the whole picture.
+        borders: `[T + 1]` start of each tile's list in `lists`.
         lists: `[P]` Gaussians, nearest first within a tile.
-        rows: `[P, 2]` the first row of its tile that each of them meets, and the
-            one after its last.
-        starts: `[N + 1]` where each Gaussian's pairs begin in `places`.
-        places: `[P]` where each pair stands in `lists`.
+        rows: `[P, 2]` first row of the tile that each of them intersects, and the row
+            after the last.
+        starts: `[N + 1]` start of each Gaussian's pairs in `places`.
+        places: `[P]` position of each pair in `lists`.
     """
 
     which: Int32
@@ -103,12 +103,12 @@ class Tiles:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Rows of a camera's picture, as many as a whole number of tiles unless they are the last.
+    """Rows of a camera's picture: a multiple of the tile size, except at the bottom.
 
     Attributes:
-        image: `[H, W, 3]`.
-        transmittance: `[H, W]` negative where a pixel stopped early.
-        top: The row of the whole picture that the first of them is.
+        image: `[H, W, 3]` colors.
+        transmittance: `[H, W]` transmittances, negative where a pixel became opaque.
+        top: Index of the first row in the whole picture.
     """
 
     image: Float32

@@ -1,12 +1,13 @@
-"""Gaussians onto the picture plane, forward and backward (EWA, SH degree 1).
+"""Kernels that project Gaussians, forward and backward (EWA, SH degree 1).
 
-A Gaussian is taken by one thread and shares nothing, so that the number of
-threads does not reach the result. The backward pass recomputes the values of the forward pass that
-it needs. The conventions are SPEC 10.3's: pixel centers at +0.5, 0.3 added to the covariance's
-diagonal, and x/z and y/z held within the picture and a margin in the Jacobian alone.
+Each Gaussian is processed by one thread without shared data, so the number of threads
+does not affect the result. The backward pass recomputes the values of the forward pass
+that it needs. The conventions are those of SPEC 10.3: pixel centers are at +0.5, 0.3 is
+added to the diagonal of covariances, and x/z and y/z are clamped to the picture and a
+margin, but only in the Jacobian.
 
-A camera is a flat array: rotation 9, translation 3, fx, fy, cx, cy, width,
-height, nearest depth, and its center 3.
+A camera is a flat array: rotation (9), translation (3), fx, fy, cx, cy, width, height,
+nearest depth, center (3).
 """
 
 import math
@@ -19,7 +20,7 @@ from quarc_ref.rendering.matrix_kernels import product, times, transposed_produc
 
 LOW_PASS = np.float32(0.3)
 ALPHA_LEAST = np.float32(1 / 255)
-MARGIN = np.float32(0.15)  # of the picture's size: 0.3 times half of it
+MARGIN = np.float32(0.15)  # relative to the picture's size: 0.3 times half of it
 SH_C0 = np.float32(0.28209479177387814)
 SH_C1 = np.float32(0.4886025119029199)
 _0 = np.float32(0)
@@ -34,12 +35,11 @@ def project_forward(
     camera, means, quaternions, scales, opacities, sh,
     means2d, conics, colors, depths, reaches, radii,
 ):  # fmt: skip
-    """Fill means2d [N,2], conics [N,3], colors [N,3], depths, reaches and radii [N].
+    """Compute means2d [N,2], conics [N,3], colors [N,3], depths, reaches and radii [N].
 
-    A reach is the exponent at which a Gaussian's alpha falls to 1/255, and 0
-    for one that is not drawn; a radius is three standard deviations, in pixels.
-    A Gaussian that has a number that is not finite is not drawn; conditions are
-    such that NaN does not meet them.
+    The reach is the exponent at which a Gaussian's alpha falls to 1/255, or 0 for
+    invisible ones; the radius is three standard deviations, in pixels. Gaussians with
+    non-finite numbers are invisible; conditions are written so that NaN fails them.
     """
     for i in numba.prange(means.shape[0]):
         reaches[i] = _0
@@ -72,7 +72,7 @@ def project_backward(
     camera, means, quaternions, scales, sh, reaches, colors,
     g_means2d, g_conics, g_colors, g_means, g_quaternions, g_scales, g_sh,
 ):  # fmt: skip
-    """Fill the gradients of means, quaternions, scales and sh from those of the outputs."""
+    """Compute the gradients of means, quaternions, scales and sh from those of the outputs."""
     for i in numba.prange(means.shape[0]):
         if not reaches[i] > _0:
             g_means[i] = _0
@@ -98,13 +98,13 @@ def _to_camera(camera, means, i):
 
 @plain
 def _meets(center, extent, size):
-    """Return whether an extent about a center, both finite, meets what goes from 0 to a size."""
+    """Return whether an interval, given by finite center and extent, intersects 0 to size."""
     return center + extent >= _0 and center - extent <= size and math.isfinite(center + extent)
 
 
 @plain
 def _rotation(quaternions, i):
-    """Return the matrix of a quaternion, normalized first."""
+    """Return the rotation matrix of a normalized quaternion."""
     w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
     inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = w * inverse, x * inverse, y * inverse, z * inverse
@@ -117,7 +117,7 @@ def _rotation(quaternions, i):
 
 @plain
 def _slopes(camera, x, y, z):
-    """Return x/z and y/z as the Jacobian sees them, and whether each is as it was."""
+    """Return x/z and y/z clamped for the Jacobian, and whether each is unchanged."""
     low = -(camera[14] + MARGIN * camera[16]) / camera[12]
     high = (camera[16] - camera[14] + MARGIN * camera[16]) / camera[12]
     slope_x = min(max(x / z, low), high)
@@ -129,7 +129,7 @@ def _slopes(camera, x, y, z):
 
 @plain
 def _spread(camera, turn, scales, i, x, y, z):
-    """Return the camera-space axes, times their scales, and the two rows of their projection."""
+    """Return the scaled camera-space axes, and the two rows of their projection."""
     m = product(camera, turn)
     sx, sy, sz = scales[i, 0], scales[i, 1], scales[i, 2]
     m = (
@@ -173,7 +173,8 @@ def _covariance_backward(
     inverse = _1 / (a * c - b * b)
     ca, cb, cc = c * inverse, -b * inverse, a * inverse
     ga, gb, gc = g_conics[i, 0], g_conics[i, 1], g_conics[i, 2]
-    # covariance = inverse of conic: its gradient is -conic G conic, G symmetric with gb / 2.
+    # The covariance is the inverse conic: its gradient is -conic G conic, with symmetric G and gb
+    # / 2.
     pa, pb = ga * ca + _HALF * gb * cb, ga * cb + _HALF * gb * cc
     qa, qb = _HALF * gb * ca + gc * cb, _HALF * gb * cb + gc * cc
     ha, hb, hc = -(ca * pa + cb * qa), -(ca * pb + cb * qb), -(cb * pb + cc * qb)
@@ -243,12 +244,12 @@ def _shade(camera, means, sh, colors, i):
     for k in range(3):
         first = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
         color = SH_C0 * sh[i, 0, k] + SH_C1 * first + _HALF
-        colors[i, k] = _0 if color < _0 else color  # NaN stays
+        colors[i, k] = _0 if color < _0 else color  # preserves NaN
 
 
 @plain
 def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
-    """Write the gradient of sh; return that of the mean, through the viewing direction."""
+    """Write the gradient of sh, and return that of the mean by the viewing direction."""
     x, y, z, inverse = _direction(camera, means, i)
     gx, gy, gz = _0, _0, _0
     for k in range(3):

@@ -1,8 +1,8 @@
-"""The CUDA backend: gsplat's rasterization behind our Protocol.
+"""The CUDA backend: gsplat's rasterizer with the interface of `rasterizer`.
 
-gsplat (Apache-2.0) compiles its kernels at the first call, with the nvcc of a
-CUDA toolkit. Its conventions are ours (SPEC 10.3); its own alpha clamp, which
-differs between its versions, is never reached.
+gsplat (Apache-2.0) compiles its kernels at the first call with the nvcc of a CUDA
+toolkit. It follows the conventions of SPEC 10.3. Opacities are clamped before, so
+gsplat's own alpha clamp, which differs between versions, has no effect.
 """
 
 import torch
@@ -14,7 +14,7 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, 
 
 
 class GsplatRasterizer:
-    """Draws float32 Gaussians on a CUDA device.
+    """Renders float32 Gaussians on a CUDA device.
 
     Raises:
         RuntimeError: gsplat is not installed.

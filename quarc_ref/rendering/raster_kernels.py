@@ -1,8 +1,8 @@
-"""Front-to-back compositing of a picture, tile by tile.
+"""Kernels for front-to-back compositing, by tile.
 
-For each Gaussian of a tile's list the rows that its ellipse meets are processed without branches
-inside a row, so that each row takes a few vector operations. A negative transmittance marks a
-pixel that has stopped.
+For each Gaussian of a tile's list, the rows that its ellipse intersects are processed
+without branches inside a row, so that each row takes a few vector operations. A negative
+transmittance marks a pixel that is opaque and no longer changes.
 """
 
 import math
@@ -16,12 +16,12 @@ from quarc_ref.rendering.compiled import fused, inlined, parallel_entrance, plai
 ALPHA_MOST = np.float32(0.99)
 ALPHA_LEAST = np.float32(1 / 255)
 TRANSMITTANCE_LEAST = np.float32(1e-4)
-CHECK_EVERY = 16  # Gaussians of a list
+CHECK_EVERY = 16  # number of Gaussians of a list
 _0 = np.float32(0)
 _1 = np.float32(1)
 _HALF = np.float32(0.5)
 _GOLDEN = 0.618
-# exp(-s) = p(s / 8)^8 on [0, 5.7], to 2e-6; beyond, alpha is below 1/255.
+# exp(-s) = p(s / 8)^8 on [0, 5.7] with an error of 2e-6; above, alpha is below 1/255.
 _MOST = np.float32(5.7)
 _P5 = np.float32(-0.005805022083222866 / 8**5)
 _P4 = np.float32(0.03970295563340187 / 8**4)
@@ -42,9 +42,9 @@ def _falloff(s):
 
 @inlined
 def weigh(s, opacity, t):
-    """Return alpha of a Gaussian at a pixel, whether it counts, its weight, and t after it.
+    """Return alpha of a Gaussian at a pixel, whether it is used, its weight, and the new t.
 
-    A pixel that stops, or has stopped, keeps its t, made negative.
+    The t of an opaque pixel is kept but made negative.
     """
     alpha = min(ALPHA_MOST, opacity * _falloff(s))
     drawn = (alpha >= ALPHA_LEAST) & (s >= _0) & (s <= _MOST)
@@ -70,8 +70,8 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
     """Add the Gaussians of a tile's list to its rows.
 
     Args:
-        met: `[n, 2]` the rows that each Gaussian of the list meets.
-        rows: `[TILE, 4 TILE]` of each row transmittance, red, green, blue.
+        met: `[n, 2]` rows that each Gaussian of the list intersects.
+        rows: `[TILE, 4 TILE]` transmittance, red, green and blue of each row.
     """
     for k in range(list_.size):
         if k % CHECK_EVERY == 0 and all_stopped(rows):
@@ -96,9 +96,9 @@ def _composite(x0, y0, list_, met, means2d, conics, colors, opacities, rows):
 
 @plain
 def scattering_step(count):
-    """Return a step that takes one through all of `count` places, and each thread everywhere.
+    """Return a step that visits all of `count` tiles in a scattered order.
 
-    Threads get consecutive turns: without it one would have the sky and another the street.
+    Threads get consecutive ranges, which would otherwise differ much in work.
     """
     step = int(_GOLDEN * count) + 1
     while math.gcd(step, count) > 1:
@@ -108,9 +108,9 @@ def scattering_step(count):
 
 @plain
 def _take_up(rows, image, transmittance, row, column):
-    """Fill the rows of a tile with the state of its earlier slices."""
+    """Load the rows of a tile with the state after earlier slices."""
     height, width = transmittance.shape
-    rows[:, :TILE] = -_1  # beside the picture nothing goes on
+    rows[:, :TILE] = -_1  # pixels outside the picture are opaque
     for y in range(min(TILE, height - row)):
         for x in range(min(TILE, width - column)):
             rows[y, x] = transmittance[row + y, column + x]
@@ -123,10 +123,10 @@ def raster_forward(
     means2d, conics, colors, opacities,
     which, borders, lists, met_rows, background, goes_on, top, image, transmittance,
 ):  # fmt: skip
-    """Fill tiles of image [H,W,3] and transmittance [H,W], negative where a pixel stopped.
+    """Composite tiles into image [H,W,3] and transmittance [H,W] (negative if opaque).
 
-    Their first row is the row `top` of the picture by whose rows tiles are counted.
-    Continuing means drawing behind what is already there, on black.
+    Tiles are counted along the rows of the whole picture, in which the first row of the
+    image is `top`. With `goes_on`, Gaussians are added behind existing content, on black.
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)

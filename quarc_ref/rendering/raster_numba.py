@@ -1,6 +1,7 @@
 """The CPU backend: numba kernels as two differentiable steps, project and composite.
 
-Between them is `means2d`, an ordinary tensor of the graph, so that its gradient can be read.
+`means2d`, which is passed between them, is a tensor of the graph, so that its gradient is
+available.
 """
 
 from typing import Any
@@ -31,7 +32,7 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rendering
 
 
 class NumbaRasterizer:
-    """Draws float32 Gaussians on the CPU."""
+    """Renders float32 Gaussians on the CPU."""
 
     name = "numba"
 
@@ -46,7 +47,7 @@ class NumbaRasterizer:
 
 
 class _LayeredBackdrop:
-    """Redraws only the tiles that the added Gaussians meet."""
+    """Renders only the tiles that the added Gaussians intersect."""
 
     def __init__(self, camera: Camera, background: Tensor, layer: Layer) -> None:
         self._camera, self._background, self._layer = camera, background, layer
@@ -69,7 +70,7 @@ def _render(
 
 
 class _Project(Function):
-    """Gaussians to the picture plane; opacities only decide what is drawn."""
+    """Projection as an autograd function; opacities only determine visibility."""
 
     @staticmethod
     def forward(
@@ -109,7 +110,7 @@ class _Project(Function):
 
 
 class _Composite(Function):
-    """The picture plane to pixels."""
+    """Compositing as an autograd function."""
 
     @staticmethod
     def forward(

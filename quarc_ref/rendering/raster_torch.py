@@ -1,7 +1,7 @@
-"""The reference backend: plain torch, in any float type, differentiated by torch itself.
+"""The reference backend: plain torch in any float type, differentiated by autograd.
 
-Slow and short; the other backends are tested against it in float64. All pixels of a tile and all
-Gaussians whose boxes reach it form one matrix.
+It is simple but slow; the other backends are tested against it in float64. All pixels of
+a tile and all Gaussians whose bounding boxes intersect it form one matrix.
 """
 
 import torch
@@ -21,7 +21,7 @@ _SH_C1 = 0.4886025119029199
 
 
 class TorchRasterizer:
-    """Draws by plain torch."""
+    """Renders Gaussians by plain torch."""
 
     name = "torch"
 
@@ -54,7 +54,7 @@ class TorchRasterizer:
 
 
 def _are_finite(*parts: Tensor) -> Tensor:
-    """Return `[N]` which rows of all parts have finite numbers alone."""
+    """Return `[N]` whether the rows of all tensors are finite."""
     flat = torch.cat([part.flatten(start_dim=1) for part in parts], dim=1)
     return torch.isfinite(flat).all(dim=1)
 
@@ -68,7 +68,7 @@ def _project_means(points: Tensor, camera: Camera) -> Tensor:
 def _project_covariances(
     gaussians: Gaussians, rotation: Tensor, points: Tensor, camera: Camera
 ) -> Tensor:
-    """Return `[N, 2, 2]` covariances in pixels (EWA)."""
+    """Return the `[N, 2, 2]` projected covariances in pixels (EWA)."""
     axes = rotation @ _matrices(gaussians.quaternions) * gaussians.scales[:, None, :]
     x, y, z = points.unbind(dim=1)
     slope_x = _within(x / z, camera.cx, camera.fx, camera.width)
@@ -137,7 +137,7 @@ def _composite(
 def _composite_tile(
     splats: list[Tensor], box: tuple[int, int, int, int], background: Tensor
 ) -> Tensor:
-    """Return `[h, w, 4]` color and alpha of a tile, Gaussians nearest first."""
+    """Return the `[h, w, 4]` color and alpha of a tile; Gaussians are sorted by depth."""
     means2d, covariances, opacities, colors = splats
     left, right, top, bottom = box
     y = torch.arange(top, bottom, dtype=means2d.dtype, device=means2d.device) + 0.5

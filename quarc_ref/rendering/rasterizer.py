@@ -1,8 +1,8 @@
-"""The interface of a rasterizer, and its data.
+"""The interface of rasterizers, and its data.
 
-Activations are applied here, before every backend, so that the clamps of the backends have no
-effect: alpha is held at 0.99 by the opacity. Backends are `numba` (CPU), `gsplat` (CUDA) and
-`torch` (the float64 reference); `backends` chooses.
+Activations are applied here and not in the backends. Opacities, and thus alpha, are
+limited to 0.99, so the clamps of the backends have no effect. Backends are `numba` (CPU),
+`gsplat` (CUDA) and `torch` (the float64 reference); `backends` chooses.
 """
 
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ class Gaussians:
     """Gaussians to render, one row per Gaussian.
 
     Attributes:
-        means: `[N, 3]` world units.
-        quaternions: `[N, 4]` wxyz; normalized by the backend.
+        means: `[N, 3]` centers, world units.
+        quaternions: `[N, 4]` quaternions wxyz, which the backend normalizes.
         scales: `[N, 3]` standard deviations, world units.
-        opacities: `[N]` 0 to 0.99.
-        sh: `[N, 4, 3]` coefficient, then red, green, blue.
+        opacities: `[N]` opacities from 0 to 0.99.
+        sh: `[N, 4, 3]` SH coefficients of red, green and blue.
     """
 
     means: Tensor
@@ -40,14 +40,14 @@ class Gaussians:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendering:
-    """A picture and the data that densification needs.
+    """A rendered picture, and the data that densification needs.
 
     Attributes:
-        image: `[H, W, 3]` not clamped.
-        alpha: `[H, W]` 1 less the transmittance left.
-        means2d: `[N, 2]` (or `[1, N, 2]`) pixels; in the graph of image and
-            alpha, so that its gradient can be asked for.
-        radii: `[N]` three standard deviations in pixels; 0 where not drawn.
+        image: `[H, W, 3]` unclamped colors.
+        alpha: `[H, W]` 1 minus the remaining transmittance.
+        means2d: `[N, 2]` (or `[1, N, 2]`) centers in pixels, a tensor of the autograd
+            graph, so that its gradient is available.
+        radii: `[N]` three standard deviations in pixels; 0 if invisible.
     """
 
     image: Tensor
@@ -57,54 +57,54 @@ class Rendering:
 
 
 class Backdrop(Protocol):
-    """Gaussians that do not change, as one camera sees them.
+    """Fixed Gaussians in the view of a camera.
 
     Attributes:
-        image: `[H, W, 3]` of them alone.
-        alpha: `[H, W]` of them alone.
+        image: `[H, W, 3]` rendering of these Gaussians.
+        alpha: `[H, W]` alpha of these Gaussians.
     """
 
     image: Tensor
     alpha: Tensor
 
     def render(self, added: Gaussians) -> Rendering:
-        """Draw them and others together.
+        """Render the fixed and the added Gaussians together.
 
         Args:
-            added: At least one. They are the last rows of the rendering's
-                `means2d` and `radii`, and gradients go to them alone.
+            added: Added Gaussians, at least one, which are the last rows of the
+                rendering's `means2d` and `radii`. Only they get gradients.
         """
         ...
 
 
 class Rasterizer(Protocol):
-    """Draws Gaussians differentiably."""
+    """Interface of a differentiable renderer."""
 
     name: str
 
     def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
-        """Draw what a camera sees.
+        """Render the view of a camera.
 
         Args:
-            gaussians: On the rasterizer's device.
-            camera: The camera; Gaussians nearer than its near bound are culled (SPEC 10.3).
-            background: `[3]` color behind everything.
+            gaussians: Gaussians on the rasterizer's device.
+            camera: The camera; Gaussians nearer than its near plane are culled (SPEC 10.3).
+            background: `[3]` background color.
         """
         ...
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
-        """Draw Gaussians to which others will be added; arguments as for `render`."""
+        """Render Gaussians to which others will be added; see `render`."""
         ...
 
 
 class JoinedBackdrop:
-    """A backdrop for backends without their own: everything is redrawn.
+    """A backdrop for backends without their own one, which renders everything again.
 
     Args:
-        rasterizer: The rasterizer that draws.
-        gaussians: Gaussians that do not change.
-        camera: The camera that sees them.
-        background: `[3]` color behind everything.
+        rasterizer: The rasterizer.
+        gaussians: Fixed Gaussians.
+        camera: The camera.
+        background: `[3]` background color.
     """
 
     def __init__(
@@ -124,11 +124,11 @@ class JoinedBackdrop:
 
 
 def activate_opacities(logits: Tensor) -> Tensor:
-    """Return opacities of logits, at most 0.99."""
+    """Convert logits to opacities of at most 0.99."""
     return torch.sigmoid(logits).clamp(max=OPACITY_MOST)
 
 
 def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
-    """Return `[N, 2]` a gradient with respect to `means2d` in NDC, the unit of thresholds."""
+    """Convert a gradient with respect to `means2d` to `[N, 2]` in NDC, the unit of thresholds."""
     half = gradient.new_tensor([camera.width / 2, camera.height / 2])
     return gradient.reshape(-1, 2) * half

@@ -1,9 +1,9 @@
-"""SSIM of two pictures and its gradient: 11x11 Gaussian of sigma 1.5, zero padding.
+"""Kernels for SSIM and its gradient: 11x11 Gaussian window of sigma 1.5, zero padding.
 
-The variant of 3DGS and its descendants, `ssim_inria` in reports. A picture is
-taken as rows of red, green, blue, red, ...: a step along x is three numbers, so
-that every loop runs over contiguous memory. A row of the picture is the work
-of one thread and no sum crosses rows: results do not depend on their number.
+This is the variant of 3DGS and methods based on it, `ssim_inria` in reports. A picture is
+processed as rows of interleaved colors, so that every loop runs over contiguous memory
+and a step along x is three numbers. Each row is processed by one thread, so results do
+not depend on the number of threads.
 """
 
 import math
@@ -56,7 +56,7 @@ def _add_product(out, tap, row, other):
 @fused
 def _moments_down(picture, y, sums):
     """Filter a picture and its square along y into padded rows."""
-    # Slices of single rows: of the whole, the compiler would not know the stride.
+    # Slices of single rows, because the compiler would not know the stride of the whole array.
     start, stop = 3 * RADIUS, 3 * RADIUS + picture.shape[1]
     a, aa = sums[0][start:stop], sums[1][start:stop]
     for k in range(max(0, RADIUS - y), min(2 * RADIUS + 1, picture.shape[0] + RADIUS - y)):
@@ -81,10 +81,10 @@ def _copy(source, target):
 
 @fused
 def _slopes(rows, block):
-    """Turn the moments of a row into its SSIM and the derivatives by a, aa and ab.
+    """Compute the SSIM of a row and its derivatives by a, aa and ab from the moments.
 
-    The moments a, aa, ab, b, bb are taken through a block of fixed size, whose
-    parts the compiler knows apart: many arrays at once it would not vectorize.
+    The moments a, aa, ab, b, bb are copied to a block of fixed size, because the compiler
+    does not vectorize loops over many arrays that may overlap.
 
     Args:
         rows: `[5, width]`; the first four are overwritten.
@@ -115,7 +115,7 @@ def _slopes(rows, block):
 
 @parallel_entrance
 def ssim_moments(picture, moments):
-    """Fill `[2, H, 3 W]` a picture `[H, 3 W]` filtered, and its filtered square."""
+    """Compute `[2, H, 3 W]`: a filtered picture `[H, 3 W]` and its filtered square."""
     height, width = picture.shape
     for y in numba.prange(height):
         sums = np.zeros((2, width + 6 * RADIUS), dtype=np.float32)
@@ -126,15 +126,15 @@ def ssim_moments(picture, moments):
 
 @parallel_entrance
 def ssim_forward(first, second, moments, ssim, slopes):
-    """Fill the SSIM of every number of two pictures, and its slopes.
+    """Compute the SSIM of every number of two pictures, and its derivatives.
 
     Args:
-        first: `[H, 3 W]`.
-        second: `[H, 3 W]`.
-        moments: `[2, H, 3 W]` of the second, by `ssim_moments`.
-        ssim: `[H, 3 W]` to fill.
-        slopes: `[3, H, 3 W]` to fill: derivatives by the first picture's
-            filtered self, its filtered square and the filtered product.
+        first: `[H, 3 W]` first picture.
+        second: `[H, 3 W]` second picture.
+        moments: `[2, H, 3 W]` moments of the second picture from `ssim_moments`.
+        ssim: `[H, 3 W]` output.
+        slopes: `[3, H, 3 W]` output: derivatives by the filtered first picture, its
+            filtered square and the filtered product.
     """
     height, width = first.shape
     for y in numba.prange(height):
@@ -162,7 +162,7 @@ def _slopes_down(slopes, y, sums):
 
 @parallel_entrance
 def ssim_backward(first, second, slopes, gradient):
-    """Fill `[H, 3 W]` the gradient, by the first picture, of the sum of the SSIM."""
+    """Compute the `[H, 3 W]` gradient of the sum of the SSIM by the first picture."""
     height, width = first.shape
     for y in numba.prange(height):
         sums = np.empty((3, width + 6 * RADIUS), dtype=np.float32)

@@ -1,10 +1,10 @@
-"""Streams as bytes: sources, reading, seeking, recovery, cutting and joining.
+"""Reads streams: sources, chunks, seeking, recovery, cutting and joining.
 
     for scene in decode(data):
         splats = dequantize(scene)
 
-A stream is bytes, or a `Source` that reads at an offset: `open_source` opens
-a file, an HTTP URL or standard input. `recover` decodes past damage.
+A stream is given as bytes or as a `Source` that reads at an offset; `open_source` opens a
+file, an HTTP URL or standard input. `recover` decodes damaged streams.
 """
 
 from quarc_ref.streams.decode_stream import decode

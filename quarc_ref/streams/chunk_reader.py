@@ -1,8 +1,8 @@
 """Reads the chunks of a stream in order: SPEC 5.1.
 
-All reading goes through here: strict or after damage, from the beginning or from a seek
-point. A chunk is rejected by its header if possible, before its payload is read or memory is
-allocated for it.
+All reading uses this module: strict or after damage, from the beginning or from a seek
+point. A chunk is rejected by its header if possible, before its payload is read or memory
+is allocated for it.
 """
 
 import zlib
@@ -37,8 +37,7 @@ class ChunkReader:
         source: The stream.
         offset: Offset of the next chunk.
         sequence: Expected sequence number of that chunk.
-        current: Header of the last chunk whose header was accepted; None if
-            that of the current chunk was not.
+        current: Last accepted chunk header; None if the header of the current chunk was rejected.
     """
 
     def __init__(self, source: Source) -> None:
@@ -55,7 +54,7 @@ class ChunkReader:
         return self._before == container.TAIL
 
     def read_header(self) -> ChunkHeader | None:
-        """The header of the next chunk; the reader does not move.
+        """Read the header of the next chunk without moving.
 
         Returns:
             The header; None after TAIL.
@@ -81,9 +80,9 @@ class ChunkReader:
         return header
 
     def headers(self) -> Iterator[ChunkHeader]:
-        """Walk the chunk headers from here to TAIL, reading no payload that is not taken.
+        """Yield the chunk headers up to TAIL, without reading the payloads of skipped chunks.
 
-        A chunk that was not taken is skipped when the next header is read.
+        A chunk is skipped when the next header is read, unless it was taken.
 
         Raises:
             ContainerError: A chunk header is invalid.
@@ -166,7 +165,7 @@ def check_payload(source: Source, header: ChunkHeader) -> None:
 
 
 def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
-    """Yield the chunks of a stream, each after its CRCs have been checked.
+    """Yield the chunks of a stream after checking their CRCs.
 
     Ancillary chunks of unknown types are checked and skipped.
 
@@ -177,8 +176,7 @@ def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
         HEAD first, TAIL last.
 
     Raises:
-        ContainerError: At the first byte that is not as SPEC 5 has it; every
-            chunk before it has been given out.
+        ContainerError: A chunk is invalid (SPEC 5); all chunks before it have been yielded.
     """
     reader = ChunkReader(as_source(stream))
     while (chunk := reader.read_chunk()) is not None:

@@ -1,4 +1,4 @@
-"""Copies a stream byte for byte and verifies every chunk on the way."""
+"""Copies a stream byte by byte, and verifies every chunk."""
 
 from typing import BinaryIO
 
@@ -8,14 +8,14 @@ from quarc_ref.streams.source import Source
 
 
 def copy_stream(source: Source, sink: BinaryIO) -> int:
-    """Copy a whole stream; each chunk is written once its CRCs have been checked.
+    """Copy a whole stream, checking the CRCs of each chunk before it is written.
 
     Args:
         source: A stream, which may be a pipe.
-        sink: Binary file that the copy is written to.
+        sink: Binary file for the copy.
 
     Returns:
-        How many frames it has.
+        Number of frames.
 
     Raises:
         BitstreamError: The stream is invalid; everything before the error has been copied.

@@ -1,8 +1,8 @@
-"""Cuts frames of a stream out into a stream of their own.
+"""Extracts frames of a stream as a new stream.
 
-The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose CANO
-is cut away. Frame numbers stay the same (SPEC 11.1), and with them times, digests and the
-pictures of the capture that belong to them.
+The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose
+CANO is not included. Frame numbers are preserved (SPEC 11.1), and with them times,
+digests and the correspondence to pictures of the capture.
 """
 
 from collections.abc import Iterator
@@ -21,22 +21,22 @@ from quarc_ref.streams.stream_writer import StreamWriter
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
     """Write the frames of a stream from a keyframe on.
 
-    Other chunks are kept if they come before the stream's first frame, or after
-    a frame that is kept; so are the last `came` and the last `meta` before
-    `start`, since these apply to all that follows. Nothing after the requested
-    frames is read: a stream may be damaged there, or grow.
+    Other chunks are kept if they precede the stream's first frame or follow a kept frame.
+    The last `came` and `meta` chunks before `start` are kept as well, because they apply
+    to all later frames. Bytes after the requested frames are not read, because the stream
+    may be damaged there or still grow.
 
     Args:
         source: A stream.
-        start: Ordinal of the first frame wanted; None for the stream's first.
+        start: Ordinal of the first frame; None for the stream's first one.
         stop: Ordinal after the last frame; None for all.
-        sink: Binary file that is appended to, after `start` has been found.
+        sink: Binary file to which the result is appended, after `start` has been found.
 
     Returns:
         Number of frames written.
 
     Raises:
-        EditError: Frame `start` is not there, or not canonical, or not before `stop`.
+        EditError: Frame `start` does not exist, is not canonical, or is not before `stop`.
         BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
@@ -60,11 +60,11 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
 
 
 class _Passed:
-    """State that a cut needs from the frames before it.
+    """State that a cut needs from skipped frames.
 
     Attributes:
-        canonical: Ordinal of the last canonical frame that was passed over.
-        reference: The last CANO that was passed over, if snapshots may be coded against it.
+        canonical: Ordinal of the last skipped canonical frame.
+        reference: The last skipped CANO, if snapshots may refer to it.
     """
 
     def __init__(self) -> None:
@@ -74,7 +74,7 @@ class _Passed:
         self._latest: dict[bytes, Chunk] = {}
 
     def note(self, step: Step, walk: FrameWalk) -> None:
-        """Record a step."""
+        """Record a step of the walk."""
         if step.is_canonical:
             self.canonical = step.frame
             if walk.header.snapshots and step.header.kind == container.CANO:
@@ -85,12 +85,12 @@ class _Passed:
             self._latest[step.header.kind] = walk.take(step)
 
     def chunks(self) -> list[Chunk]:
-        """The chunks to write before the first frame, in stream order."""
+        """Return the chunks to write before the first frame, in stream order."""
         return self._prologue + sorted(self._latest.values(), key=lambda chunk: chunk.sequence)
 
 
 def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Passed) -> Step:
-    """The first requested frame of the walk; `passed` collects the chunks before it."""
+    """Find the first requested frame; `passed` collects the chunks before it."""
     for step in steps:
         if step.is_frame and (start is None or (step.frame or 0) >= start):
             if start is None or (step.is_canonical and step.frame == start):
@@ -103,7 +103,7 @@ def _find(steps: Iterator[Step], start: int | None, walk: FrameWalk, passed: _Pa
 
 
 def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -> NoReturn:
-    """Raise EditError with the keyframes before and after a frame."""
+    """Raise EditError that names the keyframes before and after a frame."""
     after = step.frame if step.is_canonical else None
     with suppress(TruncatedError):
         after = after or next((other.frame for other in steps if other.is_canonical), None)
@@ -114,12 +114,12 @@ def _reject(start: int, before: int | None, step: Step, steps: Iterator[Step]) -
 
 
 class _Copying:
-    """Writes chunks unchanged, except snapshots whose CANO is cut away.
+    """Writes chunks unchanged, except snapshots whose CANO is not included.
 
     Args:
         writer: Writer of the new stream.
         walk: Walk of the stream.
-        reference: The CANO that is cut away, if it matters.
+        reference: The CANO that is not included, if snapshots refer to it.
     """
 
     def __init__(self, writer: StreamWriter, walk: FrameWalk, reference: Chunk | None) -> None:

@@ -1,7 +1,7 @@
 """Decodes streams to scenes: SPEC 7.
 
-`ChunkReader` checks and orders the chunks, `StreamDecoder` keeps track of the stream, and an
-engine decodes the state of each frame.
+`ChunkReader` checks the chunks and their order, `StreamDecoder` holds the state of the
+stream, and an engine decodes the state of each frame.
 """
 
 from collections.abc import Iterator
@@ -27,13 +27,12 @@ def decode(
     """Decode the frames of a stream.
 
     Args:
-        stream: A stream; a truncated one yields its complete frames first.
-        start: Ordinal of the first frame wanted; only the bytes needed to reach it are read (SPEC
-            11.2).
+        stream: A stream; if it is truncated, its complete frames are yielded before the error.
+        start: Ordinal of the first frame; only the bytes needed to reach it are read (SPEC 11.2).
         stop: Ordinal after the last frame; None for all.
         follow: How long to wait for a growing stream; None not to wait.
-        decoder: A new decoder, from which the caller can read cameras and metadata. None for one
-            of its own.
+        decoder: A new decoder, which gives the caller access to cameras and metadata;
+            None to create one.
 
     Yields:
         The scene of every requested frame, in order.
@@ -54,7 +53,7 @@ def decode_states(
     follow: Follow | None = None,
     decoder: StreamDecoder | None = None,
 ) -> Iterator[FrameState]:
-    """Like `decode`, but yield whole frame states."""
+    """Decode the frames of a stream as complete states; see `decode`."""
     for _, state in walk_frames(stream, decoder or StreamDecoder(), start, stop, follow):
         frame = state.frame
         if start <= frame and (stop is None or frame < stop):
@@ -68,17 +67,17 @@ def walk_frames(
     stop: int | None = None,
     follow: Follow | None = None,
 ) -> Iterator[tuple[Chunk, FrameState]]:
-    """Like `decode`, but also yield the frames between the seek point and the first requested one.
+    """Decode frames including those between the seek point and the first requested frame.
 
     Args:
-        stream: As for `decode`.
-        decoder: A fresh decoder.
-        start: As for `decode`.
-        stop: The same; a first frame after it is yielded, too.
-        follow: As for `decode`.
+        stream: See `decode`.
+        decoder: A new decoder.
+        start: See `decode`.
+        stop: See `decode`; a first frame after it is yielded as well.
+        follow: See `decode`.
 
     Yields:
-        The chunk and the state of every frame that is decoded.
+        Chunk and state of every decoded frame.
     """
     reader = ChunkReader(as_source(stream))
     while (chunk := poll(reader.read_chunk, follow)) is not None:

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Change(Enum):
-    """How a file has changed."""
+    """The kind of change of a file."""
 
     NONE = "none"
     GROWN = "grown, or replaced by a longer one"
@@ -18,9 +18,9 @@ class FileVersion:
     """Properties of a file from a server's headers; None for missing headers.
 
     Attributes:
-        size: How many bytes the file has.
-        tag: Its ETag, if that is a strong one.
-        modified: When it was modified last, in the server's words.
+        size: Size of the file, bytes.
+        tag: ETag of the file, if it is strong.
+        modified: Time of the last modification, as sent by the server.
     """
 
     size: int | None = None
@@ -29,7 +29,7 @@ class FileVersion:
 
     @classmethod
     def of(cls, headers: Message, size: int | None) -> "FileVersion":
-        """The version that the headers of a response describe."""
+        """Return the version that the headers of a response describe."""
         tag = headers.get("ETag")
         is_strong = tag is not None and not tag.startswith("W/")
         return cls(size, tag if is_strong else None, headers.get("Last-Modified"))
@@ -37,8 +37,8 @@ class FileVersion:
     def compare(self, later: "FileVersion") -> Change:
         """How the file has changed, according to a later response.
 
-        Most servers make the ETag of a file from its size and time: a file that grows has a new
-        one each time, and does not show whether its beginning is unchanged.
+        Most servers derive the ETag from size and time, so the ETag of a growing file
+        changes and does not show whether its beginning is unchanged.
         """
         marks = ((self.tag, later.tag), (self.modified, later.modified))
         mark = next((pair for pair in marks if None not in pair), (None, None))
@@ -51,7 +51,7 @@ class FileVersion:
         return Change.GROWN if has_other_mark else Change.NONE
 
     def updated(self, later: "FileVersion") -> "FileVersion":
-        """This version, completed with the headers of a later response."""
+        """Return this version, completed with the headers of a later response."""
         return FileVersion(
             self.size if later.size is None else later.size,
             later.tag or self.tag,

@@ -1,4 +1,4 @@
-"""Waiting for a growing stream: SPEC 11.3."""
+"""Waits for growing streams: SPEC 11.3."""
 
 import time
 from collections.abc import Callable
@@ -18,7 +18,8 @@ class Follow:
     Attributes:
         interval: Seconds between polls.
         patience: Seconds without a new complete chunk after which the stream counts as truncated.
-        ended: Set it from another thread to stop waiting; the stream then counts as truncated.
+        ended: Event that another thread can set to stop waiting; the stream then counts
+            as truncated.
     """
 
     interval: float = 0.1
@@ -30,14 +31,14 @@ def poll(action: Callable[[], _Answer], follow: Follow | None) -> _Answer:
     """Retry a read until a growing stream has enough bytes for it.
 
     Args:
-        action: Must have no effect if the stream ends too early.
+        action: Function to call, which must have no effect if the stream ends too early.
         follow: How long to wait; None not to wait.
 
     Returns:
-        What the action returns.
+        The result of the action.
 
     Raises:
-        TruncatedError: The stream ended too early for too long.
+        TruncatedError: The stream did not grow in time.
     """
     if follow is None:
         return action()

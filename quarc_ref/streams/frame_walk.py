@@ -1,7 +1,7 @@
 """Walks a stream by its chunk headers and counts frames.
 
-Payloads are read and checked only on request: for skipped chunks only the header is read, but the
-payload must exist.
+Payloads are read and checked only on request. For skipped chunks only the header is read,
+but the payload must be complete.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ class Step:
 
     Attributes:
         header: Header of the chunk.
-        frame: Ordinal of its frame, or of the frame before it; None before the first frame.
+        frame: Ordinal of its frame or of the previous frame; None before the first frame.
     """
 
     header: ChunkHeader
@@ -42,14 +42,14 @@ class Step:
 
 
 class FrameWalk:
-    """Walks a stream; HEAD is read at once.
+    """Walks a stream; HEAD is read on construction.
 
     Args:
         source: The stream.
 
     Attributes:
         head: Payload of HEAD.
-        header: What it says.
+        header: Parsed header.
 
     Raises:
         BitstreamError: HEAD is invalid.
@@ -61,7 +61,7 @@ class FrameWalk:
         self.head = chunk.payload if chunk else b""
         self.header = wire.parse_stream_header(self.head)
         self._taken = False
-        self._size: int | None = 0  # of what is there at least; None where that cannot be told
+        self._size: int | None = 0  # minimum number of available bytes; None if unknown
 
     def __iter__(self) -> Iterator[Step]:
         """Yield every chunk after HEAD, except INDX and TAIL.
@@ -75,7 +75,7 @@ class FrameWalk:
             self._taken = False
             step = Step(header, frame)
             if header.kind in (container.INDX, container.TAIL):
-                self.take(step)  # proved, so that an end that is damaged is none
+                self.take(step)  # checked, so that a damaged TAIL does not end the stream
             else:
                 yield step
             if not self._taken:
@@ -87,7 +87,7 @@ class FrameWalk:
         return self._reader.take(step.header)
 
     def _pass(self, header: ChunkHeader) -> None:
-        """Skip a chunk that is not read, once the stream's size shows that it is complete."""
+        """Skip a chunk after checking by the stream's size that it is complete."""
         if self._size is not None and header.end > self._size:
             self._size = self._reader.source.size()
             if self._size is not None and header.end > self._size:

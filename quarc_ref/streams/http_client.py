@@ -1,4 +1,4 @@
-"""An HTTP request with redirects and one deadline for all of it."""
+"""HTTP requests with redirects and a common deadline."""
 
 import ssl
 import string
@@ -21,11 +21,11 @@ _MOST_REDIRECTS = 5
 
 
 class RedirectError(Exception):
-    """A rejected redirect; the message says why."""
+    """A redirect is rejected; the message says why."""
 
 
 class HttpClient:
-    """Sends requests, through the proxies of the environment."""
+    """Sends requests, using the proxies of the environment."""
 
     def __init__(self) -> None:
         self._opener = OpenerDirector()
@@ -36,18 +36,18 @@ class HttpClient:
         """Send a GET request. Bodies of redirects are not read.
 
         Args:
-            url: Where to ask, `http` or `https`.
+            url: URL, `http` or `https`.
             headers: Headers of the request.
-            timeout: Seconds from now to the last byte of the answer's body.
+            timeout: Seconds until the last byte of the response's body.
 
         Returns:
-            The answer, whatever its status. Reading its body raises a TimeoutError after the
+            The response with any status. Reading its body raises a TimeoutError after the
             deadline.
 
         Raises:
             OSError: The server cannot be reached; a TimeoutError if it does not answer in time.
             HTTPException: The response is not HTTP.
-            RedirectError: It redirects to a rejected target.
+            RedirectError: The response redirects to a rejected target.
             ValueError: The URL is not an http or https URL.
         """
         deadline, asked = Deadline(timeout), [_check_url(url)]
@@ -68,11 +68,11 @@ class HttpClient:
 
 
 def follow_redirect(url: str, location: str | None) -> str:
-    """The URL that a redirect leads to.
+    """Return the target URL of a redirect.
 
     Args:
-        url: That was asked for.
-        location: What the answer says; may be relative to the URL.
+        url: Requested URL.
+        location: Location header, which may be relative to the URL.
 
     Raises:
         RedirectError: The target is missing, not HTTP, or downgrades from HTTPS.
@@ -112,4 +112,5 @@ class _Handler(HTTPHandler):
 
     @cached_property
     def _tls_context(self) -> ssl.SSLContext:
-        return make_tls_context()  # reads all certificates: where TLS is used, and once
+        # loading certificates is slow, so it is done once and only for TLS
+        return make_tls_context()

@@ -20,15 +20,15 @@ _SAMPLE_BYTES = 64
 class HttpSource:
     """A stream at an HTTP URL, of which only requested ranges are read.
 
-    The file on the server may grow while it is read, and must not change
-    otherwise. Size, ETag and modification time are compared with each response; if they do not
-    show whether a file that has grown is still the same, some bytes are read again and compared.
-    There is no `If-Range` or `If-Match`: both would reject a file that has only grown.
+    The file on the server may grow while it is read, but must not change otherwise. Size,
+    ETag and modification time are compared with each response. If they do not show
+    whether a grown file is still the same, some bytes are read again and compared. There
+    is no `If-Range` or `If-Match`: both would reject a file that has only grown.
 
     Args:
         url: URL of the stream, `http` or `https`.
-        timeout: Seconds that an answer may take: from connecting, through all
-            redirects, to the last byte.
+        timeout: Maximum seconds from connecting to the last byte of a response, including
+            redirects.
     """
 
     def __init__(self, url: str, timeout: float = 30.0) -> None:
@@ -36,10 +36,10 @@ class HttpSource:
         self._timeout = timeout
         self._client = HttpClient()
         self._version = FileVersion()
-        self._sample = (0, b"")  # an offset, and the bytes that were read there
+        self._sample = (0, b"")  # an offset, and the bytes read there
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return `length` bytes from `offset` on, fewer at the end of the stream.
+        """Read `length` bytes at `offset`, fewer at the end of the stream.
 
         Raises:
             SourceError: The server does not respond, its response is invalid, or the file has
@@ -48,10 +48,10 @@ class HttpSource:
         return self._fetch(offset, length)[0] if length else b""
 
     def size(self) -> int | None:
-        """Current size on the server, bytes; None if unknown.
+        """Return the current size on the server in bytes; None if unknown.
 
         Raises:
-            SourceError: As for `read`.
+            SourceError: See `read`.
         """
         return self._fetch(0, 1)[1]
 
@@ -66,13 +66,13 @@ class HttpSource:
         return body, version.size
 
     def _keep_sample(self, offset: int, body: bytes) -> None:
-        """Keep the end of a body to recognize the file by, unless a longer one is kept."""
+        """Keep the end of a body to identify the file, unless a longer sample is kept."""
         sample = body[-_SAMPLE_BYTES:]
         if len(sample) >= len(self._sample[1]):
             self._sample = (offset + len(body) - len(sample), sample)
 
     def _has_sample(self) -> bool:
-        """Whether the file still has the bytes that were kept."""
+        """Return whether the file still has the kept bytes."""
         offset, sample = self._sample
         return not sample or self._ask(offset, len(sample))[0] == sample
 
@@ -115,14 +115,14 @@ class HttpSource:
         return self._read_body(response, last + 1 - first), version
 
     def _take_size(self, said: str, offset: int) -> FileVersion:
-        """The version of a file that ends before the requested range."""
+        """Return the version of a file that ends before the requested range."""
         found = _TOTAL.fullmatch(said)
         if found and int(found[1]) > offset:
             self._reject(f"does not send byte {offset} of {found[1]}")
         return FileVersion(int(found[1]) if found else None)
 
     def _read_body(self, response: HTTPResponse, length: int) -> bytes:
-        """Read a body to its end, also with chunked encoding."""
+        """Read a whole body, including one with chunked encoding."""
         body, piece = bytearray(), b"more"
         while piece and len(body) <= length:
             try:
@@ -147,5 +147,5 @@ class HttpSource:
 
 
 def _describe(reason: object) -> str:
-    """The message of an error, without errno."""
+    """Return the message of an error without errno."""
     return getattr(reason, "strerror", None) or str(reason) or repr(reason)

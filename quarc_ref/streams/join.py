@@ -1,4 +1,4 @@
-"""Joins streams of one kind, one after the other.
+"""Joins streams with the same header.
 
 Canonical frames do not depend on anything before them (SPEC 7.2), so nothing is decoded or
 re-encoded. Only the frame numbers of keyframes change; states and digests stay the same.
@@ -27,21 +27,21 @@ _FRAME_BYTES = 4
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     """Write the frames of several streams as one stream.
 
-    The first stream keeps its ordinals, and those of the others follow. HEAD is that of the first
-    stream, with the highest level of all; cameras are those of all streams, and metadata the
-    entries on which all agree. Ancillary chunks of unknown types are copied in place; identical
-    ones at the start of several streams are copied once.
+    The first stream keeps its ordinals, and those of the others are shifted. HEAD is that
+    of the first stream with the highest level of all streams. Cameras must be the same in
+    all streams, and only the metadata entries that are the same in all streams are kept.
+    Ancillary chunks of unknown types are copied in place; identical ones at the start of
+    several streams are copied once.
 
     Args:
-        sources: Streams, read twice each: pipes will not do.
-        sink: Binary file that is appended to, once all the streams have been
-            looked through.
+        sources: Streams, which are read twice, so pipes are not allowed.
+        sink: Binary file to which the result is appended, after all streams have been checked.
 
     Returns:
         Number of frames written.
 
     Raises:
-        EditError: The streams do not fit together.
+        EditError: The streams are not compatible.
         BitstreamError: A stream is invalid; the message names it.
         SourceError: A file or server cannot be read.
     """
@@ -63,12 +63,12 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Properties in which two streams must agree to be joined.
+    """Properties in which joined streams must agree.
 
     Attributes:
         head: Payload of HEAD.
-        cameras: From the last `came`; None if there is none.
-        metadata: From the last `meta`; None if there is none.
+        cameras: Content of the last `came`; None if there is none.
+        metadata: Content of the last `meta`; None if there is none.
     """
 
     head: bytes
@@ -78,7 +78,7 @@ class _Part:
 
 @contextmanager
 def _named(number: int) -> Iterator[None]:
-    """Add to an error which of the streams it is about."""
+    """Add the number of the stream to an error."""
     try:
         yield
     except BitstreamError as error:
@@ -124,7 +124,7 @@ class _Joining:
     """A joined stream that is being written.
 
     Args:
-        sink: Binary file that the stream is appended to.
+        sink: Binary file to which the stream is appended.
         parts: Properties of all streams.
     """
 
@@ -133,9 +133,9 @@ class _Joining:
         level = max(part.head[_LEVEL_PLACE] for part in parts)
         head = head[:_LEVEL_PLACE] + bytes([level]) + head[_LEVEL_PLACE + 1 :]
         self._writer = StreamWriter(sink, head)
-        self._due: int | None = None  # ordinal of the frame to come
+        self._due: int | None = None  # ordinal of the next frame
         self._shift = 0
-        self._begun: set[tuple[bytes, bytes]] = set()  # what streams began with
+        self._begun: set[tuple[bytes, bytes]] = set()  # chunks at the start of streams
         if parts[0].cameras is not None:
             self._writer.write(container.CAME, wire.build_cameras(parts[0].cameras))
         if any(part.metadata is not None for part in parts):
@@ -171,13 +171,13 @@ class _Joining:
         self._writer.write(chunk.kind, payload)
 
     def _shifted(self, payload: bytes, place: int) -> bytes:
-        """A payload whose frame number at a byte offset is shifted to the joined stream's."""
+        """Shift the frame number at a byte offset of a payload."""
         end = place + _FRAME_BYTES
         ordinal = self._place(int.from_bytes(payload[place:end], "little"))
         return payload[:place] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
 
     def _place(self, frame: int) -> int:
-        """The frame number in the joined stream."""
+        """Return the frame number in the joined stream."""
         place = frame + self._shift
         if place > COUNTER_LIMIT:
             message = f"frame numbers are limited to {COUNTER_LIMIT}"
@@ -186,7 +186,7 @@ class _Joining:
 
 
 def _say_alike(parts: Sequence[_Part]) -> dict[str, str]:
-    """The metadata that all streams agree in, in the order of the first."""
+    """Return the metadata that is the same in all streams, in the order of the first."""
     said = [part.metadata or {} for part in parts]
     return {
         key: text for key, text in said[0].items() if all(other.get(key) == text for other in said)

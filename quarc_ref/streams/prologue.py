@@ -1,4 +1,4 @@
-"""Reads the chunks before the first frame, for readers that start in the middle."""
+"""Reads the chunks before the first frame, for readers that start at a later frame."""
 
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
@@ -10,7 +10,7 @@ def read_prologue(source: Source) -> tuple[tuple[Camera, ...], dict[str, str]]:
     """Read the cameras and the metadata before the first frame of a stream.
 
     Args:
-        source: A stream, which is read only up to its first frame.
+        source: A stream, which is read up to its first frame.
 
     Raises:
         BitstreamError: The bytes read are invalid.

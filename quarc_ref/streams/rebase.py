@@ -1,7 +1,7 @@
-"""Recodes snapshots whose CANO was cut away, against another CANO or as a CANO.
+"""Recodes snapshots whose CANO was removed, relative to another CANO or as a CANO.
 
-States stay bit-identical (SPEC 7.9): a snapshot has its Gaussians in the order of a CANO, so it
-can become one.
+States remain bit-identical (SPEC 7.9), because snapshots and CANOs have the same order of
+Gaussians.
 """
 
 from dataclasses import replace
@@ -18,11 +18,11 @@ from quarc_ref.format.records import CanonicalChunk, Gaussians, SnapshotChunk, S
 
 
 class Rebase:
-    """Recodes the snapshots of one cut-away CANO, in stream order.
+    """Recodes the snapshots of one removed CANO, in stream order.
 
     Args:
         header: Header of the stream.
-        canonical: The CANO.
+        canonical: The removed CANO.
 
     Raises:
         BitstreamError: The CANO is invalid.
@@ -35,10 +35,10 @@ class Rebase:
         self._after: tuple[int, Snapshot] | None = None
 
     def take(self, chunk: Chunk) -> Chunk:
-        """The chunk to write in place of a snapshot.
+        """Return the chunk that replaces a snapshot.
 
         Returns:
-            A CANO for the first snapshot, and where a SNAP would change the order; else a SNAP.
+            A CANO for the first snapshot, and if a SNAP would change the order; otherwise a SNAP.
 
         Raises:
             BitstreamError: The snapshot is invalid.
@@ -59,9 +59,9 @@ class Rebase:
 
 
 def _relate(first: Snapshot, later: Snapshot) -> Int64:
-    """Index in the first snapshot of each Gaussian of a later one, or -1, `[N]`."""
+    """Return the `[N]` index in the first snapshot of each Gaussian of a later one, or -1."""
     known = max(first.roots.max(initial=-1), later.roots.max(initial=-1)) + 1
-    places = np.full(known + 1, -1, dtype=np.int64)  # the last is that of -1
+    places = np.full(known + 1, -1, dtype=np.int64)  # the last entry is for index -1
     (since,) = np.nonzero(first.roots >= 0)
     places[first.roots[since]] = since
     return places[later.roots]

@@ -1,4 +1,4 @@
-"""Decoding past damage: SPEC 11.4.
+"""Decodes damaged streams: SPEC 11.4.
 
 Nothing is lost silently: every byte is either in a decoded chunk or in a reported gap.
 """
@@ -28,10 +28,10 @@ class Gap:
     """A part of a stream that could not be decoded.
 
     Attributes:
-        offset: Its first byte.
-        byte_count: Its length; None if the stream has not been read to its end.
-        reject_id: What was wrong at its beginning (SPEC 3.3).
-        message: The same as a sentence.
+        offset: Offset of the first byte.
+        byte_count: Length in bytes; None if the stream has not been read to its end.
+        reject_id: Reject id of the error at its beginning (SPEC 3.3).
+        message: Message of this error.
         frames_lost: Number of frames lost; None if unknown.
     """
 
@@ -54,14 +54,14 @@ def recover(
     Args:
         stream: A stream.
         follow: How long to wait for a growing stream; None not to wait.
-        decoder: As for `decode`.
+        decoder: See `decode`.
 
     Yields:
-        The scene of every intact frame, and the gaps between them.
+        Scenes of intact frames, and the gaps between them.
 
     Raises:
-        BitstreamError: Nothing of the stream can be decoded: its HEAD is
-            damaged, or it has a critical chunk of an unknown type.
+        BitstreamError: The stream cannot be decoded, because its HEAD is damaged, or it
+            has a critical chunk of an unknown type.
         LimitError: A stream of the unlimited level needs more than this decoder supports.
         SourceError: The file, pipe or server cannot be read.
     """
@@ -79,8 +79,8 @@ class _Recovery:
         self._reader = ChunkReader(source)
         self._decoder = decoder
         self._effort = SearchBudget(0)
-        self._first: int | None = None  # ordinal of the stream's first frame, if it was decoded
-        self._due: int | None = None  # ordinal of the frame to come
+        self._first: int | None = None  # ordinal of the stream's first frame, if decoded
+        self._due: int | None = None  # ordinal of the next frame
 
     def begin(self) -> None:
         """Read HEAD."""
@@ -88,7 +88,7 @@ class _Recovery:
         self._effort = SearchBudget(self._decoder.header.limits.chunk_bytes)
 
     def step(self) -> Iterator[Scene | Gap]:
-        """Decode a chunk, or search for one that decoding can resume at."""
+        """Decode a chunk, or search for one at which decoding can resume."""
         try:
             chunk = self._read()
             self.is_over = chunk is None
@@ -151,7 +151,7 @@ class _Recovery:
         yield _gap(error, offset, found.offset, self._count_lost(found))  # [11.4-2]
 
     def _count_lost(self, found: ChunkHeader) -> int | None:
-        """Count the frames that are missing before the chunk that decoding resumes at."""
+        """Count the missing frames before the chunk at which decoding resumes."""
         before, self._due = self._due, self._find_due(found)
         if before is None or self._due is None or self._due < before:
             return None

@@ -1,8 +1,8 @@
-"""Finds the next chunk that decoding can resume at after damage (SPEC 11.4).
+"""Finds the next chunk after damage at which decoding can resume (SPEC 11.4).
 
-A search looks at every sync word once. Each payload whose CRC fails is charged to a
-`SearchBudget` that all searches of a stream share. The time of all searches
-together is therefore proportional to the stream, even if damage was crafted to look like chunks.
+A search checks every sync word once. Each payload whose CRC fails is charged to a
+`SearchBudget`, which all searches of a stream share. The total time of all searches is
+therefore proportional to the size of the stream, even if the damage imitates chunks.
 """
 
 from collections.abc import Iterator
@@ -17,14 +17,14 @@ from quarc_ref.streams.chunk_reader import check_payload
 from quarc_ref.streams.source import Source
 
 WINDOW_BYTES = 1 << 20
-_FIRST_WINDOW_BYTES = 1 << 12  # what is looked for is often near
+_FIRST_WINDOW_BYTES = 1 << 12  # the chunk is often near
 _EFFORT = 16
 _MOST_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
 _FRAME_BYTES = 4
 
 
 class SearchBudget:
-    """Limit on payload bytes that recovery checks in vain (SPEC 11.4, 13-2).
+    """Limit on the payload bytes that recovery checks without success (SPEC 11.4, 13-2).
 
     Args:
         limit: Largest payload that the stream's level allows, bytes.
@@ -39,22 +39,21 @@ class SearchBudget:
         self._spent += byte_count
 
     def allows(self, place: int) -> bool:
-        """Whether a payload at an offset of the stream may still be checked."""
+        """Return whether a payload at an offset of the stream may still be checked."""
         return self._spent <= _EFFORT * place + self._besides
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """Conditions on a chunk that decoding can resume at.
+    """Conditions on a chunk at which decoding can resume.
 
     Attributes:
-        offset: First byte to look at.
-        sequence: Least sequence number of a later chunk.
-        frame: Least ordinal of a later frame.
+        offset: Offset of the first byte to check.
+        sequence: Minimum sequence number of the chunk.
+        frame: Minimum ordinal of the frame.
         limit: Largest payload that the stream's level allows, bytes.
         effort: Search budget of the whole recovery.
-        canonical: Ordinal of the CANO that a snapshot may be coded against; None if there is
-            none.
+        canonical: Ordinal of the CANO to which a snapshot may refer; None if there is none.
     """
 
     offset: int
@@ -65,7 +64,7 @@ class Search:
     canonical: int | None = None
 
     def admits(self, header: ChunkHeader) -> bool:
-        """Whether decoding could resume at a chunk, judging by its header."""
+        """Return whether the header of a chunk allows decoding to resume at it."""
         if header.sequence < self.sequence or header.length > self.limit:
             return False
         if header.kind == container.TAIL:
@@ -75,7 +74,7 @@ class Search:
         return header.kind == container.CANO and header.length >= _FRAME_BYTES
 
     def accepts(self, header: ChunkHeader, source: Source) -> bool:
-        """Whether an admitted chunk belongs here: a later frame, or the very end."""
+        """Return whether an admitted chunk is a later frame or the end of the stream."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
         payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
@@ -87,16 +86,16 @@ class Search:
 
 
 def canonical_frame(payload: bytes) -> int:
-    """The frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
+    """Return the frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
     return int.from_bytes(payload[:_FRAME_BYTES], "little")
 
 
 def find_resumption(source: Source, search: Search) -> ChunkHeader:
-    """The first valid CANO or SNAP, or TAIL at the very end.
+    """Find the first valid CANO or SNAP, or TAIL at the end of the stream.
 
     Args:
         source: The stream.
-        search: Constraints on the chunk to find.
+        search: Conditions on the chunk.
 
     Raises:
         TruncatedError: There is no such chunk; the offset is the end of the stream.

@@ -1,8 +1,8 @@
 """Seeks to a frame without decoding the frames before it: SPEC 11.2.
 
-Uses INDX if the stream has one, else walks the chunk headers. Neither is trusted: the decoder
-checks that the chunk found is the one promised. A snapshot also needs the CANO that it is coded
-against.
+Uses INDX if the stream has one, or else the chunk headers. Neither is trusted: the
+decoder checks that the chunk is the expected one. A snapshot also needs the CANO to which
+it refers.
 """
 
 from contextlib import suppress
@@ -23,13 +23,13 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
     """Move a reader to the last seek point at or before a frame.
 
     Args:
-        reader: Has read HEAD.
-        frame: Ordinal of the frame that is wanted.
+        reader: Reader that has read HEAD.
+        frame: Ordinal of the requested frame.
 
     Returns:
-        All seek points up to the one that the reader has moved to; empty if it has not moved,
-        because the source is forward-only or does not have the frame yet. If the frame there is a
-        snapshot, the CANO that it is coded against.
+        All seek points up to the reader's new position; empty if it has not moved,
+        because the source is forward-only or does not have the frame yet. If the frame at
+        this position is a snapshot, also the CANO to which it refers.
 
     Raises:
         BitstreamError: The bytes read are invalid.
@@ -54,7 +54,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 
 def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
-    """Read the CANO that a snapshot is coded against."""
+    """Read the CANO to which a snapshot refers."""
     place = points.of_frame(_read_number(reader, header, _FRAME_BYTES))  # [11.2-5]
     if place is None:
         message = "the frame that a snapshot is coded against has no seek point"
@@ -63,7 +63,7 @@ def _take_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints
 
 
 def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
-    """Read INDX; None if the stream has no INDX or is not finished."""
+    """Read INDX; return None if the stream has no INDX or is incomplete."""
     tail_offset = size - TAIL_CHUNK_BYTES
     chunk = read_tail_chunk(reader.source, size)
     if chunk is None:
@@ -84,7 +84,7 @@ def _read_index(reader: ChunkReader, size: int) -> SeekPoints | None:
 
 
 def read_tail_chunk(source: Source, size: int) -> Chunk | None:
-    """Read the TAIL chunk at the end of a stream; None if there is no valid one."""
+    """Read the TAIL chunk at the end of a stream; return None if there is no valid one."""
     offset = size - TAIL_CHUNK_BYTES
     with suppress(BitstreamError):
         data = source.read(max(0, offset), TAIL_CHUNK_BYTES)

@@ -1,6 +1,6 @@
-"""Sources of streams: anything that reads bytes at an offset.
+"""Interface of sources of streams, which read bytes at an offset.
 
-No I/O of its own: files, servers and pipes are in `quarc_ref.decoder`.
+Sources for files, pipes and servers are in `sources` and `http_source`.
 """
 
 from typing import Protocol
@@ -18,7 +18,7 @@ class Source(Protocol):
         ...
 
     def size(self) -> int | None:
-        """Current size in bytes; None if it is unknown."""
+        """Return the current size in bytes; None if unknown."""
         ...
 
 
@@ -33,7 +33,7 @@ class BytesSource:
         return self._data[offset : offset + length]
 
     def size(self) -> int:
-        """Size in bytes."""
+        """Return the size in bytes."""
         return len(self._data)
 
 

@@ -1,4 +1,4 @@
-"""Sources of streams in files, pipes and, by URL, on servers (SPEC 11.2)."""
+"""Sources of streams in files and pipes, and on servers by URL (SPEC 11.2)."""
 
 import os
 import stat
@@ -20,7 +20,7 @@ class FileSource:
     """A stream in a file, which may be growing.
 
     Args:
-        file: Opened for reading, in binary.
+        file: Binary file, open for reading.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -31,13 +31,13 @@ class FileSource:
         missing = max(0, min(length, self.size() - offset))
         self._file.seek(offset if missing else 0)
         pieces = []
-        while missing and (piece := self._file.read(missing)):  # as much as the system gives
+        while missing and (piece := self._file.read(missing)):  # the system may return fewer bytes
             pieces.append(piece)
             missing -= len(piece)
         return b"".join(pieces)
 
     def size(self) -> int:
-        """Current size of the file, bytes."""
+        """Return the current size of the file in bytes."""
         return os.fstat(self._file.fileno()).st_size
 
 
@@ -45,16 +45,16 @@ class PipeSource:
     """A stream that can be read once, in order.
 
     Args:
-        pipe: Binary file that is read no further than requested.
-        kept_bytes: How far back a read may go: what `recover` needs after
-            damage is the longest chunk of the stream.
+        pipe: Binary file, which is read only as far as requested.
+        kept_bytes: Number of past bytes to keep; `recover` needs the longest chunk of the
+            stream after damage.
     """
 
     def __init__(self, pipe: BinaryIO, kept_bytes: int = _KEPT_BYTES) -> None:
         self._pipe = pipe
         self._kept_bytes = kept_bytes
         self._kept = bytearray()
-        self._start = 0  # offset of the first byte that is kept
+        self._start = 0  # offset of the first kept byte
 
     def read(self, offset: int, length: int) -> bytes:
         """Read `length` bytes at `offset`, fewer at the end of the pipe.
@@ -75,11 +75,11 @@ class PipeSource:
         return bytes(self._kept[place : place + length])
 
     def size(self) -> None:
-        """None: the size of a pipe is unknown."""
+        """Return None, because the size of a pipe is unknown."""
         return
 
     def _forget(self, offset: int) -> None:
-        """Drop bytes that are too far back to be read again."""
+        """Drop bytes that need not be kept."""
         gone = min(offset - self._start, len(self._kept) - self._kept_bytes)
         if gone > 0:
             del self._kept[:gone]
@@ -91,7 +91,7 @@ def open_source(name: str) -> Iterator[Source]:
     """Open a stream by path, URL or `-`.
 
     Args:
-        name: A path, also of a named pipe; an HTTP URL; or `-` for standard input.
+        name: A path, which may be that of a named pipe; an HTTP URL; or `-` for standard input.
 
     Raises:
         OSError: The file cannot be opened.
@@ -100,7 +100,7 @@ def open_source(name: str) -> Iterator[Source]:
     if name == "-":
         yield PipeSource(sys.stdin.buffer)
     elif name.startswith(("http://", "https://")):
-        from quarc_ref.streams.http_source import HttpSource  # loads the whole of urllib
+        from quarc_ref.streams.http_source import HttpSource  # imports all of urllib
 
         yield HttpSource(name)
     else:

@@ -1,7 +1,7 @@
 """Writes streams chunk by chunk: SPEC 5.1, 5.8, 5.9.
 
-The counterpart of `chunk_reader`. Keeps sequence numbers, seek points and totals; payloads are
-the caller's business.
+The counterpart of `chunk_reader`: manages sequence numbers, seek points and totals, while
+the caller provides payloads.
 """
 
 from collections.abc import Callable
@@ -15,15 +15,15 @@ from quarc_ref.streams.resync import canonical_frame
 
 
 class StreamWriter:
-    """Appends whole chunks to a sink.
+    """Appends complete chunks to a sink.
 
     Args:
-        sink: Binary file that is appended to, and flushed after every chunk, so that others can
-            follow the stream.
-        head: Payload of HEAD, which is written at once.
+        sink: Binary file to which the stream is appended. It is flushed after every
+            chunk, so that readers can follow the stream.
+        head: Payload of HEAD, which is written on construction.
         check: Called with every chunk before it is written; if it raises, nothing is written.
-        held: Bytes of the stream that the sink already has: chunks that end there are counted but
-            not written.
+        held: Number of bytes of the stream that the sink already has; chunks within them
+            are counted but not written.
 
     Attributes:
         offset: Offset of the next chunk.
@@ -52,13 +52,13 @@ class StreamWriter:
         """Append a chunk.
 
         Args:
-            kind: Its type: any except HEAD, INDX and TAIL.
-            payload: Its payload, within the limit of the stream's level.
+            kind: Type of the chunk: any except HEAD, INDX and TAIL.
+            payload: Payload, within the limit of the stream's level.
         """
         self._append(kind, payload)
 
     def finish(self) -> None:
-        """Write INDX and TAIL; no INDX if it is longer than the stream's level allows."""
+        """Write INDX and TAIL; INDX is omitted if it is longer than the stream's level allows."""
         index, index_offset = wire.build_index(self._points), 0
         if len(index) <= self._limits.chunk_bytes:
             index_offset = self.offset

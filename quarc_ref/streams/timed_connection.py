@@ -1,8 +1,8 @@
 """HTTP connections with one deadline for the whole exchange.
 
-In the standard library the timeout applies to each read, so a server that sends a byte now and
-then can delay an exchange forever. Here name lookup, connecting, tunnel, handshake and all reads
-share it.
+In the standard library, the timeout applies to each read, so a slow server can delay an
+exchange indefinitely. Here name lookup, connection, tunnel, handshake and all reads share
+one timeout.
 """
 
 import socket
@@ -15,17 +15,17 @@ from typing import Any
 
 
 class Deadline:
-    """A deadline.
+    """A point in time that ends an operation.
 
     Args:
-        seconds: From now.
+        seconds: Seconds from now.
     """
 
     def __init__(self, seconds: float) -> None:
         self._end = time.monotonic() + seconds
 
     def left(self) -> float:
-        """Seconds left.
+        """Return the remaining seconds.
 
         Raises:
             TimeoutError: No time is left.
@@ -38,7 +38,7 @@ class Deadline:
 
 
 class _TimedSocket(socket.socket):
-    """A socket that reads nothing after its deadline."""
+    """A socket whose reads fail after a deadline."""
 
     deadline: Deadline
 
@@ -57,15 +57,15 @@ class TimedConnection(HTTPConnection):
     def __init__(self, *given: Any, **named: Any) -> None:  # noqa: ANN401
         super().__init__(*given, **named)
         self._deadline = Deadline(self.timeout or 0)
-        self._create_connection = self._open_socket  # in the place of the standard library's
+        self._create_connection = self._open_socket  # replaces the one of the standard library
 
     def connect(self) -> None:
         """Connect, through a tunnel if one is configured."""
         super().connect()
-        self.sock.settimeout(self._deadline.left())  # for the request, or the handshake
+        self.sock.settimeout(self._deadline.left())  # for request and handshake
 
     def _open_socket(self, address: tuple[str, int], *_: object) -> _TimedSocket:
-        """Connect to the first of the host's addresses that answers."""
+        """Connect to the first address of the host that responds."""
         failure = OSError("the host has no address")
         for family, kind, protocol, _, place in _look_up(address, self._deadline):
             opened = _TimedSocket(family, kind, protocol)
@@ -82,7 +82,7 @@ class TimedConnection(HTTPConnection):
 
 
 class TimedTlsConnection(HTTPSConnection, TimedConnection):
-    """A connection with TLS; its context must be one of `make_tls_context`."""
+    """A connection with TLS, with a context from `make_tls_context`."""
 
     sock: _TimedTlsSocket
 
@@ -93,7 +93,7 @@ class TimedTlsConnection(HTTPSConnection, TimedConnection):
 
 
 def make_tls_context() -> ssl.SSLContext:
-    """A TLS context that verifies servers by the system's certificates."""
+    """Make a TLS context that verifies servers by the system's certificates."""
     context = ssl.create_default_context()
     context.set_alpn_protocols(["http/1.1"])
     context.sslsocket_class = _TimedTlsSocket
@@ -101,13 +101,13 @@ def make_tls_context() -> ssl.SSLContext:
 
 
 def _look_up(address: tuple[str, int], deadline: Deadline) -> list[Any]:
-    """`getaddrinfo` with a deadline, after which its thread is abandoned."""
+    """Call `getaddrinfo` with a deadline, after which its thread is abandoned."""
     found: Future[list[Any]] = Future()
 
     def look_up() -> None:
         try:
             found.set_result(socket.getaddrinfo(*address, type=socket.SOCK_STREAM))
-        except Exception as error:  # also a UnicodeError, which some names cause
+        except Exception as error:  # including a UnicodeError, which some names cause
             found.set_exception(error)
 
     Thread(target=look_up, daemon=True).start()

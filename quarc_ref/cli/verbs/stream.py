@@ -129,7 +129,7 @@ def describe_proof(proof: "Verification") -> dict[str, str]:
         "entropy": coders,
         "seek points": f"{proof.seek_points:,}, all with the same states "
         f"({proof.frames_sought:,} frames compared)",
-        f"level {proof.level / 10:.1f}": f"limits kept: {level}",
+        f"level {proof.level / 10:.1f}": f"within its limits, at most {level}",
     }
 
 
