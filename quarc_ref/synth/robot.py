@@ -80,7 +80,7 @@ def _leg(root: Matrix, hips: Matrix, side: int, march: float, paints: _Paints) -
 
 
 def _bend_knee(root: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
-    """Return the position of the knee: a thigh's length from hip and ankle, in front of both."""
+    """Return the knee position in front of hip and ankle, at thigh length from both."""
     way = ankle[:3, 3] - hip[:3, 3]
     out = math.sqrt(max(_THIGH**2 - float(way @ way) / 4, 0.0))
     front = root[:3, 2] - way * float(root[:3, 2] @ way) / float(way @ way)
