@@ -1,9 +1,9 @@
-"""A synthetic capture: a playroom, ray-traced, in the layout of Neural 3D Video.
+"""Ray-traces a synthetic capture of a playroom in the layout of Neural 3D Video.
 
     write_synthetic_capture(Path("playroom"), SynthOptions())
 
-The room, its toys and their motions are closed formulas of the time, so that
-every frame of every camera shows one and the same scene.
+The room, its toys and their motions are closed-form functions of time, so all frames and
+cameras show the same scene.
 """
 
 from quarc_ref.synth.options import SynthOptions

@@ -1,6 +1,6 @@
-"""How the kernels of the synthetic scene are compiled.
+"""Compiler options of the kernels of the synthetic scene.
 
-Only `entrance` keeps its machine code on disk, with all that it calls.
+Only kernels with `entrance` are cached on disk, including the kernels that they call.
 """
 
 from quarc_ref.compiled import keep, numba

@@ -1,7 +1,7 @@
 """The room and its furniture, all static except a door and a screen.
 
-The door slides aside once per period and reveals content that was never visible before; the screen
-replaces one picture by another at about the same time.
+The door slides aside once per period and reveals new content; the screen changes its
+picture at about the same time.
 """
 
 import math
@@ -33,7 +33,7 @@ _SKY = (2.8, 3.4, 4.1)
 
 
 def compute_opening(time: float, delay: float) -> float:
-    """Return the fraction by which the door is open, 0 to 1, at a time in seconds."""
+    """Return the open fraction of the door, 0 to 1, at a time in seconds."""
     moment = (time - delay) % _SHOW_SECONDS
     return _ease(moment, *_OPENING) - _ease(moment, *_CLOSING)
 
@@ -44,7 +44,7 @@ def _ease(moment: float, start: float, end: float) -> float:
 
 
 def make_room(phase: float, palette: Palette) -> Room:
-    """Return the room, a lamp under its ceiling and the light of its window."""
+    """Return the room, a ceiling lamp and the light of its window."""
     floor = Paint(patterns.FLOOR, *palette.wood, palette.toys[3], phase=phase)
     bricks = Paint(patterns.BRICKS, *palette.brick, phase=phase)
     paper = Paint(patterns.WALLPAPER, *palette.wall, phase=phase)
@@ -60,7 +60,7 @@ def make_room(phase: float, palette: Palette) -> Room:
 
 
 def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
-    """Return a cabinet with toys in it, behind a door that slides aside."""
+    """Return a cabinet with toys behind a sliding door."""
     place = at(-1.75, 0.0, -1.72) @ rotate_y(0.62)
     wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
     door = Paint(patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08)
@@ -90,7 +90,7 @@ def _hidden_toys(place: Matrix, phase: float, palette: Palette) -> list[Solid]:
 
 
 def make_screen(wipe: float, palette: Palette) -> list[Solid]:
-    """Return a screen on the wall, on which a share of the picture has changed."""
+    """Return a screen on the wall that has replaced a share of its picture."""
     toys = palette.toys
     paint = Paint(patterns.SCREEN, toys[5], palette.light, toys[2], phase=wipe, glow=0.45)
     return [box(at(1.35, 1.42, _BACK + 0.04), (0.56, 0.36, 0.04), paint)]

@@ -1,4 +1,4 @@
-"""An empty hall in the size of the playroom, lit by a lamp above its middle.
+"""An empty hall of the size of the playroom, lit by a lamp above its center.
 
 The light on the subject is identical in the bright and the black hall: it comes only from lamps
 and surroundings, without interreflection.
@@ -20,7 +20,7 @@ _LAMP_COUNT = 7
 
 
 def make_hall(phase: float, palette: Palette, *, dark: bool) -> Room:
-    """Return the hall: the playroom's walls without its furniture, or black ones."""
+    """Return the hall: the playroom without furniture, or with black walls."""
     room = make_room(phase, palette)
     spot = [0.2, 3.1, 0.9, 0.35, 0.0, 0.0, 0.0, 0.0, 0.35, *_SPOT, 0.0, -1.0, 0.0]
     black = Paint(patterns.PLAIN, _BLACK, _BLACK, _BLACK)
@@ -29,7 +29,7 @@ def make_hall(phase: float, palette: Palette, *, dark: bool) -> Room:
 
 
 def make_lamps() -> list[Solid]:
-    """Return small lamps in a row at the back, brighter than a picture can show."""
+    """Return a row of small lamps at the back, whose brightness saturates pictures."""
     white = (0.9, 0.9, 0.85)
     glow = Paint(patterns.PLAIN, white, white, white, glow=9.0)
     angles = [math.pi * (place / (_LAMP_COUNT - 1) - 0.5) / 2 for place in range(_LAMP_COUNT)]

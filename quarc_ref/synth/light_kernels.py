@@ -1,9 +1,9 @@
-"""Light reflected from a spot of the stage.
+"""Kernels for the light reflected by surfaces.
 
-Every ray of a pixel samples one point of each lamp and one direction of the hemisphere above the
-surface; together they cover lamps and hemisphere evenly. The points are the same for all pixels,
-cameras and frames: the scene is lit by nine small lamps to each large one, so that shadows are
-soft, have no noise and look the same from everywhere.
+Every ray of a pixel samples one point of each lamp and one direction of the hemisphere
+above the surface; together they cover lamps and hemisphere evenly. The samples are the
+same for all pixels, cameras and frames, which replaces each large lamp by nine small
+ones. Shadows are soft, have no noise, and are consistent between cameras.
 """
 
 # mypy: allow-untyped-defs
@@ -20,20 +20,20 @@ from quarc_ref.synth.trace_kernels import find_before, is_hidden, leave_room, li
 
 _SIDE = 3
 SAMPLES = _SIDE * _SIDE
-_LIFT = 1e-3  # meters off the surface, for rays that leave it
-_NEARBY = 0.55  # meters within which things keep the ambient light off
+_LIFT = 1e-3  # meters: offset of rays that leave a surface
+_NEARBY = 0.55  # meters within which solids block ambient light
 _BROADNESS = 10.0  # exponent of the highlight
 
 
 def _spread() -> NDArray[np.float64]:
-    """Return `[9, 2]` points of a square: one to each of nine cells, rows and columns."""
+    """Return `[9, 2]` points of a square, with one point in each of nine cells."""
     order = np.arange(SAMPLES)
     turned = order % _SIDE * _SIDE + order // _SIDE
     return (np.stack((order, turned), axis=1) + 0.5) / SAMPLES
 
 
 def _spread_above() -> NDArray[np.float64]:
-    """Return `[9, 3]` directions above the xy plane, denser near the normal."""
+    """Return `[9, 3]` directions above the xy plane, with higher density near the normal."""
     r, angle = np.sqrt(POINTS[:, 0]), 2 * np.pi * POINTS[:, 1]
     return np.stack((r * np.cos(angle), r * np.sin(angle), np.sqrt(1 - r * r)), axis=1)
 
@@ -44,12 +44,12 @@ _DIRECTIONS = _spread_above()
 
 @inlined
 def list_around(stage, lists, counts, center, radius):
-    """List the solids that can darken spots within a ball.
+    """List the solids that can cast shadows on points within a ball.
 
     Args:
-        stage: As `pack_stage` makes it.
-        lists: `[L + 1, S]` to be filled: for each lamp, then for the ambient light.
-        counts: `[L + 1]` to be filled: how many each lists.
+        stage: Stage from `pack_stage`.
+        lists: `[L + 1, S]` output: solids for each lamp, then for the ambient light.
+        counts: `[L + 1]` output: number of solids in each list.
         center: Center of the ball, three numbers.
         radius: Radius of the ball.
     """
@@ -67,15 +67,15 @@ def list_around(stage, lists, counts, center, radius):
 
 @inlined
 def light_from(stage, lists, counts, ray, t, found, s):
-    """Return the light that returns along a ray, linear RGB.
+    """Return the light that a surface reflects along a ray, in linear RGB.
 
     Args:
-        stage: As `pack_stage` makes it.
-        lists: As `list_around` fills it.
-        counts: As `list_around` fills it.
+        stage: Stage from `pack_stage`.
+        lists: Lists from `list_around`.
+        counts: Counts from `list_around`.
         ray: Origin and direction of length 1, six numbers.
-        t: Distance to what the ray meets.
-        found: Its row in `Stage.paints`.
+        t: Distance to the hit surface.
+        found: Row of the surface in `Stage.paints`.
         s: Index of the ray within its pixel.
     """
     paints, lights = stage.paints, stage.lights
@@ -98,7 +98,7 @@ def light_from(stage, lists, counts, ray, t, found, s):
 
 @inlined
 def _spot(solids, found, x, y, z):
-    """Return a surface point as `color_of` takes it, and its normal in the world."""
+    """Return a surface point in the form of `color_of`, and its world normal."""
     if found >= solids.shape[0]:
         face = found - solids.shape[0]
         inward = 1.0 if face % 2 == 0 else -1.0
@@ -125,7 +125,7 @@ def _unit(x, y, z):
 
 @inlined
 def _lamp(stage, lists, counts, lamp, place, normal, ray, point):
-    """Return what one point of a lamp gives to a matt surface, and to a highlight."""
+    """Return the diffuse and specular light from a point of a lamp."""
     lights = stage.lights
     a, b = 2 * POINTS[point, 0] - 1, 2 * POINTS[point, 1] - 1
     x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - place[0]
@@ -147,7 +147,7 @@ def _lamp(stage, lists, counts, lamp, place, normal, ray, point):
 
 @inlined
 def _ambient(stage, lists, counts, place, normal, s):
-    """Return the light of the surroundings, less where something is near."""
+    """Return the ambient light, reduced near other solids."""
     x, y, z = _above(normal, s)
     ray, last = (*place, x, y, z), stage.lights.shape[0]
     wall, _ = leave_room(stage.room, ray)
@@ -163,7 +163,7 @@ def _ambient(stage, lists, counts, place, normal, s):
 
 @inlined
 def _above(normal, s):
-    """Return a direction of the half-sphere above a surface."""
+    """Return a direction of the hemisphere above a surface."""
     if abs(normal[1]) < 0.9:
         tx, ty, tz = _unit(normal[2], 0.0, -normal[0])
     else:

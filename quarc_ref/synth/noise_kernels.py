@@ -1,7 +1,6 @@
-"""Smooth noise and soft edges, the elements of the patterns.
+"""Kernels for smooth noise and soft edges, which patterns are made of.
 
-Noise has one number per cell of a grid, from a hash of its integers, and goes
-smoothly from one to the next: it has no detail finer than a cell.
+Noise interpolates hashed values at the points of a grid, so it has no detail finer than a cell.
 """
 
 # mypy: allow-untyped-defs
@@ -13,7 +12,7 @@ from quarc_ref.synth.compiled import plain
 
 @plain
 def chance(i, j, k):
-    """Return a number from 0 to 1 that belongs to three integers."""
+    """Return a hash of three integers as a number from 0 to 1."""
     mixed = (i * 374761393 + j * 668265263 + k * 1440662683) & 0xFFFFFFFF
     mixed = ((mixed ^ (mixed >> 13)) * 1274126177) & 0xFFFFFFFF
     return ((mixed ^ (mixed >> 16)) & 0xFFFF) / 65535.0
@@ -21,14 +20,14 @@ def chance(i, j, k):
 
 @plain
 def ramp(x, low, high):
-    """Return 0 below `low`, 1 above `high` and a smooth way between."""
+    """Return 0 below `low`, 1 above `high`, and a smooth transition between them."""
     x = min(max((x - low) / (high - low), 0.0), 1.0)
     return x * x * (3 - 2 * x)
 
 
 @plain
 def blend(a, b, share):
-    """Return a color between two."""
+    """Interpolate between two colors."""
     return (
         a[0] + share * (b[0] - a[0]),
         a[1] + share * (b[1] - a[1]),
@@ -38,7 +37,7 @@ def blend(a, b, share):
 
 @plain
 def shade(a, factor):
-    """Return a color made brighter or darker."""
+    """Multiply a color by a factor."""
     return a[0] * factor, a[1] * factor, a[2] * factor
 
 

@@ -17,12 +17,12 @@ class SynthOptions:
     """Options of a synthetic capture, except its folder.
 
     Attributes:
-        width: Pixels, even.
-        height: Pixels, even.
+        width: Picture width, pixels, even.
+        height: Picture height, pixels, even.
         frames: Number of frames of every camera.
         frames_per_second: Frame rate of every camera.
         seed: Seed of colors, patterns, motions and camera positions.
-        cameras: Number of training cameras; one more is held out.
+        cameras: Number of training cameras; one additional camera is held out.
         variant: Name of the scene, one of `VARIANTS`.
     """
 
@@ -53,15 +53,15 @@ class SynthOptions:
 
     @property
     def scene(self) -> Variant:
-        """The variant itself."""
+        """The properties of the variant."""
         return VARIANTS[self.variant]
 
 
 def draw(seed: int, purpose: str, count: int) -> NDArray[np.float64]:
-    """Return numbers from 0 to 1 that a seed gives for a purpose."""
+    """Return random numbers from 0 to 1 for a seed and a purpose."""
     return make_generator(seed, purpose).random(count)
 
 
 def make_generator(seed: int, purpose: str) -> np.random.Generator:
-    """Return a seed's generator for a purpose, so that one more draw for one changes no other."""
+    """Return an independent generator for a seed and a purpose."""
     return np.random.default_rng([seed, crc32(purpose.encode())])

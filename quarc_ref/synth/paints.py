@@ -1,7 +1,6 @@
-"""Paints: a pattern, three colors and a few numbers; palettes from a seed.
+"""Paints (a pattern, three colors and parameters), and palettes from a seed.
 
-Colors are chosen in Oklab, where hues of one lightness and chroma look equally
-strong, so that every seed gives a room whose toys go together.
+Colors are chosen in Oklab, where hues of equal lightness and chroma look equally strong.
 """
 
 import math
@@ -38,13 +37,13 @@ class Paint:
 
     Attributes:
         pattern: One of the patterns of `texture_kernels`.
-        first: Linear RGB, 0 to 1.
-        second: Linear RGB.
-        third: Linear RGB.
+        first: First color, linear RGB, 0 to 1.
+        second: Second color, linear RGB.
+        third: Third color, linear RGB.
         scale: Period of the pattern in meters, if it has one.
         phase: Offset of the pattern, or its parameter.
         gloss: Strength of the highlight.
-        glow: Share of its color that it emits without light.
+        glow: Emission, relative to its color.
     """
 
     pattern: int
@@ -57,7 +56,7 @@ class Paint:
     glow: float = 0.0
 
     def row(self) -> NDArray[np.float64]:
-        """Return `[14]` colors, scale, phase, gloss, glow and pattern, as kernels take them."""
+        """Return `[14]` colors, scale, phase, gloss, glow and pattern, for kernels."""
         pattern, *others = astuple(self)
         return np.hstack((*others, pattern))
 
@@ -67,12 +66,12 @@ class Palette:
     """Colors of a scene.
 
     Attributes:
-        toys: Six strong colors, around the circle of hues.
+        toys: Six saturated colors of different hues.
         light: Off-white.
         dark: Nearly black.
-        wood: Light and dark of the floor and furniture.
-        brick: Light and dark of the bricks, then the mortar.
-        wall: Light and dark of the wallpaper, then its paneling.
+        wood: Light and dark color of floor and furniture.
+        brick: Light and dark color of bricks, then the mortar.
+        wall: Light and dark color of the wallpaper, then the paneling.
     """
 
     toys: tuple[Color, ...]
@@ -84,7 +83,7 @@ class Palette:
 
 
 def color(lightness: float, chroma: float, hue: float) -> Color:
-    """Return the linear RGB of an Oklab color, hue in turns."""
+    """Convert an Oklab color, with its hue in turns, to linear RGB."""
     angle = 2 * math.pi * hue
     lab = np.array([lightness, chroma * math.cos(angle), chroma * math.sin(angle)])
     linear = np.clip(_CONE_TO_LINEAR @ (_OKLAB_TO_CONE @ lab) ** 3, _DARKEST, _BRIGHTEST)
@@ -92,7 +91,7 @@ def color(lightness: float, chroma: float, hue: float) -> Color:
 
 
 def choose_palette(seed: int) -> Palette:
-    """Return the colors of a seed's scene."""
+    """Choose the colors of a scene from a seed."""
     hue, wall, warm, bricks = draw(seed, "palette", 4)
     lightness = (0.66, 0.78, 0.62, 0.70, 0.58, 0.64)
     wood = 0.15 + 0.05 * warm
@@ -108,6 +107,6 @@ def choose_palette(seed: int) -> Palette:
 
 
 def mix(first: Sequence[float], second: Sequence[float], share: float) -> Color:
-    """Return a color between two, linear RGB."""
+    """Interpolate between two colors in linear RGB."""
     r, g, b = (a + share * (b - a) for a, b in zip(first, second, strict=True))
     return r, g, b

@@ -1,4 +1,4 @@
-"""Painted things: a robot's face, pictures on the wall, the screen that changes."""
+"""Kernels for painted surfaces: the robot's face, pictures on the wall, the screen."""
 
 # mypy: allow-untyped-defs
 
@@ -30,7 +30,7 @@ def paint_face(colors, x, y, z):
 
 @plain
 def paint_landscape(colors, phase, x, y):
-    """Return the color of a picture of hills under a sun, from -1 to 1 both ways."""
+    """Return the color of a picture of hills and sun at coordinates from -1 to 1."""
     near, far, sky = colors
     sun = math.hypot(x - 0.6 * math.cos(5 * phase), 0.8 * (y - 0.35))
     hill = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
@@ -43,13 +43,13 @@ def paint_landscape(colors, phase, x, y):
 
 @plain
 def paint_screen(colors, wipe, x, y):
-    """Return the color of a screen on which one picture has wiped out another.
+    """Return the color of a screen on which one picture replaces another by a wipe.
 
     Args:
         colors: Ground and figures of the first picture, figures of the second.
         wipe: Share of the screen, from the left, that shows the second.
-        x: From -1 to 1.
-        y: From -1 to 1.
+        x: Horizontal coordinate from -1 to 1.
+        y: Vertical coordinate from -1 to 1.
     """
     if max(abs(x), abs(y)) > 0.92:
         return 0.05, 0.05, 0.06

@@ -1,4 +1,4 @@
-"""Pictures of a stage: nine rays to a pixel, averaged as light is."""
+"""Kernels that render a stage with nine rays per pixel, averaged in linear light."""
 
 # mypy: allow-untyped-defs
 
@@ -11,21 +11,21 @@ from quarc_ref.synth.light_kernels import POINTS, SAMPLES, light_from, list_arou
 from quarc_ref.synth.solid_kernels import MISS
 from quarc_ref.synth.trace_kernels import find_before, leave_room, list_between
 
-_FAR = 12.0  # meters, more than the room is wide
-_PATCH = 0.15  # meters, around which the solids that throw shadows are listed at once
+_FAR = 12.0  # meters: more than the width of the room
+_PATCH = 0.15  # meters: size of patches that share a list of shadow-casting solids
 _EXPOSURE = 1.35
 
 
 @entrance
 def render(stage, camera, picture, depths):
-    """Fill a picture and the depths that are seen in each of its pixels.
+    """Render a picture, and the depth range of each pixel.
 
     Args:
-        stage: As `pack_stage` makes it.
-        camera: `[15]` center, right, down, forward; focal length and principal
+        stage: Stage from `pack_stage`.
+        camera: `[15]` numbers: center, right, down, forward; focal length and principal
             point, pixels.
-        picture: `[H, W, 3]` float64, to be filled with light from 0 to 1, linear.
-        depths: `[H, W, 2]` to be filled with the least and the greatest.
+        picture: `[H, W, 3]` float64 output: linear light from 0 to 1.
+        depths: `[H, W, 2]` output: minimum and maximum depth.
     """
     lamps, solids = stage.lights.shape[0], stage.solids.shape[0]
     listed = np.empty(solids, dtype=np.int64)
@@ -43,7 +43,7 @@ def render(stage, camera, picture, depths):
 
 @entrance
 def measure(stage, camera, points, depths):
-    """Fill the depths `[N]` that a camera sees at points `[N, 2]` of its picture, x and y."""
+    """Compute the depths `[N]` at points `[N, 2]` (x, y) of a camera's picture."""
     listed = np.empty(stage.solids.shape[0], dtype=np.int64)
     for i in range(depths.size):
         ray, slant = _ray_through(camera, points[i, 0], points[i, 1])
@@ -54,14 +54,14 @@ def measure(stage, camera, points, depths):
 
 @plain
 def _expose(light):
-    """Return the recorded value of a light, always below 1."""
+    """Return the recorded value of light, which is below 1."""
     light *= _EXPOSURE
     return 1 - 1 / (1 + light + 0.5 * light * light)
 
 
 @plain
 def _ray_through(camera, u, v):
-    """Return the ray through a point of the picture, and its depth per distance."""
+    """Return the ray through a point of the picture, and the ratio of depth to distance."""
     a, b = (u - camera[13]) / camera[12], (v - camera[14]) / camera[12]
     slant = 1 / math.sqrt(a * a + b * b + 1)
     ray = (
@@ -88,7 +88,7 @@ def _find_nearest(stage, listed, count, ray):
 
 @plain
 def _cast_pixel(stage, camera, column, row, listed, hits, found):
-    """Fill distances and indices of what a pixel's rays hit; return the depth range."""
+    """Compute distances and indices of the hits of a pixel's rays; return the depth range."""
     axis, _ = _ray_through(camera, column + 0.5, row + 0.5)
     width = _FAR * math.sqrt(0.5) / camera[12]
     count = list_between(stage, listed, _ahead(axis, 0.0), 0.0, _ahead(axis, _FAR), width)
@@ -102,18 +102,18 @@ def _cast_pixel(stage, camera, column, row, listed, hits, found):
 
 @plain
 def _light_pixel(stage, camera, column, row, patch, lists, counts, hits, found):
-    """Return the mean of the light along a pixel's rays.
+    """Return the mean light of a pixel's rays.
 
     Args:
-        stage: As `pack_stage` makes it.
-        camera: As `render` takes it.
+        stage: Stage from `pack_stage`.
+        camera: Camera, as for `render`.
         column: Column of the pixel.
         row: Row of the pixel.
-        patch: `[3]` center of the ball for which `lists` are; moved where a ray leaves it.
-        lists: As `list_around` fills it.
-        counts: As `list_around` fills it.
-        hits: `[9]` distance to what each ray meets.
-        found: `[9]` its row in `Stage.paints`.
+        patch: `[3]` center of the ball of `lists`, which moves when a ray leaves it.
+        lists: Lists from `list_around`.
+        counts: Counts from `list_around`.
+        hits: `[9]` distances to the hits of the rays.
+        found: `[9]` rows of the hits in `Stage.paints`.
     """
     r, g, b = 0.0, 0.0, 0.0
     for s in range(SAMPLES):

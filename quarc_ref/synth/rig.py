@@ -1,7 +1,7 @@
-"""The cameras of a synthetic capture, and how `poses_bounds.npy` has them.
+"""The cameras of a synthetic capture, and their form in `poses_bounds.npy`.
 
-Cameras are on an arc around the stage, alternately lower and higher, and look at its middle. The
-held-out camera comes first and is on the arc, halfway between two neighbors.
+Cameras are on an arc around the stage, alternately lower and higher, and look at its
+center. The first, held-out camera is on the arc halfway between two neighbors.
 """
 
 import math
@@ -20,21 +20,21 @@ _HEIGHTS = (1.15, 1.75)
 _TARGET = np.array([0.0, 0.72, -0.1])
 _HALF_VIEW = math.radians(25.5)
 _STAGE_HALF_VIEW = math.radians(36)
-_JITTER = 0.06  # meters, either way half of it
+_JITTER = 0.06  # meters: range of positions
 _NEAR_MARGIN, _FAR_MARGIN = 0.95, 1.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigCamera:
-    """A pinhole camera; the principal point is the middle of the picture.
+    """A pinhole camera with its principal point at the center of the picture.
 
     Attributes:
-        center: `[3]` world units.
-        axes: `[3, 3]` rows right, down, forward, in the world.
-        focal: Pixels.
-        width: Pixels.
-        height: Pixels.
-        film: `[3, 3]` from incoming linear RGB to recorded RGB.
+        center: `[3]` position, world units.
+        axes: `[3, 3]` world directions right, down, forward, by row.
+        focal: Focal length, pixels.
+        width: Picture width, pixels.
+        height: Picture height, pixels.
+        film: `[3, 3]` matrix from incoming to recorded linear RGB.
     """
 
     center: Float64
@@ -50,17 +50,17 @@ class RigCamera:
         return np.array([*self.center, *self.axes.ravel(), self.focal, *middle])
 
     def to_world(self, pixels: Float64, depths: Float64) -> Float64:
-        """Return `[N, 3]` the points at `[N, 2]` places of the picture and their depths."""
+        """Return the `[N, 3]` world points at pixels `[N, 2]` and their depths."""
         slopes = (pixels - (self.width / 2, self.height / 2)) / self.focal
         rays = np.column_stack((slopes, np.ones(len(depths))))
         return self.center + depths[:, None] * (rays @ self.axes)
 
     def as_pose(self, least: float, most: float) -> Float64:
-        """Return `[17]` the camera's row of `poses_bounds.npy`.
+        """Return the camera's row `[17]` of `poses_bounds.npy`.
 
         Args:
-            least: Depth of the nearest thing that the camera ever sees.
-            most: Depth of the farthest.
+            least: Minimum depth in all frames of the camera.
+            most: Maximum depth.
         """
         right, down, forward = self.axes
         size = np.array([self.height, self.width, self.focal])
@@ -69,7 +69,7 @@ class RigCamera:
 
 
 def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
-    """Return the held-out camera, then those to train with, from left to right."""
+    """Return the held-out camera, then the training cameras from left to right."""
     steps = (np.arange(options.cameras) / (options.cameras - 1) - 0.5) * _ARC
     between = (options.cameras - 1) // 2
     held_out = (steps[between] + steps[between + 1]) / 2
@@ -85,7 +85,7 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
 
 
 def _make_films(count: int, options: SynthOptions) -> Float64:
-    """Return `[count, 3, 3]` the cameras' films: the same for all without a spread."""
+    """Return the `[count, 3, 3]` films of the cameras, which are equal without a spread."""
     spread = options.scene.camera_spread
     normal = make_generator(options.seed, "films").standard_normal((count, 4, 3))
     gains = np.exp(spread * (0.95 * normal[:, 0, :1] + 0.3 * normal[:, 1]))

@@ -1,6 +1,6 @@
-"""Patterns of the room: a wooden floor with a rug and a track, bricks, wallpaper.
+"""Kernels for the patterns of the room: wooden floor, rug and track, bricks, wallpaper.
 
-Coordinates are meters in the world.
+Coordinates are in world space, in meters.
 """
 
 # mypy: allow-untyped-defs
@@ -22,7 +22,7 @@ _SKIRTING = 0.13
 
 @plain
 def paint_floor(colors, phase, x, z):
-    """Return the color of the floor: `colors` are light wood, dark wood, the rug's."""
+    """Return the color of the floor; `colors` are light wood, dark wood and rug."""
     r = math.hypot(x, z)
     if r < RUG:
         return _rug(colors, phase, x, z, r)
@@ -49,7 +49,7 @@ def _planks(colors, phase, x, z):
 
 @plain
 def _rug(colors, phase, x, z, r):
-    """A round rug: a rim, a ring of petals, and a disk."""
+    """Return the color of a round rug with a rim, a ring of petals, and a disk."""
     pile = 0.88 + 0.24 * noise(13 * x + phase, 13 * z, 2.0)
     light = (0.86, 0.83, 0.76)
     petals = math.cos(12 * math.atan2(z, x) + phase)
@@ -62,7 +62,7 @@ def _rug(colors, phase, x, z, r):
 
 @plain
 def _track(colors, x, z, off):
-    """Sleepers across a pale band, and two rails."""
+    """Return the color of a track with sleepers on a pale band and two rails."""
     turn = 40 * (math.atan2(z, x) / (2 * math.pi) + 1)
     sleeper = ramp(abs(turn - math.floor(turn) - 0.5), 0.2, 0.28)
     ground = blend(shade(colors[1], 0.45), (0.62, 0.60, 0.55), sleeper)
@@ -72,7 +72,7 @@ def _track(colors, x, z, off):
 
 @plain
 def paint_bricks(colors, phase, x, y):
-    """Return the color of a wall: `colors` are light brick, dark brick, mortar."""
+    """Return the color of a wall; `colors` are light brick, dark brick, mortar."""
     row = math.floor(y / _BRICK)
     along = x / _BRICK_LENGTH + 0.5 * (int(row) % 2)
     brick = math.floor(along)
@@ -89,7 +89,7 @@ def paint_bricks(colors, phase, x, y):
 
 @plain
 def paint_wallpaper(colors, phase, x, y):
-    """Return the color of a wall: `colors` are two of the paper, one of the paneling."""
+    """Return the color of a wall; `colors` are two of the wallpaper and one of the paneling."""
     if y < _DADO:
         return _above_skirting(_paneling(colors, x, y), y)
     stripe = (x + phase) / _PAPER_STRIPE

@@ -1,9 +1,9 @@
-"""The synthetic scene: a playroom, or a variant of it, as a stage for every moment.
+"""The synthetic scene, a playroom or a variant of it, at any time.
 
-A ball bounces in front of a robot that dances and waves, between a crate on a
-turning table and a blob on a stool; a train goes around them all, below a
-mobile. Behind them the door of a cabinet slides open and a screen changes: only these reveal new
-content, while everything else just moves. In the hall of the stage variants the robot is alone.
+A ball bounces in front of a dancing robot, between a crate on a turntable and a blob on a
+stool; a train drives around them below a mobile. Behind them, the door of a cabinet
+slides open and a screen changes its picture: these two reveal new content, while
+everything else only moves. The stage variants show only the robot in a hall.
 """
 
 from dataclasses import dataclass
@@ -32,8 +32,8 @@ from quarc_ref.synth.toys import (
 )
 from quarc_ref.synth.variants import PLAYROOM, Variant
 
-_TEMPO = 0.75  # seconds of the scene in a second of the video
-_DELAY = 0.1  # seconds, at most, by which the seed delays door and screen
+_TEMPO = 0.75  # seconds of the scene per second of the video
+_DELAY = 0.1  # seconds: maximum delay of door and screen by the seed
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Scene:
         palette: Colors.
         phases: Phases of ball, crate, blob, mobile, train, robot, door, screen and
             patterns, in turns.
-        variant: How it differs from the playroom.
+        variant: Differences from the playroom.
     """
 
     palette: Palette
@@ -85,5 +85,5 @@ class Scene:
 
 
 def make_scene(seed: int, variant: Variant = PLAYROOM) -> Scene:
-    """Return the scene of a seed, in a variant."""
+    """Make the scene of a seed and a variant."""
     return Scene(choose_palette(seed), tuple(draw(seed, "phases", 9).tolist()), variant)

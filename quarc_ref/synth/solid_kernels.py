@@ -1,9 +1,9 @@
-"""Where a ray enters a solid, and which way the surface faces there.
+"""Kernels that intersect rays with solids, and compute normals.
 
-Every solid is one of five shapes of about unit size, mapped to the world by an
-affine matrix; the caller maps the ray back, so a squashed ball and a tall box take no more time
-than a sphere and a cube. Directions are not normalized, so distances along the mapped ray equal
-those along the ray itself. A ray that starts inside a solid does not see it, except in the blob.
+Every solid is one of five shapes of about unit size, mapped to the world by an affine
+matrix; the caller maps the ray to the space of the shape. Directions are not normalized,
+so distances along the mapped ray equal those along the original ray. Rays that start
+inside a solid do not intersect it, except for the blob.
 """
 
 # mypy: allow-untyped-defs
@@ -21,7 +21,7 @@ BLOB = 4
 MISS = 1e30
 BLOB_SWELL = 0.16
 _BLOB_WAVES = 0.43
-_BLOB_STEP = 0.62  # of the distance: the surface's waves steepen it
+_BLOB_STEP = 0.62  # relative to the distance, because waves make the surface steeper
 _BLOB_STEPS = 48
 _BLOB_NEAR = 1e-3
 _SLOPE_STEP = 1e-3
@@ -30,13 +30,13 @@ _FLAT = 1e-12
 
 @inlined
 def entry(shape, bend, ox, oy, oz, dx, dy, dz):
-    """Return the distance at which a ray enters a shape, `MISS` where it does not.
+    """Return the distance at which a ray enters a shape, or `MISS`.
 
     Args:
-        shape: One of the five above.
+        shape: One of the five shapes above.
         bend: Half the length of a capsule's axis, or the phase of a blob's waves, turns.
         ox, oy, oz: Origin of the ray in the shape's space.
-        dx, dy, dz: Direction of the ray there.
+        dx, dy, dz: Direction of the ray in the shape's space.
     """
     if shape == BALL:
         return _enter_ball(ox, oy, oz, dx, dy, dz)
@@ -51,7 +51,7 @@ def entry(shape, bend, ox, oy, oz, dx, dy, dz):
 
 @inlined
 def outward(shape, bend, x, y, z):
-    """Return the direction, of any length, out of a shape at a point of its surface."""
+    """Return the outward normal, of any length, at a point of a shape's surface."""
     if shape == BOX:
         return _out_of_box(x, y, z)
     if shape == CYLINDER:
@@ -132,7 +132,7 @@ def _enter_capsule(half, ox, oy, oz, dx, dy, dz):
 
 @inlined
 def _swing(x):
-    """Return something like a sine of x turns, at a fraction of its cost."""
+    """Return an inexpensive approximation of the sine of x turns."""
     x -= math.floor(x + 0.5)
     return 8 * x * (1 - 2 * abs(x))
 

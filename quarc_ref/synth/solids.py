@@ -1,8 +1,7 @@
 """Solids of the synthetic scene: shapes of unit size, mapped to the world.
 
-A solid is a shape, the affine matrix that puts it into the world, and the
-paint on it. Matrices are `[4, 4]` and act on columns; `at(...) @ rotate_y(...)`
-turns first and moves then, as figures with joints want it.
+A solid is a shape with an affine matrix to the world and a paint. Matrices are `[4, 4]`
+and act on columns, so `at(...) @ rotate_y(...)` rotates first and then translates.
 """
 
 import math
@@ -23,13 +22,13 @@ _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
-    """A painted solid somewhere in the world.
+    """A painted solid in the world.
 
     Attributes:
         shape: One of the shapes of `solid_kernels`.
         matrix: `[4, 4]` from the shape's space to the world, meters.
-        sizes: Meters per unit along the shape's axes; only the paint uses them.
-        paint: What its surface looks like.
+        sizes: Meters per unit along the shape's axes, for the paint.
+        paint: Appearance of the surface.
         bend: Half the length of a capsule's axis, or the phase of a blob's waves, turns.
     """
 
@@ -40,7 +39,7 @@ class Solid:
     bend: float = 0.0
 
     def bounds(self) -> NDArray[np.float64]:
-        """Return `[4]` the center and the radius of a sphere around the solid."""
+        """Return `[4]` center and radius of a bounding sphere."""
         return np.array([*self.matrix[:3, 3], self._reach(self.matrix[:3, :3])])
 
     def _reach(self, linear: Matrix) -> float:
@@ -54,29 +53,29 @@ class Solid:
 
 
 def at(x: float, y: float, z: float) -> Matrix:
-    """Return the matrix that moves by x, y and z."""
+    """Return a translation by x, y and z."""
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix
 
 
 def scale(x: float, y: float, z: float) -> Matrix:
-    """Return the matrix that stretches along the axes."""
+    """Return a scaling along the axes."""
     return np.diag([x, y, z, 1.0])
 
 
 def rotate_x(angle: float) -> Matrix:
-    """Return the matrix that turns y towards z, radians."""
+    """Return the rotation of y towards z by an angle in radians."""
     return _turn(angle, 1, 2)
 
 
 def rotate_y(angle: float) -> Matrix:
-    """Return the matrix that turns z towards x, radians."""
+    """Return the rotation of z towards x by an angle in radians."""
     return _turn(angle, 2, 0)
 
 
 def rotate_z(angle: float) -> Matrix:
-    """Return the matrix that turns x towards y, radians."""
+    """Return the rotation of x towards y by an angle in radians."""
     return _turn(angle, 0, 1)
 
 
@@ -91,18 +90,18 @@ def ellipsoid(frame: Matrix, radii: Vector, paint: Paint) -> Solid:
 
 
 def box(frame: Matrix, halves: Vector, paint: Paint) -> Solid:
-    """Return a box around the origin of a frame, by half its edges."""
+    """Return a box around the origin of a frame, given half its edge lengths."""
     return Solid(BOX, frame @ scale(*halves), halves, paint)
 
 
 def cylinder(frame: Matrix, radius: float, half: float, paint: Paint) -> Solid:
-    """Return a cylinder around the y axis of a frame, by half its height."""
+    """Return a cylinder around the y axis of a frame, given half its height."""
     sizes = (radius, half, radius)
     return Solid(CYLINDER, frame @ scale(*sizes), sizes, paint)
 
 
 def blob(frame: Matrix, radii: Vector, phase: float, paint: Paint) -> Solid:
-    """Return a ball with waves on it, their phase in turns."""
+    """Return a ball with waves of a phase in turns."""
     return Solid(BLOB, frame @ scale(*radii), radii, paint, phase)
 
 
@@ -116,7 +115,7 @@ def capsule(start: Matrix, end: Matrix, radius: float, paint: Paint) -> Solid:
 
 
 def _stand_along(axis: NDArray[np.float64]) -> Matrix:
-    """Return a rotation that takes y to a unit vector."""
+    """Return a rotation that maps y to a unit vector."""
     aside = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < math.sqrt(0.5) else (1.0, 0.0, 0.0))
     aside = aside / np.linalg.norm(aside)
     matrix = np.eye(4)

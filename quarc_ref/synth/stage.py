@@ -1,4 +1,4 @@
-"""A scene at one moment as flat arrays, for the kernels."""
+"""A scene at one time as flat arrays for kernels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,18 +14,16 @@ Float64 = NDArray[np.float64]
 
 
 class Stage(NamedTuple):
-    """Flat arrays; solids of a group follow one another.
+    """Flat arrays of a scene, in which the solids of a group are consecutive.
 
     Attributes:
-        solids: `[S, 21]` center and radius of a sphere around each solid; the
-            matrix from the world to the shape's space, row by row; its shape and
-            `Solid.bend`; its sizes.
-        groups: `[G, 6]` center and radius of a sphere around each group; its
-            first solid, and the one after its last.
-        paints: `[S + 6, 14]` as `Paint.row`: the solids', then the room's.
-        room: `[6]` the room's faces: x, y, z, the lesser one first.
-        lights: `[L, 15]` center, two half edges and color of a rectangle, then
-            the direction of length 1 to which it shines.
+        solids: `[S, 21]` bounding sphere of each solid (center, radius); matrix from the
+            world to the shape's space, row by row; shape and `Solid.bend`; sizes.
+        groups: `[G, 6]` bounding sphere of each group; its first solid, and the one after
+            its last.
+        paints: `[S + 6, 14]` rows from `Paint.row`: of the solids, then of the room.
+        room: `[6]` minimum and maximum x, y, z of the room.
+        lights: `[L, 15]` center, two half edges and color of a rectangle, then its unit normal.
         ambient: `[2, 3]` light from above and from below.
     """
 
@@ -39,13 +37,13 @@ class Stage(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """A room seen from inside, and its light.
+    """A room and its light.
 
     Attributes:
-        faces: `[6]` as `Stage.room`.
+        faces: `[6]` faces, as in `Stage.room`.
         paints: Paints of the faces.
-        lights: `[L, 15]` as `Stage.lights`.
-        ambient: `[2, 3]` as `Stage.ambient`.
+        lights: `[L, 15]` lamps, as in `Stage.lights`.
+        ambient: `[2, 3]` ambient light, as in `Stage.ambient`.
     """
 
     faces: Float64
@@ -55,7 +53,7 @@ class Room:
 
 
 def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
-    """Return groups of solids in a room as flat arrays."""
+    """Pack groups of solids in a room into flat arrays."""
     solids = [solid for group in groups for solid in group]
     rows = np.stack([_row(solid) for solid in solids])
     ends = np.cumsum([len(group) for group in groups])
@@ -77,7 +75,7 @@ def _row(solid: Solid) -> Float64:
 
 
 def _around(spheres: Float64) -> Float64:
-    """Return a sphere around spheres."""
+    """Return a bounding sphere of spheres."""
     low = (spheres[:, :3] - spheres[:, 3:]).min(axis=0)
     high = (spheres[:, :3] + spheres[:, 3:]).max(axis=0)
     center = (low + high) / 2

@@ -1,9 +1,9 @@
-"""Patterns of surfaces: the color of a spot, in linear RGB.
+"""Kernels for the patterns of surfaces, in linear RGB.
 
-A spot is the point where a surface was hit: three coordinates in meters and three in
-units of the shape, both in the shape's own space, then the direction out of
-it. A paint is `Paint.row`. Patterns have no detail finer than about 2 cm, the
-size of a pixel at 160x120; edges are softened by as much.
+A spot is a surface point in the shape's space: three coordinates in meters, three in
+units of the shape, and the normal. A paint is a row from `Paint.row`. Patterns have no
+detail finer than about 2 cm, the size of a pixel at 160x120, and edges are softened
+accordingly.
 """
 
 # mypy: allow-untyped-defs
@@ -41,9 +41,9 @@ def color_of(paints, i, spot):
     """Return the color of a spot.
 
     Args:
-        paints: `[P, 14]` as `Paint.row` has them.
+        paints: `[P, 14]` rows from `Paint.row`.
         i: Index of the paint.
-        spot: Nine numbers: meters, units, direction out.
+        spot: Nine numbers: meters, units, normal.
     """
     pattern = int(paints[i, 13])
     paint = (
@@ -103,7 +103,7 @@ def _color_of_picture(pattern, paint, spot):
 
 @plain
 def _on_face(spot):
-    """Return two coordinates across the face of a box in meters, and the same in units."""
+    """Return two coordinates on the face of a box in meters and in units."""
     if abs(spot[6]) > abs(spot[7]) and abs(spot[6]) > abs(spot[8]):
         return spot[2], spot[1], spot[5], spot[4]
     if abs(spot[7]) > abs(spot[8]):
@@ -120,7 +120,7 @@ def _plain(paint, spot):
 
 @plain
 def _wood(paint, spot):
-    """Grain along x: noise that is long there and short across."""
+    """Return the color of wood with grain along x."""
     first, second, _, _, _ = paint
     x, y, z = spot[0] / paint[3], spot[1] / paint[3], spot[2] / paint[3]
     grain = noise(1.3 * x + paint[4], 9 * y, 9 * z)
@@ -130,7 +130,7 @@ def _wood(paint, spot):
 
 @plain
 def _band(x, share):
-    """Return 1 on a share of each period of length 1, softly."""
+    """Return 1 on a share of each period of length 1, with soft edges."""
     x = abs(x - math.floor(x) - 0.5)
     return 1 - ramp(x, share / 2 - 0.04, share / 2 + 0.04)
 
@@ -151,7 +151,7 @@ def _checks(paint, spot):
 
 @plain
 def _gores(paint, spot):
-    """Six gores from pole to pole, three of them colored, and two caps."""
+    """Return the color of six gores from pole to pole, three of them colored, and two caps."""
     first, second, third, _, _ = paint
     if abs(spot[4]) > 0.94:
         return first
@@ -164,7 +164,7 @@ def _gores(paint, spot):
 
 @plain
 def _crate(paint, spot):
-    """A frame and a brace of one wood over boards of another."""
+    """Return the color of a crate: frame and brace over boards of another wood."""
     first, second, third, _, _ = paint
     _, _, u, v = _on_face(spot)
     grain = noise(2.5 * u + paint[4], 9 * v, spot[6] + 2 * spot[7])
@@ -181,7 +181,7 @@ def _crate(paint, spot):
 
 @plain
 def _block(paint, spot):
-    """A toy block: a rim and on each pair of faces a disk, a cross or a ring."""
+    """Return the color of a toy block with a rim, and a disk, cross or ring on its faces."""
     first, second, third, _, _ = paint
     _, _, u, v = _on_face(spot)
     if max(abs(u), abs(v)) > 0.8:
@@ -208,7 +208,7 @@ def _dots(paint, spot):
 
 @plain
 def _rings(paint, spot):
-    """Rings around the y axis, one to a third of the radius."""
+    """Return the color of three rings around the y axis."""
     first, second, third, _, _ = paint
     r = math.hypot(spot[3], spot[5])
     if r < 0.33:
@@ -218,7 +218,7 @@ def _rings(paint, spot):
 
 @plain
 def _chest(paint, spot):
-    """A body with a panel in front of it, and three buttons on that."""
+    """Return the color of a body with a front panel and three buttons."""
     first, second, third, _, _ = paint
     x, y = spot[3], spot[4]
     if spot[5] < 0 or max(abs(x), abs(y - 0.1)) > 0.5:
@@ -230,7 +230,7 @@ def _chest(paint, spot):
 
 @plain
 def _window(paint, spot):
-    """A bright sky with clouds, behind a cross of bars."""
+    """Return the color of a window with a cloudy sky behind crossed bars."""
     first, second, third, _, _ = paint
     u, v, x, y = _on_face(spot)
     bars = min(abs(u), abs(v))

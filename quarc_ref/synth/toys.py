@@ -1,8 +1,8 @@
-"""Things that move by themselves: ball, crate, blob, train and a hanging mobile.
+"""Moving objects: ball, crate, blob, train and mobile.
 
-Each function gives the solids at one time, in seconds; any time will do. Phases
-are in turns and come from the seed. At 160x120 most things move by half a pixel
-to three from a frame to the next, and the ball by up to seven.
+Each function returns the solids at a time in seconds. Phases are in turns and depend on
+the seed. At 160x120 most objects move by 0.5 to 3 pixels per frame, and the ball by up to
+7.
 """
 
 import math
@@ -29,19 +29,19 @@ from quarc_ref.synth.solids import (
 _BALL_RADIUS = 0.2
 _BOUNCE_SECONDS = 0.66
 _BOUNCE_HEIGHT = 0.38
-_CONTACT = 0.14  # of a bounce, either side of the impact
+_CONTACT = 0.14  # share of a bounce on either side of the impact
 _TRAIN_SPEED = 1.2
 _WAGON_LENGTH = 0.47
 _WHEEL_RADIUS = 0.065
 
 
 def wave(time: float, seconds: float, phase: float) -> float:
-    """Return a sine of a period in seconds and a phase in turns."""
+    """Return a sine with a period in seconds and a phase in turns."""
     return math.sin(2 * math.pi * (time / seconds + phase))
 
 
 def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:
-    """Return a beach ball that bounces in front of the stage, and gives way at each impact."""
+    """Return a beach ball that bounces in front of the stage and is squashed at impacts."""
     beat = (time / _BOUNCE_SECONDS + phase) % 1.0
     impact = max(0.0, 1 - (min(beat, 1 - beat) / _CONTACT) ** 2) ** 2
     speed = abs(2 * beat - 1)
@@ -58,7 +58,7 @@ def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:
 
 
 def make_crate(time: float, phase: float, palette: Palette) -> list[Solid]:
-    """Return a crate on a table that turns."""
+    """Return a crate on a turntable."""
     place = at(-0.93, 0.0, -0.4) @ rotate_y(2.0 * time + 2 * math.pi * phase)
     top = Paint(patterns.CHECKS, palette.toys[3], palette.light, palette.light, 0.12, gloss=0.2)
     boards = Paint(patterns.CRATE, *palette.wood, palette.dark, phase=phase, gloss=0.1)
@@ -75,7 +75,7 @@ def _book(palette: Palette) -> Paint:
 
 
 def make_blob(time: float, phase: float, palette: Palette) -> list[Solid]:
-    """Return a blob that wobbles on a stool."""
+    """Return a wobbling blob on a stool."""
     place = at(0.95, 0.0, -0.5)
     breath = 1 + 0.07 * wave(time, 1.1, phase)
     paint = Paint(patterns.DOTS, palette.toys[1], palette.light, palette.light, 0.17, phase, 0.35)
@@ -96,7 +96,7 @@ def _stool(place: Matrix, palette: Palette) -> list[Solid]:
 
 
 def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
-    """Return a mobile that turns above the stage: a planet, a box, a pill and a ball."""
+    """Return a rotating mobile above the stage: a planet, a box, a pill and a ball."""
     hub = at(0.15, 1.78, -0.75) @ rotate_y(1.5 * time + 2 * math.pi * phase)
     rod = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark)
     toys = palette.toys
@@ -117,7 +117,7 @@ def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
 
 
 def make_balloon(time: float, palette: Palette) -> list[Solid]:
-    """Return a balloon that crosses the stage in half a second, and is outside before and after."""
+    """Return a balloon that crosses the stage in half a second."""
     x = -3.4 + 6.8 * (time - 0.1) / 0.45
     place = at(min(max(x, -3.4), 3.4), 1.05 + 0.15 * wave(time, 0.5, 0.0), 0.55)
     outside = 0.0 if -3.4 < x < 3.4 else 6.0  # below the floor
@@ -131,7 +131,7 @@ def make_balloon(time: float, palette: Palette) -> list[Solid]:
 
 
 def make_train(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
-    """Return the engine and two wagons of a train on its way around the stage."""
+    """Return an engine and two wagons that drive around the stage."""
     turn = _TRAIN_SPEED * time / TRACK + 2 * math.pi * (0.18 + 0.64 * phase)
     roll = -_TRAIN_SPEED * time / _WHEEL_RADIUS
     cars = []

@@ -1,9 +1,8 @@
-"""The first surface that a ray hits, and whether two points see each other.
+"""Kernels that find the first hit of rays, and test visibility between points.
 
-The rays of a pixel go the same way, and so do those to a lamp. Solids that
-a bundle of rays can meet are listed once, by the spheres around groups and
-solids; each ray is then tested against these alone. The room is a box
-seen from inside; it is behind everything and throws no shadow.
+The rays of a pixel are similar, and so are those to a lamp. The solids that a bundle of
+rays can hit are listed once by bounding spheres, and each ray is tested only against
+them. The room is a box around everything and casts no shadows.
 """
 
 # mypy: allow-untyped-defs
@@ -18,18 +17,18 @@ _FLAT = 1e-12
 
 @inlined
 def list_between(stage, listed, start, start_radius, end, end_radius):
-    """List the solids that a ray may meet on its way from one ball to another.
+    """List the solids that rays from one ball to another may hit.
 
     Args:
-        stage: As `pack_stage` makes it.
-        listed: `[S]` to be filled with indices of solids.
-        start: Center of the ball that the rays start in, three numbers.
+        stage: Stage from `pack_stage`.
+        listed: `[S]` output: indices of solids.
+        start: Center of the ball in which rays start, three numbers.
         start_radius: Radius of that ball.
-        end: Center of the ball that they end in; it may be the same point.
-        end_radius: Radius of that ball, not less than the other.
+        end: Center of the ball in which they end, which may be the same.
+        end_radius: Radius of that ball, at least the other radius.
 
     Returns:
-        How many are listed.
+        Number of listed solids.
     """
     cone = (*start, start_radius, *end, end_radius)
     count = 0
@@ -45,15 +44,15 @@ def list_between(stage, listed, start, start_radius, end, end_radius):
 
 @inlined
 def find_before(solids, listed, count, ray, best, found):
-    """Return the distance to the nearest solid and its index, or the given ones if nearer.
+    """Return distance and index of the nearest solid, or the given ones if they are nearer.
 
     Args:
         solids: Solids of the stage.
-        listed: `[S]` indices of those that the ray can meet.
-        count: How many these are.
+        listed: `[S]` indices of the solids that the ray can hit.
+        count: Number of these.
         ray: Origin and direction of length 1, six numbers.
-        best: Distance to something else.
-        found: Index of something else.
+        best: Distance of another hit.
+        found: Index of that hit.
     """
     for j in range(count):
         i = listed[j]
@@ -76,7 +75,7 @@ def is_hidden(solids, listed, count, ray, limit):
 
 @inlined
 def leave_room(room, ray):
-    """Return the distance to the wall that a ray from inside meets, and which it is."""
+    """Return distance and index of the wall that a ray from inside hits."""
     x, x_face = _leave_axis(room, 0, ray[0], ray[3])
     y, y_face = _leave_axis(room, 2, ray[1], ray[4])
     z, z_face = _leave_axis(room, 4, ray[2], ray[5])
@@ -105,7 +104,7 @@ def _leave_axis(room, first, o, d):
 
 @inlined
 def _reaches_into(spheres, i, cone):
-    """Return whether a sphere blocks it; rows begin with center and radius."""
+    """Return whether a sphere intersects a cone of rays."""
     x, y, z = spheres[i, 0] - cone[0], spheres[i, 1] - cone[1], spheres[i, 2] - cone[2]
     ax, ay, az = cone[4] - cone[0], cone[5] - cone[1], cone[6] - cone[2]
     length2 = ax * ax + ay * ay + az * az + _FLAT
@@ -113,7 +112,7 @@ def _reaches_into(spheres, i, cone):
     x, y, z = x - share * ax, y - share * ay, z - share * az
     wider = cone[7] - cone[3]
     reach = spheres[i, 3] + cone[3] + share * wider
-    # The cone widens: what touches it does so somewhat farther on than beside its center.
+    # The cone widens, so it touches a sphere slightly beyond the sphere's center.
     return (x * x + y * y + z * z) * (1 - wider * wider / length2) <= reach * reach
 
 

@@ -1,4 +1,4 @@
-"""Cameras and stages to pictures, depths and points."""
+"""Renders pictures, depths and points of stages for cameras."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from quarc_ref.synth.rig import RigCamera
 from quarc_ref.synth.stage import Stage
 
 _NOISE = 0.002  # meters
-_LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # a deviation of 0.58 pixels, about that of a good lens
+_LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # standard deviation of 0.58 pixels, similar to a good lens
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,8 +20,8 @@ class View:
 
     Attributes:
         picture: `[H, W, 3]` sRGB.
-        least: Depth of the nearest thing in it, meters.
-        most: Depth of the farthest.
+        least: Minimum depth, meters.
+        most: Maximum depth, meters.
     """
 
     picture: Image
@@ -42,15 +42,14 @@ def trace_view(stage: Stage, camera: RigCamera) -> View:
 def trace_points(
     stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
 ) -> Points:
-    """Return points on the surfaces that a camera sees, as structure from motion would.
+    """Sample points on the surfaces that a camera sees, similar to structure from motion.
 
     Args:
         stage: The scene.
         camera: The camera that sees the points.
         picture: The camera's picture, for the colors.
-        count: Number of points, at pixels chosen at random.
-        generator: Random generator for the choice of pixels and for a little noise in the
-            positions.
+        count: Number of points, which are at random pixels.
+        generator: Random generator for pixels and for small noise of positions.
     """
     rows = generator.integers(camera.height, size=count)
     columns = generator.integers(camera.width, size=count)
@@ -62,7 +61,7 @@ def trace_points(
 
 
 def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Return light after lens blur: without it, edges would be sharper than in any camera."""
+    """Apply lens blur, without which edges would be sharper than in real pictures."""
     before, at, after = _LENS_BLUR
     padding = [(int(each == axis), int(each == axis)) for each in range(light.ndim)]
     wide = np.pad(light, padding, mode="edge")
@@ -72,7 +71,7 @@ def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
 
 
 def _encode(light: NDArray[np.float64]) -> Image:
-    """Return sRGB of linear light."""
+    """Encode linear light as sRGB."""
     curved = 1.055 * np.power(light, 1 / 2.4) - 0.055
     encoded = np.where(light <= 0.0031308, 12.92 * light, curved)
     return np.round(255 * encoded).astype(np.uint8)

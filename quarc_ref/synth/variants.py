@@ -1,21 +1,21 @@
-"""Variants of the traced scene, each a difficulty of real captures."""
+"""Variants of the traced scene, each with a difficulty of real captures."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A scene and its cameras, as they differ from the playroom.
+    """Differences of a scene and its cameras from the playroom.
 
     Attributes:
-        summary: What is hard about it, for `--help` and for tables.
-        is_stage: Whether the scene is only the robot in an empty hall, on a few percent of the
-            pixels.
+        summary: Short description for `--help` and tables.
+        is_stage: Whether the scene is only the robot in an empty hall, which covers a few
+            percent of the pixels.
         is_dark: Whether walls, floor and ceiling of the hall are black.
         tempo: Factor of the speed of all motion.
-        has_visitor: Whether a balloon comes in from the left and leaves on the right.
-        camera_spread: Standard deviation of the logarithms of the cameras' gains in linear
-            light; a tenth of it is that of the colors that a camera mixes.
+        has_visitor: Whether a balloon enters from the left and leaves on the right.
+        camera_spread: Standard deviation of the logarithm of the cameras' gains in linear
+            light; that of the mixing of colors is a tenth of it.
     """
 
     summary: str

@@ -1,7 +1,7 @@
-"""A synthetic capture on disk: videos, `poses_bounds.npy` and `points3D_init.ply`.
+"""Writes a synthetic capture: videos, `poses_bounds.npy` and `points3D_init.ply`.
 
-A capture is written completely or not at all. The same options give the same bytes
-on the same machine.
+A capture is written completely or not at all. The same options produce the same bytes on
+the same machine.
 """
 
 import os
@@ -28,12 +28,12 @@ _POINTS = 8000
 def write_synthetic_capture(
     folder: Path, options: SynthOptions, progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """Trace a scene and write it in the layout of N3DV; `cam00` is for evaluation.
+    """Ray-trace a scene and write it in the layout of N3DV, with `cam00` for evaluation.
 
     Args:
-        folder: Folder that is created; it may exist if it is empty.
+        folder: Folder to create; an empty folder may exist.
         options: Options of the capture.
-        progress: Called with the number of pictures done, and of all.
+        progress: Called with the number of finished pictures, and the total.
 
     Raises:
         OutputPathError: The folder exists and is not empty.
@@ -45,13 +45,13 @@ def write_synthetic_capture(
 
 
 def _ignore(done: int, total: int) -> None:
-    """Take no notice of progress."""
+    """Ignore progress."""
 
 
 def fill_synthetic_capture(
     folder: OutputFolder, options: SynthOptions, progress: Callable[[int, int], None]
 ) -> None:
-    """Do as `write_synthetic_capture` in a folder that is being filled."""
+    """Write a synthetic capture to an open output folder; see `write_synthetic_capture`."""
     scene, cameras = make_scene(options.seed, options.scene), place_cameras(options)
     stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
     total = len(cameras) * len(stages)
@@ -75,7 +75,7 @@ def fill_synthetic_capture(
 def _find_points(
     stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
 ) -> Points:
-    """Return points that the cameras see, the same number for each camera."""
+    """Sample points on surfaces that the cameras see, the same number for each camera."""
     generator = make_generator(seed, "points")
     share = -(-_POINTS // len(cameras))
     return join_points(

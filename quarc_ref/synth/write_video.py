@@ -1,7 +1,6 @@
-"""A synthetic camera's video, whose bytes are the same on every run.
+"""Writes the video of a synthetic camera reproducibly.
 
-That takes one thread and plain C: with x264's assembly, one run in some
-hundreds differs.
+This needs one thread and x264 without assembly, with which one run in some hundreds differs.
 """
 
 from collections.abc import Iterable
@@ -21,8 +20,8 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
 
     Args:
         path: Path of the file; an existing one is replaced.
-        pictures: `[H, W, 3]` each.
-        options: Size and pace.
+        pictures: Pictures, each `[H, W, 3]`.
+        options: Size and frame rate.
 
     Raises:
         OSError: FFmpeg has no H.264 encoder, or the file cannot be written.

@@ -1,1 +1,1 @@
-"""A stream to look at: pictures of its cameras, and a page that plays it."""
+"""Shows streams: rendered pictures, and a page that plays a stream."""

@@ -1,24 +1,24 @@
-"""Depth as whole numbers of 16 bits, for PNG files."""
+"""Quantizes depth to 16-bit integers for PNG files."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 _MOST = (1 << 16) - 1
-_OPAQUE = 0.5  # the least opacity of a pixel whose depth means something
+_OPAQUE = 0.5  # minimum opacity of a pixel with a meaningful depth
 
 
 def quantize_depth(
     depth: NDArray[np.float32], opacity: NDArray[np.float32]
 ) -> tuple[NDArray[np.uint16], float]:
-    """Return depth in levels, and how many world units a level is.
+    """Quantize depth; return levels and the size of a level in world units.
 
     Args:
-        depth: `[H, W]` world units.
-        opacity: `[H, W]` 0 to 1.
+        depth: `[H, W]` depths, world units.
+        opacity: `[H, W]` opacities from 0 to 1.
 
     Returns:
-        `[H, W]` levels, 0 for pixels that are not opaque enough to have a depth. The scale is the
-        least power of two at which the deepest pixel fits.
+        `[H, W]` levels, 0 for pixels that are not opaque enough, and the scale, which is
+        the smallest power of two for which the deepest pixel fits.
     """
     shown = np.where((opacity >= _OPAQUE) & np.isfinite(depth), depth.astype(np.float64), 0)
     deepest = float(shown.max())

@@ -1,9 +1,9 @@
-"""Restricts a local server to requests of the page that the user opened.
+"""Restricts a local server to requests from the page that the user opened.
 
-Any website can make a browser send a request to this machine. Such a request
-names the host that it was meant for (Host), which is a foreign name in a DNS rebinding attack, and
-most name the page that sent it (Origin). Other users and machines lack the token, which is random
-for each run and part of the page's URL.
+Any website can make a browser send requests to this machine. Their Host header has a
+foreign name in a DNS rebinding attack, and most have an Origin header with the sending
+site. Other users and machines do not know the token, which is random for each run and
+part of the page's URL.
 """
 
 import hmac
@@ -17,14 +17,14 @@ _ORIGIN = re.compile(r"https?://(?P<authority>.+)")
 
 
 class Doorkeeper:
-    """Decides which requests are answered.
+    """Decides which requests are accepted.
 
     Args:
         host: Name or address that the server listens on.
         others: Additional names of the server.
 
     Attributes:
-        token: First part of the path of everything that is served.
+        token: First part of the path of all resources.
     """
 
     def __init__(self, host: str, others: Collection[str] = ()) -> None:
@@ -38,10 +38,10 @@ class Doorkeeper:
         """Return why a request is rejected; None if it is accepted.
 
         Args:
-            path: Path of the request, with its query.
+            path: Path of the request, including its query.
             hosts: Values of its Host headers.
             origins: Values of its Origin headers.
-            address: Address of this machine at which the request came in.
+            address: Address of this machine that received the request.
         """
         if len(hosts) != 1 or _find_name(hosts[0]) not in {*self._names, address}:
             return "unknown Host: quarc-ref view --allow-host NAME adds one"
@@ -53,7 +53,7 @@ class Doorkeeper:
         return None
 
     def _is_own(self, origin: str, host: str) -> bool:
-        """Return whether an Origin is the Host itself, or one of the names that were added."""
+        """Return whether an Origin matches the Host or an additional name."""
         match = _ORIGIN.fullmatch(origin.lower())
         if match is None:
             return False
@@ -62,11 +62,11 @@ class Doorkeeper:
 
 
 def is_host_name(text: str) -> bool:
-    """Return whether a text is the name or the address of a host, without a port."""
+    """Return whether a text is a host name or address without a port."""
     return _find_name(f"[{text}]" if ":" in text else text) == text.lower()
 
 
 def _find_name(authority: str) -> str | None:
-    """Return the host of `host:port`; None if it is malformed."""
+    """Return the host in `host:port`, or None if it is malformed."""
     match = _AUTHORITY.fullmatch(authority.lower())
     return match and (match["ipv6"] or match["name"])

@@ -1,7 +1,7 @@
-"""The frames of a stream as cameras see them: pictures, or depth.
+"""Renders the frames of a stream for cameras, as pictures or depth.
 
-They are drawn as evaluation draws them, so that a picture has the quality that
-`eval` states, less its rounding to 8 bits.
+Rendering is the same as in evaluation, so pictures have the quality that `eval` reports,
+except for rounding to 8 bits.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -22,16 +22,16 @@ Drawn = TypeVar("Drawn")
 def draw_frames(
     source: Source, camera: Camera, start: int = 0, stop: int | None = None
 ) -> Iterator[tuple[int, Image]]:
-    """Draw the frames of a stream.
+    """Render the frames of a stream.
 
     Args:
         source: A stream.
-        camera: Camera that sees them.
+        camera: The camera.
         start: Ordinal of the first frame.
         stop: Ordinal after the last frame; None for all.
 
     Yields:
-        The ordinal of a frame, and its picture `[H, W, 3]` sRGB.
+        Ordinal and picture `[H, W, 3]` sRGB of each frame.
 
     Raises:
         BitstreamError: The stream is invalid.
@@ -47,14 +47,14 @@ def draw_shots(
     draw: Callable[[Splats, Camera], Drawn],
     stop: int | None = None,
 ) -> Iterator[Drawn]:
-    """Draw shots in playback order.
+    """Render shots in playback order.
 
     Args:
-        source: A stream that has their frames.
-        shots: At least one.
+        source: A stream with the frames of all shots.
+        shots: Shots, at least one.
         draw: Function that renders a frame for a camera.
-        stop: Ordinal after the last frame; None for all. Damage before it is found,
-            even after the last shot.
+        stop: Ordinal after the last frame to decode, which may be after the last shot;
+            None for all.
 
     Yields:
         The picture of each shot.
@@ -73,7 +73,7 @@ def draw_shots(
 
 
 def draw_picture(splats: Splats, camera: Camera) -> Image:
-    """Return a picture `[H, W, 3]`; only one band of it at a time is held in floats."""
+    """Render a picture `[H, W, 3]` by bands, to limit the memory for floats."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top, rows in render_bands(splats, camera):
         np.clip(rows, 0, 1, out=rows)

@@ -1,6 +1,6 @@
-"""Cameras and frames of a stream, without decoding it.
+"""Finds the cameras and frames of a stream without decoding it.
 
-Found from chunk header to chunk header; of the frames' payloads nothing is read.
+Only chunk headers are read, but not the payloads of frames.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from quarc_ref.streams.source import Source
 
 
 class CameraChoiceError(ValueError):
-    """A camera that the stream does not have."""
+    """The stream does not have the requested camera."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,10 +26,10 @@ class Outline:
     """The structure of a stream, from its chunk headers.
 
     Attributes:
-        header: From HEAD.
-        cameras: From the last `came`.
+        header: Header from the HEAD chunk.
+        cameras: Cameras from the last `came` chunk.
         first_frame: Ordinal of the first frame.
-        chunks: Chunks of the frames, in order; up to the first damage, if any.
+        chunks: Headers of the frames' chunks in order, up to the first damage.
     """
 
     header: StreamHeader
@@ -43,13 +43,13 @@ class Outline:
         return self.first_frame + len(self.chunks)
 
     def count_frames(self, start: int, stop: int | None) -> int:
-        """Return how many frames there are from `start` up to, and without, `stop`."""
+        """Return the number of frames from `start` to `stop` - 1."""
         last = self.stop if stop is None else min(stop, self.stop)
         return max(0, last - max(start, self.first_frame))
 
 
 def outline_stream(source: Source) -> Outline:
-    """Return the outline of a stream.
+    """Read the outline of a stream.
 
     Raises:
         BitstreamError: HEAD is invalid.
@@ -70,7 +70,7 @@ def outline_stream(source: Source) -> Outline:
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:
-    """Return the cameras stored before a stream's first frame; None if it has no frame.
+    """Read the cameras before the first frame of a stream; return None if it has no frame.
 
     Only the bytes before that frame are read.
 
@@ -111,17 +111,17 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
 
 
 def fit_height(camera: Camera, width: int) -> int:
-    """Return the height of a camera's pictures when scaled to `width` pixels.
+    """Return the height of a camera's pictures scaled to a width.
 
     Args:
         camera: The camera.
-        width: Pixels; of any size, so that the caller can check it first.
+        width: Width in pixels, which may be arbitrarily large.
     """
     return max(1, round(Fraction(camera.height * width, camera.width)))
 
 
 def resize_camera(camera: Camera, width: int) -> Camera:
-    """Return a camera whose pictures are `width` pixels wide and show the same."""
+    """Return a camera with pictures scaled to a width."""
     height = fit_height(camera, width)
     across, down = width / camera.width, height / camera.height
     return replace(

@@ -1,7 +1,7 @@
-"""The page of a stream, and the player that it loads.
+"""Builds the page of a stream, which loads the player.
 
-The player is built by player/keep.mjs, and kept in this package: neither
-`view` nor `publish` needs Node.
+The player is built by player/keep.mjs and included in this package, so `view` and
+`publish` do not need Node.
 """
 
 import html
@@ -24,7 +24,7 @@ class PageOptions:
         title: Title of the page.
         camera: Name of the initial camera; None for the first one.
         up: The axis that points up, such as `-y`; None for that of the stream.
-        autoplay: Whether to play at once.
+        autoplay: Whether to start playing immediately.
         loop: Whether to repeat.
         live: Whether the stream is still being written.
     """
@@ -38,7 +38,7 @@ class PageOptions:
 
 
 def build_page(options: PageOptions, *, has_poster: bool = False, url: str | None = None) -> bytes:
-    """Return the HTML of a page; the stream, the player and the poster are in the same folder.
+    """Build the HTML of a page, with stream, player and poster in the same folder.
 
     Args:
         options: Options of the page.
@@ -56,7 +56,7 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
         "live": options.live,
     }
     preview = {"og:type": "website", "og:title": options.title}
-    if has_poster and url is not None:  # previews of links take no relative address
+    if has_poster and url is not None:  # link previews need absolute URLs
         preview["og:image"] = urljoin(url, POSTER)
     page = Template(template).substitute(
         title=html.escape(options.title),
@@ -68,13 +68,13 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
 
 
 def build_iframe(title: str, url: str, width: int, height: int) -> str:
-    """Return the HTML that shows a page within another page.
+    """Build the HTML that embeds a page in another page.
 
     Args:
         title: Title of the page.
         url: URL of the page.
-        width: Pixels.
-        height: Pixels.
+        width: Width of the iframe, pixels.
+        height: Height of the iframe, pixels.
     """
     attributes = {
         "src": url,
@@ -88,7 +88,7 @@ def build_iframe(title: str, url: str, width: int, height: int) -> str:
 
 
 def read_player() -> bytes:
-    """Return the player, a JavaScript module."""
+    """Read the player, which is a JavaScript module."""
     return resources.files(__package__).joinpath("player", PLAYER).read_bytes()
 
 
@@ -97,7 +97,7 @@ def _build_meta(name: str, value: str) -> str:
 
 
 def _build_attributes(values: Mapping[str, str | bool | None]) -> str:
-    """Return the text of attributes: True has no value; False and None are omitted."""
+    """Format HTML attributes; True has no value, and False and None are omitted."""
     return " ".join(
         name if value is True else f'{name}="{html.escape(str(value))}"'
         for name, value in values.items()

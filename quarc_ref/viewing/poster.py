@@ -1,4 +1,4 @@
-"""The poster of a page: the first frame of a stream, as one of its cameras sees it."""
+"""Renders the poster of a page: the first frame of a stream in the view of a camera."""
 
 from quarc_ref.datasets.video_writer import build_jpeg
 from quarc_ref.format.cameras import Camera
@@ -10,14 +10,14 @@ _SIDE = 960  # pixels
 
 
 def draw_poster(source: Source, camera: Camera) -> bytes | None:
-    """Return a JPEG file of the first frame, no larger than 960 x 960.
+    """Render the first frame as a JPEG file of at most 960 x 960 pixels.
 
     Args:
         source: A stream.
         camera: Camera of the stream.
 
     Returns:
-        The file; None if the camera's pictures are too narrow for a poster.
+        Bytes of the file; None if the camera's pictures are too narrow for a poster.
 
     Raises:
         BitstreamError: The stream is invalid before or at its first frame.

@@ -1,4 +1,4 @@
-"""The Range header of a request (RFC 9110, 14)."""
+"""Parses the Range header of requests (RFC 9110, 14)."""
 
 import re
 
@@ -6,16 +6,16 @@ _ONE_RANGE = re.compile(r"\s*bytes\s*=\s*(?P<first>\d{0,20})\s*-\s*(?P<last>\d{0
 
 
 def find_range(header: str | None, size: int) -> range | None:
-    """Return the bytes of a file that a request asks for.
+    """Return the requested range of a file.
 
     Args:
-        header: Value of the Range header; None without one.
-        size: Bytes of the file.
+        header: Value of the Range header; None if there is none.
+        size: Size of the file, bytes.
 
     Returns:
-        The range of bytes, within the file; empty if it lies beyond its end. None means the whole
-        file: if there is no header, or if it is malformed or has several ranges, which a server
-        may ignore.
+        The range of bytes within the file; empty if it is after the end. None stands for
+        the whole file, if the header is missing, malformed, or has several ranges, which
+        servers may ignore.
     """
     match = _ONE_RANGE.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):

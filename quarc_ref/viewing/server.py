@@ -21,12 +21,12 @@ from quarc_ref.viewing.shared_source import GrowingSource
 _PORTS_TRIED = 100
 _LAST_PORT = 65535
 _ANOTHER_PORT_MAY_DO = (errno.EADDRINUSE, errno.EACCES)
-_ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # where a browser finds it
+_ANY_ADDRESS = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # requested by browsers
 _PIECE_BYTES = 1 << 20
 _HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Referrer-Policy": "no-referrer",  # the address has the token
+    "Referrer-Policy": "no-referrer",  # the URL contains the token
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
@@ -34,11 +34,11 @@ _HEADERS = {
 
 @dataclass(frozen=True, slots=True)
 class Resource:
-    """Something that a browser can load.
+    """A resource that a browser can load.
 
     Attributes:
         media_type: Value of Content-Type.
-        source: Its bytes; the size is known, and several threads may read at a time.
+        source: Thread-safe source of its bytes, with a known size.
     """
 
     media_type: str
@@ -46,19 +46,20 @@ class Resource:
 
 
 class Server(ThreadingHTTPServer):
-    """Serves resources at `http://HOST:PORT/TOKEN/NAME` until it is interrupted.
+    """Serves resources at `http://HOST:PORT/TOKEN/NAME`.
 
     Args:
-        address: Host, and the first port to try; of 100, the first free one is taken.
-        resources: By name; the one that is named `""` is the page.
-        names: More names that browsers may know the server by.
+        address: Host, and first port; the first free one of 100 ports is used.
+        resources: Resources by name; `""` is the page.
+        names: Additional host names of the server.
         report: Called with a message when a resource cannot be read.
 
     Raises:
-        OSError: The host is not this machine, or no port is free.
+        OSError: The host is not an address of this machine, or no port is free.
     """
 
-    allow_reuse_address = os.name == "posix"  # elsewhere it would share a port that is in use
+    # on other systems it would allow to share a port in use
+    allow_reuse_address = os.name == "posix"
 
     def __init__(
         self,
@@ -74,7 +75,7 @@ class Server(ThreadingHTTPServer):
         ports = range(port, min(port + _PORTS_TRIED, _LAST_PORT + 1))
         try:
             self._bind_first(host, ports)
-        except (OSError, UnicodeError) as error:  # UnicodeError: not a name that a host can have
+        except (OSError, UnicodeError) as error:  # UnicodeError: invalid host name
             why = getattr(error, "strerror", None) or str(error)
             if getattr(error, "errno", None) in _ANOTHER_PORT_MAY_DO:
                 why += f" (ports {ports.start} to {ports[-1]})"
@@ -83,23 +84,23 @@ class Server(ThreadingHTTPServer):
 
     @property
     def url(self) -> str:
-        """Address of the page, for a browser on this machine."""
+        """URL of the page, for a browser on this machine."""
         return self.name_url(self._host)
 
     def name_url(self, host: str) -> str:
-        """Return the address of the page under a name or an address of this machine."""
+        """Return the URL of the page with a host name or address."""
         authority = f"[{host}]" if ":" in host else host
         return f"http://{authority}:{self.server_address[1]}/{self.doorkeeper.token}/"
 
     def server_bind(self) -> None:
-        """Bind without looking up the machine's name, which may take long."""
+        """Bind without the slow lookup of the machine's name."""
         TCPServer.server_bind(self)
 
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
-        """Print nothing: errors of clients are not for the terminal."""
+        """Suppress the output of client errors."""
 
     def _bind_first(self, host: str, ports: range) -> None:
-        """Listen at the first port that is free."""
+        """Listen on the first free port."""
         found = socket.getaddrinfo(
             host or None, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )
@@ -115,12 +116,12 @@ class Server(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers GET and HEAD."""
+    """Handles GET and HEAD requests."""
 
     server: Server
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "quarc-ref", ""
-    timeout: ClassVar[float] = 60.0  # of a connection that says nothing
+    timeout: ClassVar[float] = 60.0  # timeout of idle connections
 
     def do_GET(self) -> None:
         """Send a resource, or a part of it."""
@@ -131,7 +132,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(has_body=False)
 
     def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002  # its name there
-        """Log nothing."""
+        """Suppress the request log."""
 
     def _answer(self, *, has_body: bool) -> None:
         hosts, origins = (self.headers.get_all(name, []) for name in ("Host", "Origin"))
@@ -149,7 +150,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(resource, has_body=has_body)
         except SourceError as error:
             self.server.report(str(error))
-            self.close_connection = True  # the browser sees that the answer is cut
+            self.close_connection = True  # the browser detects the incomplete response
 
     def _send(self, resource: Resource, *, has_body: bool) -> None:
         source, wanted = resource.source, self.headers.get("Range")
@@ -201,7 +202,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def _await_range(source: GrowingSource, wanted: str | None) -> None:
-    """Wait for the first requested byte, if the stream is still growing."""
+    """Wait for the first requested byte of a growing stream."""
     size = source.size() or 0
     part = find_range(wanted, size)
     if part is not None and not part:

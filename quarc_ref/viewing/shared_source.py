@@ -1,4 +1,4 @@
-"""A stream that several threads read."""
+"""Sources that several threads can read."""
 
 import threading
 import time
@@ -9,7 +9,7 @@ _POLL_SECONDS = 0.2
 
 
 class SharedSource:
-    """Reads of another source, one at a time: a file has one position to read at.
+    """Serializes reads of another source, because a file has only one position.
 
     Args:
         source: The stream.
@@ -31,11 +31,11 @@ class SharedSource:
 
 
 class GrowingSource(SharedSource):
-    """A growing stream, whose reads wait for new bytes.
+    """A source of a growing stream, whose reads wait for new bytes.
 
     Args:
         source: The stream.
-        patience: Seconds to wait for more of it, each time.
+        patience: Maximum seconds to wait for new data, for each read.
     """
 
     def __init__(self, source: Source, patience: float = 20.0) -> None:
@@ -43,7 +43,7 @@ class GrowingSource(SharedSource):
         self._patience = patience
 
     def await_more(self, offset: int) -> None:
-        """Return as soon as there is a byte at an offset, or after a timeout without new data."""
+        """Wait for a byte at an offset, or for a timeout without new data."""
         give_up = time.monotonic() + self._patience
         while (self.size() or 0) <= offset and time.monotonic() < give_up:
             time.sleep(_POLL_SECONDS)

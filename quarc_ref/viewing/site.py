@@ -1,4 +1,4 @@
-"""A folder that any web server can serve: a page, the player, a stream and its poster."""
+"""Writes a folder for any web server: a page, the player, a stream and its poster."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ _PAGE = "index.html"
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """A folder that was filled.
+    """Contents of a written folder.
 
     Attributes:
-        files: Names.
+        files: Names of the files.
         frames: Number of frames in the stream.
         stream_bytes: Size of the stream.
         poster: Name of the poster; None if there is none.
@@ -35,10 +35,10 @@ def write_site(
     draw_poster: Callable[[Source], bytes | None],
     url: str | None = None,
 ) -> Site:
-    """Fill a folder.
+    """Write a site to a folder.
 
     Args:
-        folder: Folder that is filled.
+        folder: Output folder.
         source: The stream, which may be a pipe.
         options: Options of the page.
         draw_poster: Function that returns a JPEG file for a stream, or None for no poster.

@@ -18,20 +18,21 @@ from quarc_ref.viewing.paths.pose import (
 )
 
 _SPIRAL_TURNS = 2
-_SPIRAL_REACH = 0.5  # of how far cameras are from their middle
+_SPIRAL_REACH = 0.5  # relative to the distance of cameras from their center
 
 
 def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Return a full circle around the point that the cameras look at, at constant height.
+    """Return a circle at constant height around the point that the cameras look at.
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera at which the circle begins.
-        up_axis: From the stream's header.
-        count: Number of poses; the last is followed by the first.
+        first: Camera at which the circle starts.
+        up_axis: Up axis from the stream's header.
+        count: Number of poses; the first one would follow the last.
 
     Raises:
-        PathError: The up direction is unknown, or the first camera is right above the center.
+        PathError: The up direction is unknown, or the first camera is vertically above or
+            below the center.
     """
     up, center, begin = find_up(cameras, up_axis), find_center(cameras), pose_of(first)
     offset = begin.eye - center
@@ -50,12 +51,12 @@ def orbit(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) ->
 
 
 def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -> list[Pose]:
-    """Return a spiral in front of a rig whose cameras look the same way, all at one point.
+    """Return a spiral for a forward-facing rig, which looks at the center of the scene.
 
     Args:
         cameras: Cameras of the stream.
         first: Camera with the angle of view.
-        up_axis: From the stream's header.
+        up_axis: Up axis from the stream's header.
         count: Number of poses.
 
     Raises:
@@ -75,12 +76,12 @@ def spiral(cameras: Sequence[Camera], first: Camera, up_axis: int, count: int) -
 
 
 def tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) -> list[Pose]:
-    """Return a smooth way through all cameras, from each to the nearest that is left.
+    """Return a smooth path through all cameras, from each to the nearest remaining one.
 
     Args:
         cameras: Cameras of the stream.
-        first: Camera at which it begins.
-        count: Number of poses; the last is that of the last camera.
+        first: Camera at which the path starts.
+        count: Number of poses; the last one is that of the last camera.
     """
     left = [pose_of(camera) for camera in cameras if camera.name != first.name]
     stops = [pose_of(first)]
@@ -88,7 +89,7 @@ def tour(cameras: Sequence[Camera], first: Camera, _up_axis: int, count: int) ->
         distances = [float(np.linalg.norm(it.eye - stops[-1].eye)) for it in left]
         stops.append(left.pop(int(np.argmin(distances))))
     lengths = [float(np.linalg.norm(b.eye - a.eye)) for a, b in pairwise(stops)]
-    # Cameras in one place are passed in no time, and a spline cannot have that.
+    # Splines need increasing times, also for cameras at the same position.
     least = max(sum(lengths) * 1e-3, 1e-6)
     times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, least))])
     return interpolate_poses(times, stops, np.linspace(0, times[-1], count))

@@ -1,4 +1,4 @@
-"""A smooth way through poses: splines of scipy for places, rotations and angles of view."""
+"""Interpolates poses by SciPy splines for positions, rotations and angles of view."""
 
 from collections.abc import Sequence
 
@@ -14,9 +14,9 @@ def interpolate_poses(times: Vector, poses: Sequence[Pose], at: NDArray[np.float
     """Return poses at times, on a smooth path through the given ones.
 
     Args:
-        times: `[n]` when each pose is reached, ascending.
-        poses: `[n]`, at least one.
-        at: `[m]` times between the first and the last.
+        times: `[n]` times of the poses, ascending.
+        poses: `[n]` poses, at least one.
+        at: `[m]` times between the first and the last one.
     """
     if len(poses) == 1:
         return [poses[0]] * len(at)

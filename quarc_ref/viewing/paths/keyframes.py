@@ -1,4 +1,4 @@
-"""Camera paths in files of JSON (docs/schemas/camera-path.json): poses at times.
+"""Reads camera paths from JSON files (docs/schemas/camera-path.json).
 
 {"schema": "quarc-ref/camera-path/1", "keyframes": [
 {"time": 0, "camera": "cam03"},
@@ -28,13 +28,12 @@ _MOST_NUMBER = 1e9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Keyframes:
-    """A path as its file has it.
+    """A camera path from a file.
 
     Attributes:
-        times: `[n]` seconds, ascending from 0.
-        poses: `[n]`.
-        frames: `[n]` ordinals of the frames shown at these times; None if the stream plays
-            normally.
+        times: `[n]` times in seconds, ascending from 0.
+        poses: `[n]` poses.
+        frames: `[n]` ordinals of the frames shown at these times; None for normal playback.
     """
 
     times: Vector
@@ -42,10 +41,10 @@ class Keyframes:
     frames: list[int | None]
 
     def count_pictures(self, frames_per_second: float) -> int:
-        """Return how many pictures the path has.
+        """Return the number of pictures of the path.
 
         Raises:
-            PathError: They are too many.
+            PathError: There are too many pictures.
         """
         count = float(self.times[-1]) * frames_per_second + 1
         if count > _MOST_PICTURES:
@@ -62,8 +61,9 @@ class Keyframes:
     def frames_at(self, frames_per_second: float, first: int, last: int) -> list[int]:
         """Return the frame of each picture, clamped to a range.
 
-        If no keyframe has a frame, the stream plays from the first one on; else it plays at
-        constant speed between keyframes with frames, and pauses before and after them.
+        If no keyframe has a frame, the stream plays normally from its first frame.
+        Otherwise it plays at constant speed between keyframes with frames, and pauses
+        before and after them.
         """
         moments = np.arange(self.count_pictures(frames_per_second)) / frames_per_second
         known = [
@@ -80,17 +80,17 @@ class Keyframes:
 
 
 def read_keyframes(path: Path, cameras: Sequence[Camera], like: Camera, up_axis: int) -> Keyframes:
-    """Return the path of a file.
+    """Read the path in a file.
 
     Args:
         path: Path of the file.
-        cameras: Cameras of the stream, which the file may name.
+        cameras: Cameras of the stream, to which the file may refer.
         like: Camera whose angle of view is used for keyframes without one.
-        up_axis: From the stream's header.
+        up_axis: Up axis from the stream's header.
 
     Raises:
-        PathError: It is malformed, or a pose in it is impossible; the keyframe is named.
-        OSError: It cannot be read.
+        PathError: The file is malformed, or a pose is impossible; the message names the keyframe.
+        OSError: The file cannot be read.
     """
     try:
         return parse_keyframes(path.read_bytes(), cameras, like, up_axis)
@@ -102,7 +102,7 @@ def read_keyframes(path: Path, cameras: Sequence[Camera], like: Camera, up_axis:
 def parse_keyframes(
     data: bytes, cameras: Sequence[Camera], like: Camera, up_axis: int
 ) -> Keyframes:
-    """Parse a path from bytes; arguments and errors are as for `read_keyframes`."""
+    """Parse a path from bytes; see `read_keyframes`."""
     listed = _parse_list(data)
     times: list[float] = []
     poses: list[Pose] = []

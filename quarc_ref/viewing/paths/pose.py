@@ -11,12 +11,13 @@ from quarc_ref.format.cameras import Camera
 
 Vector = NDArray[np.float64]
 _LEAST_LENGTH = 1e-9
-_DISTANCE = 4.0  # to what a lone camera looks at, times its near bound
-_STRAIGHT = 1e-3  # how far rays differ in direction where they meet somewhere
+# assumed distance of the center for a single camera, in multiples of its near plane
+_DISTANCE = 4.0
+_STRAIGHT = 1e-3  # minimum difference in direction of rays that intersect
 
 
 class PathError(ValueError):
-    """A camera path that cannot be followed."""
+    """A camera path is invalid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +25,8 @@ class Shot:
     """One picture of a path.
 
     Attributes:
-        frame: Ordinal of the stream's frame that is seen.
-        camera: Camera that sees it.
+        frame: Ordinal of the frame.
+        camera: The camera.
     """
 
     frame: int
@@ -34,12 +35,12 @@ class Shot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """A place and a direction.
+    """A position and an orientation.
 
     Attributes:
-        eye: `[3]` world units.
-        axes: `[3, 3]` rows right, down and forward: the rotation from world to camera.
-        view_angle: From the lower to the upper border, radians.
+        eye: `[3]` position, world units.
+        axes: `[3, 3]` rotation from world to camera; its rows are right, down and forward.
+        view_angle: Vertical field of view, radians.
     """
 
     eye: Vector
@@ -47,7 +48,7 @@ class Pose:
     view_angle: float
 
     def as_camera(self, like: Camera) -> Camera:
-        """Return a camera in this pose with the pictures of another one."""
+        """Return a camera with this pose and the picture size of another camera."""
         focal = like.height / 2 / math.tan(self.view_angle / 2)
         return replace(
             like,
@@ -67,10 +68,10 @@ def pose_of(camera: Camera) -> Pose:
 
 
 def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
-    """Return the pose that looks from one place to another, level with the horizon.
+    """Return the pose that looks from one position to another without roll.
 
     Raises:
-        PathError: The places are the same, or one is right above the other.
+        PathError: The positions are equal, or one is vertically above the other.
     """
     forward = _normalize(target - eye, "the position and the target of a camera are the same point")
     right = _normalize(np.cross(forward, up), "a camera looks straight up or down")
@@ -78,12 +79,12 @@ def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
 
 
 def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
-    """Return `[3]` the direction up.
+    """Return the `[3]` up direction.
 
     Args:
         cameras: Cameras of the stream.
-        up_axis: From the stream's header; if it is 0 (unknown), cameras are assumed to be level on
-            average.
+        up_axis: Up axis from the stream's header; if it is 0 (unknown), cameras are
+            assumed to be level on average.
     """
     if up_axis:
         axis, is_negative = divmod(up_axis - 1, 2)
@@ -96,9 +97,9 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
 
 
 def find_center(cameras: Sequence[Camera]) -> Vector:
-    """Return `[3]` the point that is nearest to the viewing axes of all cameras.
+    """Return the `[3]` point that is nearest to the viewing axes of all cameras.
 
-    If these do not meet, it is in front of the first camera.
+    If the axes are parallel, the point is in front of the first camera.
     """
     poses = [pose_of(camera) for camera in cameras]
     normal = sum((np.eye(3) - np.outer(it.axes[2], it.axes[2]) for it in poses), np.zeros((3, 3)))

@@ -1,4 +1,4 @@
-"""The pictures of a path: which frame each shows, and who sees it."""
+"""Plans the pictures of a path: the frame and the camera of each."""
 
 from pathlib import Path
 
@@ -16,18 +16,18 @@ def plan_shots(
     span: tuple[int, int | None],
     pictures: int | None = None,
 ) -> list[Shot]:
-    """Return the pictures of a path, in order.
+    """Plan the pictures of a path.
 
     Args:
         outline: Outline of the stream.
-        name: `orbit`, `spiral`, `interpolate`, or a file of keyframes.
+        name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
         like: Camera with the picture size, angle of view and first pose of the path.
         span: First frame to show and the one after the last; None for all.
-        pictures: Number of pictures; the frames are spread over them. None for one per frame. Not
-            for keyframes, which have times.
+        pictures: Number of pictures, over which the frames are distributed; None for one
+            per frame. Must be None for keyframe files, which have times.
 
     Raises:
-        PathError: The path cannot be followed, or there is no such frame.
+        PathError: The path is invalid, or there is no such frame.
         OSError: The file cannot be read.
     """
     first, count = max(span[0], outline.first_frame), outline.count_frames(*span)
