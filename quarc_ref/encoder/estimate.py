@@ -39,18 +39,27 @@ def estimate_encode(
         plan: The remaining work.
         config: All settings.
     """
-    initial, expected = _guess_gaussians(len(points.positions), config.canonical)
-    step = _time_step(context, points, config) * expected / initial
+    step = time_step(context, points, config)
     canonical = config.canonical
     halved = min(canonical.half_resolution_until_iter, canonical.iterations)
     first = step * (canonical.iterations - halved * (1 - _HALF_RESOLUTION))
     frames = plan.frames - max(1, plan.first_frame)
     seconds = frames * frame_seconds(plan, step) + (first if plan.first_frame == 0 else 0.0)
+    _, expected = _guess_gaussians(len(points.positions), canonical)
     return Estimate(seconds, _guess_bytes(expected, plan, config))
 
 
-def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
-    """Return the seconds of a training step on the initial Gaussians."""
+def time_step(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
+    """Return the mean duration of a training step of frame 0, seconds.
+
+    Some steps on the initial Gaussians are timed; there are more Gaussians later.
+
+    Args:
+        context: Views and renderer.
+        points: Initial points.
+        config: All settings.
+    """
+    initial, expected = _guess_gaussians(len(points.positions), config.canonical)
     generator = torch.Generator().manual_seed(0)
     start = start_from_points(points, config.canonical, generator, context.device)
     trainer = Trainer(start, canonical_learning_rates(config.canonical, context.extent))
@@ -64,7 +73,7 @@ def _time_step(context: TrainingContext, points: Points, config: EncoderConfig) 
         if context.device.type == "cuda":
             torch.cuda.synchronize(context.device)
         times.append(time.perf_counter() - started)
-    return sorted(times[_WARM_STEPS:])[_TIMED_STEPS // 2]
+    return sorted(times[_WARM_STEPS:])[_TIMED_STEPS // 2] * expected / initial
 
 
 def _guess_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:

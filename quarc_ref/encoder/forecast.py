@@ -5,23 +5,19 @@ The final scene is not known in advance, so the size is a range;
 docs/experiments/forecast.md compares forecasts with encodes.
 """
 
-import time
 from dataclasses import dataclass
 
-import torch
-
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.encoder.estimate import time_step
+from quarc_ref.encoder.monitoring.forecast import frame_seconds
+from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.training.canonical import canonical_learning_rates, start_from_points
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.trainable import Trainer
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
-# number of steps; the first ones compile kernels and fill caches of pictures
-_WARM_UP, _TIMED = 2, 8
 _FLOAT_BYTES = 4
 # buffers per training picture: original, corrected, and two moments of the SSIM
 _PICTURE_COPIES = 4
@@ -36,7 +32,6 @@ _NUMBERS_TRAINED = 59 * 4
 _BYTES_PER_GAUSSIAN = (7, 11)
 _FRAME_BYTES_PER_GAUSSIAN = (0.05, 0.4)
 _SHARE_OF_GAUSSIANS = (0.25, 1.0)  # share of the maximum number of Gaussians that remains
-_FRAME_STEP = 0.6  # time of a step of a later frame, in steps of frame 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +72,21 @@ def forecast(
     count = capture.require_frames(frames)
     canonical = config.canonical
     gaussians = canonical.max_gaussians
-    full, half = (_time_step(capture, config, device, downscale) for downscale in (1, 2))
+    contexts = [_make_context(capture, config, device, downscale) for downscale in (1, 2)]
+    full, half = (time_step(context, capture.points, config) for context in contexts)
     halved = min(canonical.half_resolution_until_iter, canonical.iterations)
     first = halved * half + (canonical.iterations - halved) * full
-    steps = config.motion.iterations + config.births.iterations
-    each = _FRAME_STEP * steps * full
+    plan = EncodePlan(
+        capture.name,
+        count,
+        first_frame=0,
+        byte_count=0,
+        views=len(capture.training),
+        canonical_steps=canonical.iterations,
+        motion_steps=config.motion.iterations,
+        birth_steps=config.births.iterations,
+    )
+    each = frame_seconds(plan, full)
     low, high = (
         int(share * gaussians * (of_first + of_frame * (count - 1)))
         for share, of_first, of_frame in zip(
@@ -107,11 +112,12 @@ def _count_picture_bytes(capture: Capture) -> int:
     return int(trained + len(cameras) * _DECODER_BYTES + pixels * _DECODER_PICTURES * _PIXEL_BYTES)
 
 
-def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: int) -> float:
-    """Return the seconds of a training step, as the minimum of several runs."""
+def _make_context(
+    capture: Capture, config: EncoderConfig, device: str, downscale: int
+) -> TrainingContext:
     where = choose_device(device)
     views = TrainingViews(capture, where, downscale)
-    context = TrainingContext(
+    return TrainingContext(
         views,
         choose_rasterizer(where),
         where,
@@ -120,17 +126,3 @@ def _time_step(capture: Capture, config: EncoderConfig, device: str, downscale: 
         measure_extent(views.cameras),
         Exposures(len(views.cameras), where),
     )
-    generator = context.generator(0, "forecast")
-    start = start_from_points(capture.points, config.canonical, generator, where)
-    trainer = Trainer(start, canonical_learning_rates(config.canonical, context.extent))
-    seconds = []
-    for step in range(_WARM_UP + _TIMED):
-        view = step % min(2, len(views.cameras))
-        started = time.perf_counter()
-        rendering = context.render(trainer.attributes.activated(), view)
-        loss = context.photometric_loss(rendering.image, view, 0, config.canonical.lambda_dssim)
-        trainer.step(loss, rendering.means2d)
-        if where.type == "cuda":
-            torch.cuda.synchronize(where)
-        seconds.append(time.perf_counter() - started)
-    return min(seconds[_WARM_UP:])

@@ -46,6 +46,13 @@ def test_a_capture_that_can_be_opened_is_described_and_forecast(capture):
     assert 0 < forecast["stream_bytes"][0] < forecast["stream_bytes"][1]
 
 
+@pytest.mark.parametrize("preset", ["main", "demo"])
+def test_the_preset_of_the_forecast_is_named(capture, preset):
+    options = ["--preset", preset] if preset != "main" else []
+
+    assert f"encoding takes ({preset})" in run("doctor", capture, "--quick", *options).stdout
+
+
 def test_an_unknown_held_out_camera_is_a_usage_error(capture):
     result = run("doctor", capture, "--held-out", "cam99")
 

@@ -87,7 +87,7 @@ def test_memory_and_disk_that_are_too_small_are_named(honest, monkeypatch):
     memory, disk = find(honest, quick=True)
 
     assert (memory.kind, disk.kind) == ("memory-short", "disk-short")
-    assert "0.0 GiB are free: --downscale 2" in memory.message
+    assert "0.0 GiB are free: use --downscale 2" in memory.message
 
 
 def test_a_quick_look_reads_the_first_frame_alone(folder):

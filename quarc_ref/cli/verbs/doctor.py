@@ -48,7 +48,11 @@ def doctor(
     ] = None,
     preset: Annotated[
         str,
-        typer.Option("--preset", help="Preset for the forecast.", autocompletion=complete_preset),
+        typer.Option(
+            "--preset",
+            help="Preset for the forecast; demo is the quick one.",
+            autocompletion=complete_preset,
+        ),
     ] = "main",
     device: Annotated[
         Literal["auto", "cpu", "cuda"], typer.Option("--device", help="Device for the forecast.")
@@ -69,7 +73,7 @@ def doctor(
         if as_json:
             print_json("doctor/1", _as_json(capture, found, opening, quick=quick))
         else:
-            print_table(capture.resolve().name, _describe(found))
+            print_table(capture.resolve().name, _describe(found, preset))
         for finding in () if as_json else found.findings:
             print_message(f"{finding.kind}: {finding.message}")
         if found.findings:
@@ -94,7 +98,7 @@ def _examine(folder: Path, examination: "Examination") -> "Diagnosis":
         raise UsageError(message) from error
 
 
-def _describe(found: "Diagnosis") -> dict[str, str]:
+def _describe(found: "Diagnosis", preset: str) -> dict[str, str]:
     """Return the results as rows of a table."""
     rows = {"layout": found.layout or "unknown"}
     if found.capture is not None:
@@ -103,7 +107,8 @@ def _describe(found: "Diagnosis") -> dict[str, str]:
         needs = found.forecast
         low, high = needs.stream_bytes
         rows |= {
-            "encoding takes": f"{_span(needs.seconds)}: frame 0 {_span(needs.seconds_of_first)}, "
+            f"encoding takes ({preset})": f"{_span(needs.seconds)}: "
+            f"frame 0 {_span(needs.seconds_of_first)}, "
             f"{_span(needs.seconds_per_frame)} for each later frame",
             "memory": f"{_size(needs.memory_bytes)}"
             + (f" of {_size(free)} free" if (free := found.machine.memory_bytes) else ""),

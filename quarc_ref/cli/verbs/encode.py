@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.settings.config import EncoderConfig
 
 _PRESET_HELP = (
-    "main: best quality for its bytes; demo: quicker, for the built-in capture; "
+    "main: best quality for its bytes; demo: several times quicker, for a first look; "
     "paper: the paper's schedule and steps."
 )
 
