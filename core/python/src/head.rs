@@ -1,14 +1,14 @@
-//! The HEAD of a stream, and who works at its frames.
+//! The HEAD of a stream, and the threads that decode its frames.
 
 use crate::errors::raise;
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use quarc::records::Header;
 use quarc::wire;
-use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::sync::Arc;
+use rayon::{BroadcastContext, ThreadPool, ThreadPoolBuilder};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// Threads that share the work of a frame; none beside who calls, where one is enough.
+/// A pool of threads that share the work of a frame; no pool for one thread.
 #[pyclass(frozen)]
 #[derive(Clone)]
 pub struct Workers {
@@ -27,11 +27,20 @@ impl Workers {
 }
 
 impl Workers {
-    /// Have them do something, and let others have Python meanwhile.
+    /// Run a task on these threads, without the GIL.
+    ///
+    /// It always starts on the first of them. glibc keeps freed memory for the thread that
+    /// allocated it: if frames started on any thread, each would hold the memory of a frame.
     pub fn run<R: Send>(&self, py: Python<'_>, task: impl FnOnce() -> R + Send) -> R {
-        py.detach(|| match &self.pool {
-            Some(pool) => pool.install(task),
-            None => task(),
+        py.detach(|| {
+            let Some(pool) = &self.pool else { return task() };
+            let task = Mutex::new(Some(task));
+            let take = || task.lock().unwrap_or_else(PoisonError::into_inner).take();
+            let first = |context: BroadcastContext| {
+                (context.index() == 0).then(take).flatten().map(|task| task())
+            };
+            let results = pool.broadcast(first);
+            results.into_iter().flatten().next().expect("the first thread of the pool has a result")
         })
     }
 }
@@ -39,9 +48,9 @@ impl Workers {
 /// The HEAD of a stream.
 #[pyclass(frozen)]
 pub struct StreamHead {
-    /// What it says.
+    /// Its contents.
     pub header: Arc<Header>,
-    /// Who works at the frames.
+    /// The threads that decode the frames.
     pub workers: Workers,
 }
 
