@@ -12,30 +12,25 @@ pub struct Drawn {
     pub index: Index,
     /// Of each anchor of the index, the Gaussian's place in Morton order.
     pub places: Vec<u32>,
-    /// Of each anchor by its number, such a place where it stands.
-    pub own: Vec<u32>,
 }
 
 impl Drawn {
     /// The level whose anchors are at some places of the order.
     pub fn new(chosen: &[u32], order: &Order) -> Self {
         let (indices, numbers_of) = number(chosen, &order.indices);
-        let mut own = vec![0; chosen.len()];
         let mut places: Vec<u32> = Vec::with_capacity(chosen.len());
         let mut numbers = Vec::with_capacity(chosen.len());
         let mut merges = Vec::with_capacity(chosen.len());
-        let (mut before, mut first) = (None, 0);
+        let mut before = None;
         for (&place, &number) in chosen.iter().zip(&numbers_of) {
             let merge = before.map_or(order.merges[0], |before| order.merge_with(before, place));
             before = Some(place);
             // Of those at one place the first has the least number: the others have no followers.
             if merge > 0 {
-                first = place;
                 places.push(place);
                 numbers.push(number);
                 merges.push(merge);
             }
-            own[number as usize] = first;
         }
         let gather = |axis: usize| {
             let mut row: Vec<f32> = Vec::with_capacity(places.len() + LANES);
@@ -44,7 +39,7 @@ impl Drawn {
             row
         };
         let index = Index::new([gather(0), gather(1), gather(2)], numbers, &merges);
-        Drawn { indices, index, places, own }
+        Drawn { indices, index, places }
     }
 }
 

@@ -23,6 +23,13 @@ impl Boxes {
     /// Eight that hold nothing.
     pub const NOTHING: Boxes = Boxes { low: [[NOWHERE; LANES]; 3], high: [[-NOWHERE; LANES]; 3] };
 
+    /// Those of up to eight.
+    pub fn of(bounds: &[Bounds]) -> Self {
+        let mut boxes = Boxes::NOWHERE;
+        bounds.iter().enumerate().for_each(|(lane, bounds)| boxes.set(lane, bounds));
+        boxes
+    }
+
     /// The box of all.
     pub fn join(&self) -> Bounds {
         let least = |row: Eight| row.iter().copied().fold(NOWHERE, f32::min);
@@ -52,6 +59,8 @@ pub struct Index {
     pub leaves: Vec<[Eight; 3]>,
     /// The parts of each node of the tiers above the leaves.
     pub boxes: Vec<Vec<Boxes>>,
+    /// All nodes of the widest tier.
+    pub top: Vec<Boxes>,
 }
 
 impl Index {
@@ -69,17 +78,11 @@ impl Index {
             })
             .collect();
         let boxes = tiers.windows(2).map(|pair| box_parts(&pair[1], &pair[0].bounds)).collect();
-        Index { points, numbers, tiers, leaves, boxes }
+        let top = tiers[tiers.len() - 1].bounds.chunks(LANES).map(Boxes::of).collect();
+        Index { points, numbers, tiers, leaves, boxes, top }
     }
 }
 
 fn box_parts(tier: &Tier, parts: &[Bounds]) -> Vec<Boxes> {
-    let boxes = |node: usize| {
-        let mut boxes = Boxes::NOWHERE;
-        for (lane, part) in parts[tier.parts(node)].iter().enumerate() {
-            boxes.set(lane, part);
-        }
-        boxes
-    };
-    (0..tier.count()).map(boxes).collect()
+    (0..tier.count()).map(|node| Boxes::of(&parts[tier.parts(node)])).collect()
 }

@@ -5,6 +5,7 @@
 //! anchor a Gaussian follows is found out when somebody asks, and only where it may be one that
 //! moves.
 
+mod alone;
 mod drawn;
 mod index;
 mod near;
@@ -20,12 +21,13 @@ pub use sampler::count_anchors;
 
 use crate::parallel::each;
 use crate::records::Header;
-use crate::rows::{remove_entries, Rows};
-use near::Near;
+use crate::rows::{kept_ranges, remove_entries, Rows};
+use alone::nearest_alone;
 use order::Order;
 use runs::Tier;
 use sampling::Sampling;
-use search::{bind_alone, Moving, Search, Seekers};
+use search::{Moving, Search, Seekers};
+use std::ops::Range;
 use std::sync::Arc;
 use survivors::Survivors;
 
@@ -42,20 +44,22 @@ pub struct AnchorLevel {
 }
 
 /// All anchors of a scene, and what is known of who follows them.
+///
+/// Each Gaussian has a slot until the next sampling: its index at this one, and newborn the slots
+/// behind. The slots of those that have died stay empty, so that nothing has to be moved.
 #[derive(Clone, Debug)]
 pub struct Anchors {
     sampling: Arc<Sampling>,
-    survivors: Survivors,
+    /// Empty slots, ascending.
+    empty: Vec<u32>,
     followers: Vec<Followers>,
 }
 
 /// The followers of a level.
 #[derive(Clone, Debug, Default)]
 struct Followers {
-    /// Whom each Gaussian follows that there is now, by index.
+    /// The anchor that each Gaussian follows, by slot; `NOBODY` where that is not known.
     binding: Vec<u32>,
-    /// Whom each Gaussian follows of those that were sampled, by place in Morton order.
-    sampled: Vec<u32>,
     /// Of each tier of runs of Gaussians, which runs are done.
     resolved: Vec<Vec<bool>>,
 }
@@ -95,12 +99,11 @@ impl Anchors {
     fn begin(sampling: Sampling) -> Self {
         let followers = || Followers {
             binding: vec![NOBODY; sampling.ids.len()],
-            sampled: vec![NOBODY; sampling.ids.len()],
             resolved: sampling.tiers.iter().map(|tier| vec![false; tier.count()]).collect(),
         };
         Anchors {
             followers: sampling.levels.iter().map(|_| followers()).collect(),
-            survivors: Survivors::all(sampling.ids.len()),
+            empty: Vec::new(),
             sampling: Arc::new(sampling),
         }
     }
@@ -113,21 +116,60 @@ impl Anchors {
 
     /// Gaussians of these ascending indices have died; the others keep their order (6.5).
     pub fn remove(&mut self, gone: &[u32]) {
-        let sampled = gone.partition_point(|&index| (index as usize) < self.survivors.count());
-        self.survivors.remove(&gone[..sampled]);
+        let sampled = self.sampling.ids.len() - self.empty.len();
+        let sampled = gone.partition_point(|&index| (index as usize) < sampled);
+        let slots: Vec<u32> = self.find_slots(gone).collect();
+        let (sampled, newborn) = slots.split_at(sampled);
         for followers in &mut self.followers {
-            remove_entries(&mut followers.binding, gone);
+            remove_entries(&mut followers.binding, newborn);
         }
+        self.empty.extend_from_slice(sampled);
+        self.empty.sort_unstable();
+    }
+
+    /// The slots of Gaussians of ascending indices.
+    fn find_slots<'a>(&'a self, indices: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
+        let mut passed = 0;
+        indices.iter().map(move |&index| {
+            while self.empty.get(passed).map_or(false, |&empty| empty <= index + passed as u32) {
+                passed += 1;
+            }
+            index + passed as u32
+        })
+    }
+
+    /// The slots of Gaussians side by side, in ranges that have no empty ones.
+    pub fn slots(&self, indices: Range<usize>) -> impl Iterator<Item = Range<usize>> + '_ {
+        let mut next = 0;
+        let slots = self.followers.first().map_or(0, |followers| followers.binding.len());
+        kept_ranges(&self.empty, slots).map(move |slots| {
+            let first = next;
+            next += slots.len();
+            let [from, to] =
+                [indices.start, indices.end].map(|index| index.clamp(first, next) - first);
+            slots.start + from..slots.start + to
+        })
+    }
+
+    /// Of the Gaussian of each anchor of a level, by the anchors' numbers, the index that it has
+    /// now; `None` if it has died.
+    pub fn owners(&self, level: usize) -> impl Iterator<Item = Option<usize>> + '_ {
+        let mut passed = 0;
+        self.sampling.owners[level].iter().map(move |&slot| {
+            while self.empty.get(passed).map_or(false, |&empty| empty < slot) {
+                passed += 1;
+            }
+            (self.empty.get(passed) != Some(&slot)).then(|| slot as usize - passed)
+        })
     }
 
     /// Newborn at these positions are bound from now on, behind all others (6.5).
     pub fn append(&mut self, positions: &[&[i32]; 3]) {
         for (followers, index) in self.followers.iter_mut().zip(&self.sampling.indices) {
-            let (all, mut near) = (Near::all(index), Near::default());
             let [xs, ys, zs] = *positions;
             for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
                 let at = [x, y, z].map(|number| number as f32);
-                let place = bind_alone(at, &all, &mut near, index);
+                let place = nearest_alone(at, index);
                 followers.binding.push(index.numbers[place as usize]);
             }
         }
@@ -137,19 +179,17 @@ impl Anchors {
     /// moves; where not, `NOBODY` or an anchor that does not move (6.4).
     ///
     /// `moves` has one entry to each anchor of the level. Level 1 is number 0.
-    pub fn followed(&mut self, level: usize, moves: &[bool]) -> &[u32] {
-        self.followers[level].seek(&self.sampling, level, &self.survivors, moves);
+    pub fn followed(&mut self, level: usize, moves: &[bool]) -> Vec<u32> {
+        self.followers[level].seek(&self.sampling, level, moves);
         self.known(level)
     }
 
-    /// Do as [`Anchors::followed`] at every level at which anchors move.
+    /// Find out who follows anchors that move, at every level at which any do.
     pub fn follow(&mut self, moves: &[Vec<bool>]) {
-        let (sampling, survivors) = (&*self.sampling, &self.survivors);
+        let sampling = &*self.sampling;
         let levels = self.followers.iter_mut().zip(moves).enumerate();
         let moving = levels.filter(|(_, (_, moves))| moves.contains(&true)).collect();
-        each(moving, &|(level, (followers, moves))| {
-            followers.seek(sampling, level, survivors, moves);
-        });
+        each(moving, &|(level, (followers, moves))| followers.seek(sampling, level, moves));
     }
 
     /// For each anchor of a level the index of its parent in the next coarser one, where that is
@@ -158,20 +198,28 @@ impl Anchors {
     /// `asked` has one entry to each anchor of the next coarser level. Level 1 is number 0; the
     /// coarsest has no parents.
     pub fn parents(&mut self, level: usize, asked: &[bool]) -> Vec<u32> {
-        // The parent is whom the own Gaussian follows, alive or not.
-        self.followed(level + 1, asked);
-        let sampled = &self.followers[level + 1].sampled;
-        self.sampling.own[level].iter().map(|&place| sampled[place as usize]).collect()
+        let coarser = &mut self.followers[level + 1];
+        coarser.seek(&self.sampling, level + 1, asked);
+        // The parent is the anchor that the own Gaussian follows, alive or not.
+        let owners = self.sampling.owners[level].iter();
+        owners.map(|&slot| coarser.binding[slot as usize]).collect()
     }
 
-    /// Whom each Gaussian follows, as far as it has been asked for.
+    /// The anchors that the Gaussians of all slots follow at a level, as far as that is known.
     #[must_use]
-    pub fn known(&self, level: usize) -> &[u32] {
+    pub fn binding_by_slot(&self, level: usize) -> &[u32] {
         &self.followers[level].binding
     }
 
+    /// For each Gaussian the index of the anchor that it follows, as far as that is known.
+    #[must_use]
+    pub fn known(&self, level: usize) -> Vec<u32> {
+        let binding = self.binding_by_slot(level);
+        self.slots(0..binding.len()).flat_map(|slots| &binding[slots]).copied().collect()
+    }
+
     /// For each Gaussian the index of the anchor that it follows at a level. Level 1 is number 0.
-    pub fn binding(&mut self, level: usize) -> &[u32] {
+    pub fn binding(&mut self, level: usize) -> Vec<u32> {
         let moves = vec![true; self.levels()[level].ids.len()];
         self.followed(level, &moves)
     }
@@ -179,7 +227,7 @@ impl Anchors {
 
 impl Followers {
     /// Look for those of a level who may follow an anchor that moves.
-    fn seek(&mut self, sampling: &Sampling, level: usize, survivors: &Survivors, moves: &[bool]) {
+    fn seek(&mut self, sampling: &Sampling, level: usize, moves: &[bool]) {
         let index = &sampling.indices[level];
         assert_eq!(moves.len(), sampling.levels[level].ids.len(), "an entry to each anchor");
         let tiers = &sampling.tiers;
@@ -194,12 +242,9 @@ impl Followers {
             let mut places = found.places.iter();
             for run in found.runs {
                 self.resolved[0][run] = true;
-                for (point, &place) in tiers[0].parts(run).zip(&mut places) {
-                    let anchor = index.numbers[place as usize];
-                    self.sampled[point] = anchor;
-                    if let Some(now) = survivors.place(sampling.order.indices[point]) {
-                        self.binding[now as usize] = anchor;
-                    }
+                let slots = &sampling.order.indices[tiers[0].parts(run)];
+                for (&slot, &place) in slots.iter().zip(&mut places) {
+                    self.binding[slot as usize] = index.numbers[place as usize];
                 }
             }
         }

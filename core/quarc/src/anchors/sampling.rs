@@ -28,8 +28,8 @@ pub struct Sampling {
     pub indices: Vec<Index>,
     /// Of each level, where the anchors are that Gaussians may follow.
     pub reaches: Vec<Reaches>,
-    /// Of each level, for each anchor the place in Morton order of a Gaussian where it stands.
-    pub own: Vec<Vec<u32>>,
+    /// Of each level, the index of the Gaussian of each anchor, ascending.
+    pub owners: Vec<Vec<u32>>,
 }
 
 impl Sampling {
@@ -55,14 +55,14 @@ impl Sampling {
                 positions: positions.map(row),
             };
             let reach = reach(seekers, &level.index, &rank(&level.places, &tiers[0].starts));
-            (anchors, level.index, reach, level.own)
+            (anchors, level.index, reach, level.indices)
         });
         let mut sampling = Sampling { ids: ids.to_vec(), tiers, ..Self::default() };
-        for (anchors, index, reach, own) in drawn {
+        for (anchors, index, reach, owners) in drawn {
             sampling.levels.push(anchors);
             sampling.indices.push(index);
             sampling.reaches.push(reach);
-            sampling.own.push(own);
+            sampling.owners.push(owners);
         }
         sampling.order = order;
         sampling

@@ -1,10 +1,10 @@
 //! The nearest anchor of points in Morton order: SPEC 6.4.
 
+use super::alone::nearest_alone;
 use super::index::{Boxes, Eight, Index};
 use super::near::{Kind, Near, Reach, ROUNDED};
-use super::nearest::{eight, nearest, nearest_exactly};
-use super::order::stands_before;
-use super::runs::{Bounds, Points, Tier, LANES};
+use super::nearest::{eight, nearest};
+use super::runs::{Points, Tier, LANES};
 use crate::parallel::{each, ranges};
 use std::ops::Range;
 
@@ -154,7 +154,7 @@ impl Search<'_> {
         let top = self.seekers.tiers.len() - 1;
         let runs = ranges(self.seekers.tiers[top].count(), 1);
         each(runs, &|runs| {
-            let mut lists = vec![Near::default(); top + 2];
+            let mut lists = vec![Near::default(); top + 1];
             lists.push(Near::all(self.index));
             let mut found = Found::default();
             runs.for_each(|run| self.visit(top, run, &mut lists, &mut found));
@@ -162,15 +162,15 @@ impl Search<'_> {
         })
     }
 
-    /// `lists` are one to spare, one to each tier up to this, and that of the next wider run.
+    /// `lists` are one to each tier up to this, and that of the next wider run.
     fn visit(&self, tier: usize, run: usize, lists: &mut [Near], found: &mut Found) {
         if self.resolved[tier][run] {
             return;
         }
         let reach = &self.reach[tier][run];
         let parts = self.seekers.tiers[tier].parts(run);
-        let (lists, wider) = lists.split_at_mut(tier + 2);
-        let near = &mut lists[tier + 1];
+        let (lists, wider) = lists.split_at_mut(tier + 1);
+        let near = &mut lists[tier];
         let few = if tier == 0 { MANY } else { FEW };
         let moving = self.moving;
         if !near.narrow(&wider[0], self.index, reach, few, |kind, places| moving.any(kind, places))
@@ -178,7 +178,7 @@ impl Search<'_> {
             return;
         }
         if tier == 0 {
-            self.bind(parts, lists, &mut found.places);
+            self.bind(parts, near, &mut found.places);
             found.runs.push(run);
         } else {
             parts.for_each(|part| self.visit(tier - 1, part, lists, found));
@@ -186,51 +186,14 @@ impl Search<'_> {
     }
 
     /// Bind the points of a least run by its list.
-    fn bind(&self, parts: Range<usize>, lists: &mut [Near], places: &mut Vec<u32>) {
-        let (alone, lists) = lists.split_first_mut().expect("a list to spare");
-        let near = &lists[0];
+    fn bind(&self, parts: Range<usize>, near: &Near, places: &mut Vec<u32>) {
         if near.kind() == Kind::Points {
             nearest(self.seekers.points, parts, near, self.index, places);
         } else {
             for point in parts {
                 let at = [0, 1, 2].map(|axis: usize| self.seekers.points[axis][point]);
-                places.push(bind_alone(at, near, alone, self.index));
+                places.push(nearest_alone(at, self.index));
             }
         }
     }
-}
-
-/// The place of the anchor nearest to a point, which is among those of a list of nodes.
-pub fn bind_alone(at: [f32; 3], from: &Near, near: &mut Near, index: &Index) -> u32 {
-    let radius = at_most(reach_alone(at, index));
-    let within = Bounds { low: at.map(|at| at - radius), high: at.map(|at| at + radius) };
-    let reach = Reach {
-        bounds: Bounds { low: at, high: at },
-        square: reach_alone(at, index) * ROUNDED,
-        within,
-    };
-    near.narrow(from, index, &reach, usize::MAX, |_, _| true);
-    nearest_exactly(at, near, index, f32::MAX)
-}
-
-/// The squared distance, nearly, to the nearest of the anchors that stand beside a point in Morton
-/// order.
-fn reach_alone(at: [f32; 3], index: &Index) -> f32 {
-    let point = |place: usize| [0, 1, 2].map(|axis: usize| index.points[axis][place]);
-    let (mut low, mut high) = (0, index.numbers.len());
-    while low < high {
-        let middle = (low + high) / 2;
-        if stands_before(point(middle), at) {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    let beside = low.saturating_sub(BESIDE)..(low + BESIDE).min(index.numbers.len());
-    let squares = beside.map(|place| {
-        let [x, y, z] = point(place);
-        let (x, y, z) = (x - at[0], y - at[1], z - at[2]);
-        x * x + y * y + z * z
-    });
-    squares.fold(f32::MAX, f32::min)
 }

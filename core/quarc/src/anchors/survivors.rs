@@ -54,25 +54,6 @@ impl Survivors {
         (self.alive[word] & bit != 0).then(|| self.before[word] + left)
     }
 
-    /// Those that have these ascending indices now are gone.
-    pub fn remove(&mut self, gone: &[u32]) {
-        let mut word = 0;
-        let mut removed = 0; // of this word
-        for &place in gone {
-            while self.before.get(word + 1).map_or(false, |&before| before <= place) {
-                (word, removed) = (word + 1, 0);
-            }
-            let left = place - self.before[word] - removed;
-            let mut rest = self.alive[word];
-            for _ in 0..left {
-                rest &= rest - 1;
-            }
-            self.alive[word] &= !(rest & rest.wrapping_neg());
-            removed += 1;
-        }
-        self.count_on();
-    }
-
     fn count_on(&mut self) {
         self.before.clear();
         let mut count = 0;

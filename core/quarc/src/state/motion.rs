@@ -1,7 +1,7 @@
 //! The motion of a frame: SPEC 7.5.
 
 use super::{narrow_position, State};
-use crate::anchors::{AnchorLevel, Anchors};
+use crate::anchors::Anchors;
 use crate::coding::motion::{
     add, read_motion, write_motion, Channels, MotionContext, TRANSLATION_CHANNELS,
 };
@@ -9,10 +9,12 @@ use crate::error::{Error, Result};
 use crate::parallel::{each, piece};
 use crate::records::{Header, Section};
 use crate::rotation::{turn, Quaternion, Residuals};
+use std::ops::Range;
 use std::sync::Arc;
 
 const STILL: Channels = [0; 8];
 const MOVED: usize = 1 << 12; // Gaussians of a piece of work, at least
+const BLOCK: usize = 1 << 10; // Gaussians whose motion stays in the cache meanwhile
 
 impl State {
     /// The motion in the frame before of the own Gaussian of each anchor (SPEC 8.7), level 1
@@ -20,14 +22,15 @@ impl State {
     fn own_motion(&self, previous: bool) -> Result<Vec<Vec<Channels>>> {
         self.require_bound()?;
         let anchors = self.anchors.as_ref().ok_or_else(not_begun)?;
-        let know = |level: &AnchorLevel| {
-            if previous {
-                self.recall(&level.ids)
-            } else {
-                vec![STILL; level.ids.len()]
+        let recall = |level: usize| {
+            if !previous {
+                return vec![STILL; anchors.levels()[level].ids.len()];
             }
+            // A Gaussian that has died does not move.
+            let motion = |index: Option<usize>| index.map_or(STILL, |index| self.motion[index]);
+            anchors.owners(level).map(motion).collect()
         };
-        Ok(each(anchors.levels().iter().collect(), &know))
+        Ok(each((0..anchors.levels().len()).collect(), &recall))
     }
 
     /// Whether every Gaussian is bound.
@@ -36,28 +39,6 @@ impl State {
             return Ok(());
         }
         Err(not_begun())
-    }
-
-    /// The last motion of the Gaussians of ascending ids, 0 of those that have died.
-    fn recall(&self, owners: &[u32]) -> Vec<Channels> {
-        let mut place = 0;
-        let mut own = |&owner: &u32| {
-            // Ids ascend: an id is no farther on than it is greater, nearer where some have died.
-            let far = (owner - self.ids[place].min(owner)) as usize;
-            let most = (place + far).min(self.ids.len() - 1);
-            place = if self.ids[most] == owner {
-                most
-            } else {
-                place + self.ids[place..=most].partition_point(|&id| id < owner)
-            };
-            place = place.min(self.ids.len() - 1);
-            if self.ids[place] == owner {
-                self.motion[place]
-            } else {
-                STILL
-            }
-        };
-        owners.iter().map(&mut own).collect()
     }
 
     /// Code the symbols of this frame's anchors, of each level, level 1 first.
@@ -117,8 +98,9 @@ impl State {
             motion.fill(STILL);
             return Ok(());
         };
-        let followed: Vec<(&[u32], &[Channels])> =
-            levels.iter().map(|&level| (anchors.known(level), &symbols[level][..])).collect();
+        let levels =
+            levels.iter().map(|&level| (anchors.binding_by_slot(level), &symbols[level][..]));
+        let levels: Vec<Level> = levels.collect();
         let size = piece(motion.len(), MOVED);
         let mut moved = Arc::make_mut(&mut self.moved).chunks_mut(size);
         let positions = Arc::make_mut(&mut self.positions).first_mut::<3>();
@@ -136,7 +118,7 @@ impl State {
             });
         }
         let header = &*self.header;
-        each(pieces, &|piece| piece.displace(header, &followed)).into_iter().collect()
+        each(pieces, &|piece| piece.displace(header, anchors, &levels)).into_iter().collect()
     }
 }
 
@@ -150,34 +132,67 @@ struct Moving<'a> {
     rotations: [&'a mut [i32]; 4],
 }
 
+/// The anchors that the Gaussians of all slots follow at a level, and the symbols of its anchors.
+type Level<'a> = (&'a [u32], &'a [Channels]);
+
 impl Moving<'_> {
-    /// Move and turn them; `followed` has of each level whom all Gaussians follow, and the symbols
-    /// of its anchors.
-    fn displace(mut self, header: &Header, followed: &[(&[u32], &[Channels])]) -> Result<()> {
-        let step = i64::from(header.translation_step);
+    /// Move and turn them by those levels at which anchors move.
+    fn displace(mut self, header: &Header, anchors: &Anchors, levels: &[Level]) -> Result<()> {
         let mut residuals = Residuals::default();
-        for (place, motion) in self.motion.iter_mut().enumerate() {
-            *motion = STILL;
-            for (followed, symbols) in followed {
-                // NOBODY is beyond all anchors.
-                if let Some(own) = symbols.get(followed[self.first + place] as usize) {
-                    *motion = add(motion, own);
-                }
+        let mut next = 0;
+        for slots in anchors.slots(self.first..self.first + self.motion.len()) {
+            for first in slots.clone().step_by(BLOCK) {
+                let slots = first..slots.end.min(first + BLOCK);
+                let places = next..next + slots.len();
+                next = places.end;
+                sum_motion(&mut self.motion[places.clone()], slots, levels);
+                self.move_block(header, places, &mut residuals)?;
             }
-            if *motion == STILL {
+        }
+        Ok(())
+    }
+
+    /// Move and turn those at some places, whose motion is known.
+    fn move_block(
+        &mut self,
+        header: &Header,
+        places: Range<usize>,
+        residuals: &mut Residuals,
+    ) -> Result<()> {
+        let step = i64::from(header.translation_step);
+        let (mut last, mut residual) = (STILL, [0; 4]);
+        for place in places {
+            let motion = self.motion[place];
+            if motion == STILL {
                 continue;
             }
             self.moved[place] = true;
-            for (row, &shift) in self.positions.iter_mut().zip(&*motion) {
+            for (row, &shift) in self.positions.iter_mut().zip(&motion) {
                 // [7.5-1]
                 row[place] = narrow_position(i64::from(row[place]) + step * i64::from(shift))?;
             }
             if motion[TRANSLATION_CHANNELS..] != STILL[TRANSLATION_CHANNELS..] {
-                let residual = residuals.of(sum_of(header, motion))?;
+                // Neighbors mostly follow the same anchors.
+                if motion != last {
+                    (last, residual) = (motion, residuals.of(sum_of(header, &motion))?);
+                }
                 turn_at(&mut self.rotations, place, residual)?;
             }
         }
         Ok(())
+    }
+}
+
+/// Sum up what the Gaussians of some slots follow.
+fn sum_motion(motion: &mut [Channels], slots: Range<usize>, levels: &[Level]) {
+    motion.fill(STILL);
+    for (binding, symbols) in levels {
+        for (motion, &anchor) in motion.iter_mut().zip(&binding[slots.clone()]) {
+            // NOBODY is beyond all anchors.
+            if let Some(own) = symbols.get(anchor as usize) {
+                *motion = add(motion, own);
+            }
+        }
     }
 }
 

@@ -67,7 +67,7 @@ impl Scene {
             let count = self.anchors.levels()[level].ids.len();
             let one_in = 1 + random.below(8);
             let moves: Vec<bool> = (0..count).map(|_| random.below(one_in) == 0).collect();
-            let followed = self.anchors.followed(level, &moves).to_vec();
+            let followed = self.anchors.followed(level, &moves);
             assert_eq!(followed, self.anchors.known(level));
             assert_eq!(followed.len(), self.binding[level].len());
             for (&found, &follows) in followed.iter().zip(&self.binding[level]) {
@@ -83,7 +83,7 @@ impl Scene {
     fn check_complete(&self) {
         let mut anchors = self.anchors.clone();
         for (level, binding) in self.binding.iter().enumerate() {
-            assert_eq!(anchors.binding(level), binding);
+            assert_eq!(anchors.binding(level), *binding);
         }
     }
 }

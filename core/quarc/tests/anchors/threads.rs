@@ -23,7 +23,7 @@ fn live(seed: u32) -> (Vec<AnchorLevel>, Vec<Vec<u32>>) {
         .map(|level| level.ids.iter().map(|_| random.below(9) == 0).collect())
         .collect();
     again.follow(&moves);
-    let bindings = (0..levels.len()).map(|level| again.known(level).to_vec()).collect();
+    let bindings = (0..levels.len()).map(|level| again.known(level)).collect();
     (levels, bindings)
 }
 
