@@ -122,7 +122,7 @@ def test_what_no_value_can_be_made_of_is_told_what_the_setting_takes(path, text,
     with pytest.raises(SettingError) as caught:
         change_setting(choose_preset("main"), path, text)
 
-    assert str(caught.value) == f"{path} takes {takes}, not {text!r}"
+    assert str(caught.value) == f"{path}={text}: it takes {takes}"
 
 
 def test_an_unknown_preset_names_those_there_are():
