@@ -74,7 +74,7 @@ def test_what_cannot_be_done_leaves_nothing(options, code, folder, tmp_path):
         ([], "no .ply or .spz"),
         (["frames.4dgs"], "name the file in it"),
         (["cam00.mp4", "cam01.mp4"], "is a folder of 2 videos: quarc-ref encode"),
-        (["poses_bounds.npy", "cam00.mp4", "points3D_init.ply"], "is a capture in the layout N3DV"),
+        (["poses_bounds.npy", "cam00.mp4", "points3D_init.ply"], "is a capture (N3DV"),
     ],
 )
 def test_a_folder_without_frames_of_gaussians_is_a_usage_error(names, said, tmp_path):

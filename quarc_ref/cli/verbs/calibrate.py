@@ -217,7 +217,7 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
         "cameras": f"{len(solution.cameras)} of {total}",
         "reprojection error": f"{solution.mean_error:.2f} px",
         "points": f"{len(rig.points.positions):,}",
-        "offsets from": str(rig.offsets.method),
+        "offsets": _OFFSETS[rig.offsets.method.value],
         "up from": rig.world.up_from,
         "seconds": f"{seconds}",
         "report": str(page),
@@ -225,6 +225,13 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     print_table(output.name, lines)
     first, *others = HEADINGS
     print_columns("Cameras", [f"<{first}", *others], list_cameras(rig))
+
+
+_OFFSETS = {
+    "sound": "from sound",
+    "motion": "from motion",
+    "none": "not estimated, all 0 (--sync motion needs 24 frames)",
+}
 
 
 def _list_values(rig: "Calibration") -> dict[str, object]:

@@ -15,6 +15,7 @@ from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.cli.targets import growing_folder, written_folder, written_frame
 from quarc_ref.export.table import EXPORTS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
+from quarc_ref.inspection.wording import count_noun
 
 if TYPE_CHECKING:
     pass
@@ -92,8 +93,9 @@ def decode_frames(
                 progress.advance("decode", min(done, total) if total else done, total)
             written.finish(folder)
             if not written.names and not written.gaps:
-                message = f"the stream has no frame{f' of {frames}' if frames else ''}"
-                raise UsageError(message)
+                has = f"; it has {count_noun(total, 'frame')}" if total else ""
+                message = f"--frames {frames}: the stream has none of these frames{has}"
+                raise UsageError(message if frames else "the stream has no frames")
             if not written.names:
                 written.show(None, as_json=as_json, past_damage=past_damage)
                 raise typer.Exit(STREAM_IS_BAD)

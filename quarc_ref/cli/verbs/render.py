@@ -172,13 +172,14 @@ def _plan(
     from quarc_ref.viewing.paths.pose import PathError, Shot
     from quarc_ref.viewing.paths.shots import plan_shots
 
+    count = outline.count_frames(*wanted)
+    if not count:
+        has = f"{count_noun(outline.count_frames(0, None), 'frame')} from {outline.first_frame} on"
+        message = f"--frames: the stream has none of the requested frames; it has {has}"
+        raise UsageError(message)
     if path is None:
         first = max(wanted[0], outline.first_frame)
-        shots = [Shot(first + place, camera) for place in range(outline.count_frames(*wanted))]
-        if not shots:
-            message = "the stream has none of the requested frames"
-            raise UsageError(message)
-        return shots
+        return [Shot(first + place, camera) for place in range(count)]
     try:
         return plan_shots(outline, path, camera, wanted, pictures)
     except PathError as error:

@@ -87,7 +87,7 @@ def describe_capture(folder: Path) -> str | None:
         return None
     for layout in LAYOUTS:
         if not layout.find_missing(folder):
-            return f"a capture in the layout {layout.name}"
+            return f"a capture ({layout.name})"
     videos = sum(len(paths) for paths in list_videos(folder).values())
     others = sum(not path.name.startswith(".") for path in folder.iterdir()) - videos
     return f"a folder of {videos} videos" if videos and not others else None
