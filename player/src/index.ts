@@ -3,7 +3,9 @@
 import { QuarcPlayer } from "./component/quarc-player.js";
 
 export { DrawingError } from "./draw/programs.js";
-export { Player, type OpenOptions, type PlayerEvents, type PlayerOptions } from "./player.js";
+export { Player } from "./player.js";
+export type { OpenOptions, PlayerOptions } from "./player-options.js";
+export type { PlayerEvents } from "./player-events.js";
 export type * from "./protocol.js";
 export { Splats } from "./splats.js";
 export type { Statistics } from "./statistics.js";

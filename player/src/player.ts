@@ -8,60 +8,29 @@
 
 import type { Depth } from "./draw/picture.js";
 import { Stage, type FrameCost } from "./draw/stage.js";
+import { Pending } from "./pending.js";
+import { PlayerEventTarget } from "./player-events.js";
+import type { OpenOptions, PlayerOptions } from "./player-options.js";
 import { Playing } from "./playing.js";
 import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
 import { rateOf, Recorder, type Statistics } from "./statistics.js";
-import { StreamError } from "./stream-error.js";
 import { Controls } from "./view/controls.js";
 import type { Axis } from "./view/scene.js";
 import { Viewer } from "./view/viewer.js";
 import { makeDecoder, makeSorter } from "./workers.js";
 
-/** The events of a player; `detail` is what a listener receives. */
-export interface PlayerEvents {
-  /** The stream is known; again when its index has been read, or a live stream has ended. */
-  info: StreamInfo;
-  /** A part of the first frame is on the screen: a picture while loading. */
-  preview: null;
-  /** A frame is on the screen. */
-  frame: { readonly frame: number };
-  play: null;
-  pause: null;
-  /** The last frame has been shown, and playback does not loop. */
-  ended: null;
-  /** Frames are being waited for, or no longer. */
-  waiting: { readonly isWaiting: boolean };
-  /** A live stream has grown: `frame` is the ordinal of its newest frame. */
-  liveedge: { readonly frame: number };
-  progress: { readonly bytes: number; readonly byteLength: number | null };
-  /** The view has changed, by the user or by a program. */
-  view: null;
-  error: PlayerFault;
-}
-
-export interface PlayerOptions {
-  /** Whether mouse, touch and keys on the canvas move the view; default true. */
-  readonly controls?: boolean;
-}
-
-export interface OpenOptions {
-  /** Ordinal of the frame to show first; default the first of the stream. */
-  readonly frame?: number | null;
-}
-
-export class Player extends EventTarget {
+export class Player extends PlayerEventTarget {
   readonly #stage: Stage;
   readonly #playing: Playing;
   readonly #viewer: Viewer;
   readonly #controls: Controls | null;
   readonly #recorder = new Recorder();
+  readonly #pending = new Pending();
   #cameraWanted: string | null = null;
   #isMeasured = false;
   #isWaiting = false;
   #wasPlaying = false;
-  #opened: { resolve: (info: StreamInfo) => void; reject: (error: StreamError) => void } | null = null;
   #decoded: ((packet: FramePacket) => void) | null = null;
-  #seeks: { resolve: (frame: number | null) => void; reject: (error: StreamError) => void }[] = [];
 
   /** Throws DrawingError where the browser has no WebGL2. */
   constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
@@ -71,13 +40,16 @@ export class Player extends EventTarget {
       onRestored: () => void this.setFrame(this.#playing.frame ?? 0),
       onFault: (message) => this.#fail({ kind: "limit", message, rejectId: null, frame: null }),
     });
-    this.#viewer = new Viewer(this.#stage, () => this.#tell("view", null));
+    this.#viewer = new Viewer(this.#stage, () => this.tell("view", null));
     this.#playing = new Playing(makeDecoder(), this.#stage, {
       onInfo: (info) => this.#takeInfo(info),
       onState: () => this.#takeState(),
-      onEnded: () => this.#tell("ended", null),
-      onLiveEdge: (frame) => this.#tell("liveedge", { frame }),
-      onProgress: (bytes, byteLength) => this.#takeProgress(bytes, byteLength),
+      onEnded: () => this.tell("ended", null),
+      onLiveEdge: (frame) => this.tell("liveedge", { frame }),
+      onProgress: (bytes, byteLength) => {
+        this.#recorder.receivedBytes = bytes;
+        this.tell("progress", { bytes, byteLength });
+      },
       onDecoded: (packet) => this.#takeDecoded(packet),
       onError: (fault) => this.#fail(fault),
     });
@@ -92,8 +64,7 @@ export class Player extends EventTarget {
   open(source: StreamSource, { frame = null }: OpenOptions = {}): Promise<StreamInfo> {
     this.#isMeasured = false;
     this.#recorder.receivedBytes = 0;
-    const opened = new Promise<StreamInfo>((resolve, reject) => (this.#opened = { resolve, reject }));
-    opened.catch(() => undefined); // the error event tells, too
+    const opened = this.#pending.open();
     this.#playing.open(source, frame);
     this.#takeState();
     return opened;
@@ -150,7 +121,7 @@ export class Player extends EventTarget {
 
   /** What the stream says of itself; null before its first frame. */
   get info(): StreamInfo | null {
-    return this.#playing.info;
+    return this.#playing.extent.info;
   }
 
   /** Ordinal of the frame that is shown; null before the first. */
@@ -165,7 +136,7 @@ export class Player extends EventTarget {
 
   /** Ordinal after the last frame, if it is known. */
   get endFrame(): number | null {
-    return this.#playing.end;
+    return this.#playing.extent.end;
   }
 
   /** Ordinal after the last frame that is decoded. */
@@ -187,13 +158,14 @@ export class Player extends EventTarget {
 
   /** Ordinal of the newest frame of a live stream; null where it is not known, and at its end. */
   get liveEdge(): number | null {
-    return this.#playing.liveEdge;
+    return this.#playing.extent.liveEdge;
   }
 
   /** Seconds from the frame that is shown to the live edge; null where there is none. */
   get latency(): number | null {
-    const behind = this.#framesBehind;
-    return this.info === null || behind === null ? null : behind / rateOf(this.info);
+    const { info } = this;
+    const { framesBehind } = this.#playing;
+    return info === null || framesBehind === null ? null : framesBehind / rateOf(info);
   }
 
   get isPlaying(): boolean {
@@ -226,8 +198,7 @@ export class Player extends EventTarget {
 
   /** Figures of the frame that is shown; null before the first. */
   get statistics(): Statistics | null {
-    const { bufferedFrames, lateFrames } = this.#playing;
-    return this.#recorder.read(bufferedFrames, lateFrames, this.#framesBehind);
+    return this.#recorder.read(this.#playing);
   }
 
   /** The cameras of the capture or, if the stream has none, one that sees the whole scene. */
@@ -277,22 +248,15 @@ export class Player extends EventTarget {
     this.#decoded = receive;
   }
 
-  get #framesBehind(): number | null {
-    const { frame, liveEdge } = this;
-    return frame === null || liveEdge === null ? null : Math.max(0, liveEdge - frame);
-  }
-
   /** Resolves when the seek or step that is under way has shown its frame. */
   #sought(): Promise<number | null> {
     if (this.info === null || !this.#playing.isSeeking) return Promise.resolve(this.frame);
-    const shown = new Promise<number | null>((resolve, reject) => this.#seeks.push({ resolve, reject }));
-    shown.catch(() => undefined); // the error event tells, too
-    return shown;
+    return this.#pending.seek();
   }
 
   #takeInfo(info: StreamInfo): void {
     if (!this.#isMeasured) this.#viewer.begin(info, this.#cameraWanted);
-    this.#tell("info", info);
+    this.tell("info", info);
   }
 
   #takeDecoded(packet: FramePacket): void {
@@ -306,15 +270,11 @@ export class Player extends EventTarget {
 
   #takeShown(packet: FramePacket, cost: FrameCost): void {
     this.#playing.shown(packet);
-    if (packet.isPreview) {
-      this.#tell("preview", null);
-      return;
-    }
+    if (packet.isPreview) return this.tell("preview", null);
     this.#recorder.add(packet, cost);
-    if (this.info !== null) this.#opened?.resolve(this.info);
-    this.#opened = null;
-    this.#tell("frame", { frame: packet.frame });
-    if (!this.#playing.isSeeking) for (const seek of this.#seeks.splice(0)) seek.resolve(packet.frame);
+    if (this.info !== null) this.#pending.resolveOpened(this.info);
+    this.tell("frame", { frame: packet.frame });
+    if (!this.#playing.isSeeking) this.#pending.resolveSeeks(packet.frame);
     this.#takeState();
   }
 
@@ -322,40 +282,17 @@ export class Player extends EventTarget {
     const { isPlaying, isWaiting } = this.#playing;
     if (isPlaying !== this.#wasPlaying) {
       this.#wasPlaying = isPlaying;
-      this.#tell(isPlaying ? "play" : "pause", null);
+      this.tell(isPlaying ? "play" : "pause", null);
     }
     if (isWaiting !== this.#isWaiting) {
       this.#isWaiting = isWaiting;
-      this.#tell("waiting", { isWaiting });
+      this.tell("waiting", { isWaiting });
     }
-  }
-
-  #takeProgress(bytes: number, byteLength: number | null): void {
-    this.#recorder.receivedBytes = bytes;
-    this.#tell("progress", { bytes, byteLength });
   }
 
   #fail(fault: PlayerFault): void {
     this.#playing.pause();
-    for (const waiting of [this.#opened, ...this.#seeks.splice(0)]) waiting?.reject(new StreamError(fault));
-    this.#opened = null;
-    this.#tell("error", fault);
+    this.#pending.reject(fault);
+    this.tell("error", fault);
   }
-
-  #tell<K extends keyof PlayerEvents>(type: K, detail: PlayerEvents[K]): void {
-    this.dispatchEvent(new CustomEvent(type, { detail }));
-  }
-}
-
-export interface Player {
-  addEventListener<K extends keyof PlayerEvents>(
-    type: K,
-    listener: (event: CustomEvent<PlayerEvents[K]>) => void,
-    options?: boolean | AddEventListenerOptions,
-  ): void;
-  addEventListener(
-    type: string,
-    listener: EventListenerOrEventListenerObject | null,
-    options?: boolean | AddEventListenerOptions,
-  ): void;
 }

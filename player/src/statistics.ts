@@ -27,6 +27,9 @@ export interface Statistics {
   readonly receivedBytes: number;
 }
 
+/** The part that playback counts. */
+type PlaybackCounts = Pick<Statistics, "bufferedFrames" | "lateFrames" | "framesBehind">;
+
 /** Counts what is shown. */
 export class Recorder {
   receivedBytes = 0;
@@ -43,7 +46,7 @@ export class Recorder {
   }
 
   /** The figures; null before the first frame. */
-  read(bufferedFrames: number, lateFrames: number, framesBehind: number | null): Statistics | null {
+  read({ bufferedFrames, lateFrames, framesBehind }: PlaybackCounts): Statistics | null {
     this.#forget();
     const packet = this.#packet;
     if (packet === null) return null;

@@ -6,7 +6,8 @@
 
 import type { Depth } from "../draw/picture.js";
 import { DrawingError } from "../draw/programs.js";
-import type { Player, PlayerEvents } from "../player.js";
+import type { Player } from "../player.js";
+import type { PlayerEvents } from "../player-events.js";
 import type { StreamInfo, StreamSource } from "../protocol.js";
 import type { Statistics } from "../statistics.js";
 import { AXES } from "../view/scene.js";

@@ -1,6 +1,7 @@
 /** The user interface of the component, from when it is put on a page to when it is removed. */
 
-import { Player, type PlayerEvents } from "../player.js";
+import { Player } from "../player.js";
+import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { rateOf } from "../statistics.js";
 import { connectControls, showLive, showPlaying } from "./buttons.js";

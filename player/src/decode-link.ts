@@ -1,0 +1,66 @@
+/**
+ * The decode worker as the page sees it: runs, and replies to them.
+ *
+ * A run is an opening, a seek or a lap of a loop. Replies to a run that another has replaced are
+ * dropped, except for what they say of the stream as a whole.
+ */
+
+import type { DecodeReply, DecodeRequest, PlayerFault, StreamSource } from "./protocol.js";
+
+export class DecodeLink {
+  /** Number of the last run. */
+  run = 0;
+  #runOpened = 0;
+  readonly #decoder: Worker;
+
+  constructor(decoder: Worker, receive: (reply: DecodeReply) => void, fail: (fault: PlayerFault) => void) {
+    this.#decoder = decoder;
+    decoder.onmessage = ({ data }) => {
+      if (this.#isWanted(data as DecodeReply)) receive(data as DecodeReply);
+    };
+    decoder.onerror = (event) => {
+      const message = event.message || "the decode worker could not be started";
+      fail({ kind: "player", message, rejectId: null, frame: null });
+    };
+  }
+
+  /** Open a stream, and allow so many frames to be decoded. */
+  open(source: StreamSource, frames: number): void {
+    this.#runOpened = ++this.run;
+    const transferred = "bytes" in source ? [source.bytes] : [];
+    this.#decoder.postMessage({ kind: "open", source, run: this.run }, transferred);
+    this.allow(frames);
+  }
+
+  /** Go on at a frame, or at the last one of the stream if that comes first. */
+  seek(frame: number, frames: number): void {
+    this.run += 1;
+    this.#request({ kind: "seek", frame, run: this.run, orLast: true });
+    this.allow(frames);
+  }
+
+  /** Allow so many more frames to be decoded. */
+  allow(frames: number): void {
+    this.#request({ kind: "more", frames, run: this.run });
+  }
+
+  /** Drop what still comes of the last run, and return the number of one without replies. */
+  abandon(): number {
+    return ++this.run;
+  }
+
+  close(): void {
+    this.#decoder.onmessage = this.#decoder.onerror = null;
+    this.#decoder.terminate();
+  }
+
+  #isWanted(reply: DecodeReply): boolean {
+    const run = reply.kind === "frame" ? reply.packet.run : reply.run;
+    const isOfStream = reply.kind === "info" || reply.kind === "edge";
+    return run === this.run || (isOfStream && run >= this.#runOpened);
+  }
+
+  #request(request: DecodeRequest): void {
+    this.#decoder.postMessage(request);
+  }
+}

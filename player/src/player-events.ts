@@ -1,0 +1,45 @@
+/** The events of a player. */
+
+import type { PlayerFault, StreamInfo } from "./protocol.js";
+
+/** The events of a player; `detail` is what a listener receives. */
+export interface PlayerEvents {
+  /** The stream is known; again when its index has been read, or a live stream has ended. */
+  info: StreamInfo;
+  /** A part of the first frame is on the screen: a picture while loading. */
+  preview: null;
+  /** A frame is on the screen. */
+  frame: { readonly frame: number };
+  play: null;
+  pause: null;
+  /** The last frame has been shown, and playback does not loop. */
+  ended: null;
+  /** Frames are being waited for, or no longer. */
+  waiting: { readonly isWaiting: boolean };
+  /** A live stream has grown: `frame` is the ordinal of its newest frame. */
+  liveedge: { readonly frame: number };
+  progress: { readonly bytes: number; readonly byteLength: number | null };
+  /** The view has changed, by the user or by a program. */
+  view: null;
+  error: PlayerFault;
+}
+
+/** A target whose listeners know the type of `detail`. */
+export class PlayerEventTarget extends EventTarget {
+  protected tell<K extends keyof PlayerEvents>(type: K, detail: PlayerEvents[K]): void {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}
+
+export interface PlayerEventTarget {
+  addEventListener<K extends keyof PlayerEvents>(
+    type: K,
+    listener: (event: CustomEvent<PlayerEvents[K]>) => void,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject | null,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+}
