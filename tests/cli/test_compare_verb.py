@@ -135,7 +135,7 @@ def test_eval_measures_the_frames_that_are_asked_for(encoded, capture, tmp_path)
         ("{stream} {stream} --lpips {stream}", "is not a readable file of LPIPS weights"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
         ("{stream} {stream} --frames 77", "the entries have no frame in common"),
-        ("{stream} {empty}", "does not have the pictures of cam00"),
+        ("{stream} {empty}", "has no pictures of cam00"),
     ],
 )
 def test_what_cannot_be_compared_is_a_usage_error(line, said, encoded, tmp_path):

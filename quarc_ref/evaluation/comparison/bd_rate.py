@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from quarc_ref.inspection.wording import count_noun
+
 LEAST_RATES = 4
 _METHOD = "akima"
 
@@ -46,11 +48,8 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
     """
     for name, points in (("the reference", reference), ("it", curve)):
         if len(points) < LEAST_RATES:
-            return Delta(
-                None,
-                None,
-                f"{name} has {len(points)} points of known size; {LEAST_RATES} are needed",
-            )
+            has = f"{count_noun(len(points), 'point')} of known size"
+            return Delta(None, None, f"{name} has {has}; {LEAST_RATES} are needed")
         if not _is_monotonic(points):
             return Delta(None, None, f"the quality of {name} does not increase with its rate")
     import bjontegaard

@@ -1,5 +1,6 @@
 """Results of a comparison: operating points over runs, paired differences, BD-rate."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
@@ -89,7 +90,7 @@ class Summary:
     Attributes:
         points: Operating points in the order in which they were named.
         reference: Method with which the others are compared; None if there is only one.
-        deltas: Deltas of the other methods that have several points.
+        deltas: Deltas of the other methods, where they or the reference have several points.
     """
 
     points: list[Point]
@@ -105,11 +106,12 @@ def summarize(comparison: Comparison) -> Summary:
         _make_point(label, runs, None if runs is first else first, comparison.frames_per_second)
         for label, runs in groups.items()
     ]
-    methods = list(dict.fromkeys(point.label.method for point in points))
+    counts = Counter(point.label.method for point in points)
+    methods = list(counts)
     deltas = [
         MethodDelta(method, *(_compare(points, methods[0], method, it) for it in ("psnr", "ssim")))
         for method in methods[1:]
-        if sum(point.label.method == method for point in points) > 1
+        if max(counts[methods[0]], counts[method]) > 1
     ]
     return Summary(points, methods[0] if len(methods) > 1 else None, deltas)
 

@@ -91,6 +91,17 @@ def test_methods_of_four_rates_are_compared_by_bjontegaard():
     assert format_delta_rows(summary)[0][:2] == ["theirs", "+100.0 %"]
 
 
+def test_a_method_of_one_point_beside_a_curve_is_named_with_what_it_lacks():
+    rates = (1000, 2000, 4000, 8000)
+    curve = [_measured("ours", str(rate), 30 + step, rate) for step, rate in enumerate(rates)]
+    summary = summarize(_comparison(*curve, _measured("theirs", "a", 31.0, 10)))
+
+    assert format_delta_rows(summary)[0][::4] == [
+        "theirs",
+        "it has 1 point of known size; 4 are needed",
+    ]
+
+
 def test_csv_has_a_line_to_each_point_and_to_each_view():
     comparison = _comparison(_measured("a", "x", 30.0, 10), _measured("a", "x", 31.0, None))
     points = list(csv.DictReader(io.StringIO(format_points_csv(summarize(comparison)).decode())))
