@@ -42,6 +42,7 @@ svg { display: block; width: 100%; height: 100%; }
 .gap { flex: 1; }
 select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 0 2px; border-radius: 6px;
   border: 1px solid #2b313a; background: #1a1e24; color: #d9dde3; text-overflow: ellipsis; }
+#camera:not(:has(option)) { visibility: hidden; } /* no stream yet */
 .statistics { position: absolute; top: 10px; left: 10px; margin: 0; padding: 8px 12px; border-radius: 6px;
   background: #0d0f12cc; display: grid; grid-template-columns: auto auto; gap: 1px 14px; pointer-events: none;
   font-size: 12px; font-variant-numeric: tabular-nums; }
