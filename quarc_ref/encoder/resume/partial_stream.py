@@ -111,9 +111,12 @@ def require_match(
     if differ:
         message = (
             "the partial stream was encoded with different inputs; these differ: "
-            f"{', '.join(differ)}"
+            f"{', '.join(_DESCRIBED.get(name, name) for name in differ)}"
         )
         raise ResumeError(message)
+
+
+_DESCRIBED = {"fingerprint": "fingerprint (of the capture's files, masks included)"}
 
 
 def require_frames(existing: PartialStream, frame_count: int, canonical: CanonicalSettings) -> None:
