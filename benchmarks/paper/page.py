@@ -54,7 +54,7 @@ def _describe(row: Row) -> str:
     protocol = row["protocol"]
     held_out = ", ".join(protocol["cameras"]["held_out"])
     return (
-        f"Measured on {held_out}, which training never saw, drawn from the decoded files. "
+        f"Measured on {held_out}, held out from training, and rendered from the decoded files. "
         f"{row['frames']} frames of {protocol['resolution'][0]} x {protocol['resolution'][1]}, "
         f"seed {row['seed']}, trained with {row['renderer']['training']}. KB are 1024 bytes; KB / "
         "frame, motion, births and estimate (the paper's, of the same symbols) are those of the "

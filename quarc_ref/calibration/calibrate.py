@@ -204,6 +204,6 @@ def _build_scene(
 def _explain_contradiction(support: int) -> str:
     return (
         f"{support} of its points are also seen by two other cameras, but the scene rendered "
-        "with the pose that they give does not match its picture: use more pictures "
-        "(--moments 16), a camera between it and the others, or more texture"
+        "with the estimated pose does not match its picture: use more pictures (--moments "
+        "16), a camera between it and the others, or more texture"
     )

@@ -1,13 +1,13 @@
-"""What the columns and rows of printed tables mean: the end of a verb's `--help`.
+"""Explanations of the columns and rows of printed tables, shown at the end of a verb's `--help`.
 
-docs/guides/comparing.md and docs/guides/streams.md have the same, at more length.
+docs/guides/comparing.md and docs/guides/streams.md explain them in more detail.
 """
 
 from collections.abc import Mapping
 
 _QUALITY = {
     "PSNR": "dB against the camera's picture, mean over frames; higher is better, at most 100.",
-    "cc": "the figure before it, after the picture's colors are fitted to the truth.",
+    "cc": "the same figure, after the picture's colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
     "moving, static": "PSNR where the truth differs from the static background, and elsewhere.",
     "flicker": "change from frame to frame of pixels that should not change, in levels of 255.",
@@ -16,13 +16,13 @@ _QUALITY = {
 }
 EVAL = _QUALITY
 COMPARE = {
-    "entry": "METHOD@POINT; what the entry is: stream, PLY per frame, renders, 4dgs.",
-    "runs": "entries of this METHOD@POINT; with several, figures are mean ± deviation.",
+    "entry": "METHOD@POINT, and the type of the entry: stream, PLY per frame, renders, 4dgs.",
+    "runs": "number of entries of this METHOD@POINT; if several, figures are mean ± deviation.",
     "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
     "cc PSNR": "PSNR after the picture's colors are fitted to the truth.",
     "moving, static": _QUALITY["moving, static"],
     "flicker": _QUALITY["flicker"],
-    "bytes, KB / frame": "of all frames that the entry has; a KB is 1024 bytes.",
+    "bytes, KB / frame": "size of all frames of the entry; a KB is 1024 bytes.",
     "Mb/s": "megabits per second at the capture's frame rate.",
     "dB to first": "mean difference in PSNR to the first entry, view by view.",
     "better": "share of those views in which the entry has the higher PSNR.",
@@ -30,15 +30,15 @@ COMPARE = {
     "BD-PSNR": "PSNR at the same bytes, against the first method.",
 }
 INFO = {
-    "anchors": "points whose motion is coded; they are drawn anew every so many frames.",
+    "anchors": "points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: anchors, changed Gaussians, new ones.",
     "zero-order estimate": "bytes that the paper's entropy estimate gives for the same symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
-    "KB per frame": "without canonical frames' bytes, and with them.",
+    "KB per frame": "without and with the bytes of canonical frames.",
 }
 
 
 def explain(meanings: Mapping[str, str]) -> str:
-    """Return the meanings as the epilog of a verb: a line to each."""
+    """Return the meanings as the epilog of a verb, one per line."""
     return "\n\n".join(f"{name}: {meaning}" for name, meaning in meanings.items())

@@ -105,7 +105,7 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
     if len(missing) == len(names):
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS)
         message = (
-            f"{folder} has no pictures of the cameras {_shorten(names)} that its poses name; "
+            f"{folder} has poses for cameras {_shorten(names)}, but no pictures of them; "
             f"looked for {patterns} (or another suffix of a video or picture)"
         )
         raise MissingFileError(message)

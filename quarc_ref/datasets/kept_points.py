@@ -34,11 +34,13 @@ def keep_points(key: str, find: Callable[[], Points]) -> Points:
     try:
         points = read_points_ply(path)
     except CaptureError:  # not kept yet, or damaged
-        _LOG.info("the capture has no initial points: they are triangulated, and kept in %s", path)
+        _LOG.info(
+            "the capture has no initial points: triangulating them, and saving them to %s", path
+        )
         points = find()
         _keep(path, points)
     else:
-        _LOG.info("initial points triangulated earlier are used: %s", path)
+        _LOG.info("using the initial points triangulated earlier: %s", path)
     return points
 
 
@@ -62,4 +64,4 @@ def _keep(path: Path, points: Points) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_points_ply(path, points)
     except (OSError, OutputPathError) as error:
-        _LOG.warning("the initial points cannot be kept: %s", error)
+        _LOG.warning("the initial points cannot be saved: %s", error)

@@ -18,8 +18,8 @@ from quarc_ref.evaluation.views import View
 Measures = dict[str, float | None]  # metrics by name; None if not measurable
 
 FLICKER_VARIANT = (
-    "flicker, truth_flicker: mean absolute change of the rendering, and of the truth, from the "
-    "frame before, over pixels that are static in both, in levels of 255"
+    "flicker, truth_flicker: mean absolute change from the previous frame, of the rendering "
+    "and of the truth, over pixels that are static in both, in levels of 255"
 )
 VARIANTS = {
     "psnr": PSNR_VARIANT,

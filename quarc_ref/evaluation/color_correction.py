@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from quarc_ref.evaluation.metrics import Picture
 
 CC_VARIANT = (
-    "cc_*: after the affine transform of RGB, 3 x 4 and one to a picture, that brings the clamped "
-    "rendering nearest to the truth in least squares; clamped again"
+    "cc_*: after an affine transform of RGB, a 3 x 4 matrix per picture that fits the "
+    "clamped rendering to the truth in least squares; clamped again"
 )
 
 

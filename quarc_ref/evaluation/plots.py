@@ -52,7 +52,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
         floor = floor + sizes
     framing = [_framing(frame.chunk_bytes, frame.coded_bytes) for frame in summary.frames]
     below.bar(frames, framing, bottom=floor, color=_GRAY, label="overhead")
-    below.set_ylabel("KB, canonical left out")
+    below.set_ylabel("KB, without canonical frames")
     below.set_xlabel("frame")
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
     _legend_above(below)

@@ -73,7 +73,7 @@ class Protocol:
         same = "the same" if self.same_capture else self.encoded_from
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",
-            "encoded from": same or "the stream does not say",
+            "encoded from": same or "unknown: the stream has no fingerprint",
             "training cameras": ", ".join(self.training),
             "held-out cameras": ", ".join(self.held_out),
             "resolution": " x ".join(map(str, self.resolution)),

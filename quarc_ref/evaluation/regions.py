@@ -17,10 +17,10 @@ _MOST_FRAMES = 15
 _LEVELS = 15  # of 255: above the noise of cameras and codecs
 _MARGIN = 2  # pixels
 MOVING_VARIANT = (
-    f"moving_*, static_*: over the pixels that are, or are not, within {_MARGIN} pixels of one "
-    f"that differs by more than {_LEVELS} of 255 levels in any color from the camera's median over "
-    f"time, of at most {_MOST_FRAMES} frames evenly spread over the capture; corrections are "
-    "fitted on the whole picture"
+    f"moving_*, static_*: a pixel is moving if it is within {_MARGIN} pixels of one that "
+    f"differs from the background by more than {_LEVELS} of 255 levels in any color, else "
+    f"static; the background is the camera's median of at most {_MOST_FRAMES} frames, evenly "
+    "spread over the capture; corrections are fitted on the whole picture"
 )
 
 

@@ -63,7 +63,7 @@ def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     parts = {
         "title": html.escape(f"{name}: {count_noun(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(
-            f"Measured on {held_out}, which training never saw, drawn from the decoded file. "
+            f"Measured on {held_out}, held out from training, and rendered from the decoded file. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
         ),
         "figures": _compose_figures(evaluation),

@@ -99,7 +99,7 @@ class HttpSource:
         encoding = response.headers.get("Content-Encoding", "identity")
         if encoding.lower() != "identity":
             self._reject(
-                f"answers with content encoding {encoding!r}: it must send the file as it is"
+                f"answers with content encoding {encoding!r}: it must send the file unencoded"
             )
         found = _RANGE.fullmatch(said)
         if found is None:

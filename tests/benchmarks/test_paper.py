@@ -117,7 +117,7 @@ def test_the_page_carries_its_pictures_and_tells_the_protocol(study):
     protocol = json.loads((study / "rows" / "full.json").read_text())["protocol"]
 
     assert text.count("data:image/png;base64,") == 4
-    assert "cam00, which training never saw" in words
+    assert "cam00, held out from training" in words
     assert "change gate: births / those without" in words
     assert protocol["fingerprint"] in words
     assert protocol["versions"]["torch"] in words

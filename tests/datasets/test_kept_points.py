@@ -50,8 +50,8 @@ def test_a_second_opening_has_the_same_points_without_finding_them(bare, found, 
     assert len(found) == 1
     assert np.array_equal(first.points.positions, second.points.positions)
     assert np.array_equal(first.points.colors, second.points.colors)
-    assert "they are triangulated, and kept in" in caplog.messages[0]
-    assert "triangulated earlier are used" in caplog.messages[1]
+    assert "triangulating them, and saving them to" in caplog.messages[0]
+    assert "using the initial points triangulated earlier" in caplog.messages[1]
 
 
 def test_other_pictures_cameras_or_frames_have_points_of_their_own(bare, found):
@@ -82,4 +82,4 @@ def test_a_cache_that_cannot_be_written_is_only_a_warning(cache, caplog):
     points = Points(np.zeros((1, 3), np.float32), np.zeros((1, 3), np.uint8))
 
     assert keep_points(make_key("0", 0, 1, ["cam00"]), lambda: points) is points
-    assert "cannot be kept" in caplog.text
+    assert "cannot be saved" in caplog.text

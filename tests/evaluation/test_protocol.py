@@ -65,7 +65,7 @@ def test_a_stream_of_another_capture_is_measured_only_if_asked_for(folder, captu
 def test_a_stream_that_names_none_is_told_to(capture):
     protocol = describe_protocol(capture, capture.cameras, 4, 0, None)
 
-    assert protocol.as_lines()["encoded from"] == "the stream does not say"
+    assert protocol.as_lines()["encoded from"] == "unknown: the stream has no fingerprint"
     assert protocol.same_capture is None
 
 

@@ -86,7 +86,7 @@ def compare(
         typer.Option(
             "--bytes",
             metavar="PATH=N",
-            help="Size in bytes of the model or stream that the renders in PATH show.",
+            help="Size in bytes of the model or stream that the renders in PATH were made from.",
         ),
     ] = None,
     downscale: Annotated[

@@ -76,7 +76,9 @@ def join(
         from quarc_ref.streams.join import join as join_streams
 
         if STANDARD_STREAM in files:
-            message = "join reads every stream twice: save that of standard input in a file"
+            message = (
+                "join reads every stream twice: save the stream from standard input to a file first"
+            )
             raise UsageError(message)
         _reject_mixture(output, as_json=as_json)
         sources = [stack.enter_context(open_source(name)) for name in files]

@@ -73,7 +73,8 @@ def encode(
         bool,
         typer.Option(
             "--list-settings",
-            help="Print all settings: values in each preset, what they take, what they are.",
+            help="Print all settings, with their value in each preset, their range and their "
+            "meaning.",
             is_eager=True,
             callback=_list_settings,
         ),
@@ -203,7 +204,7 @@ def encode(
         typer.Option(
             "--log-json",
             metavar="FILE",
-            help="Write one JSON line for every training step and frame, as it is finished.",
+            help="Write one JSON line for every training step and frame, when it is finished.",
         ),
     ] = None,
     tensorboard: Annotated[

@@ -111,8 +111,9 @@ def _reject_capture(source: Path) -> None:
     what = describe_capture(source)
     if what is not None:
         message = (
-            f"{source} is {what}: quarc-ref encode makes a stream of pictures, after "
-            "quarc-ref calibrate if they have no poses; import takes Gaussians of another method"
+            f"{source} is {what}, but import takes Gaussians of another method: to make a "
+            "stream from pictures, use quarc-ref encode (and before it quarc-ref calibrate, "
+            "if they have no poses)"
         )
         raise UsageError(message)
 

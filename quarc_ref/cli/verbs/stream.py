@@ -124,8 +124,8 @@ def describe_proof(proof: "Verification") -> dict[str, str]:
         f"{proof.most[key]:,} of {proof.allowed[key]:,} {name}" for key, name in _BOUNDS.items()
     )
     return {
-        "chunks": f"{proof.chunks:,}, every CRC holds",
-        "states": f"{proof.frames:,}, every CRC holds",
+        "chunks": f"{proof.chunks:,}, all CRCs match",
+        "states": f"{proof.frames:,}, all CRCs match",
         "entropy": coders,
         "seek points": f"{proof.seek_points:,}, all with the same states "
         f"({proof.frames_sought:,} frames compared)",

@@ -190,10 +190,11 @@ def _find_wrong_poses(capture: Capture, seen: _ProjectedPoints) -> Iterator[Find
         names = _name(seen.cameras, found.wrong)
         message = (
             f"the pictures of {list_names(names)} do not show the initial points where their "
-            "poses put them. If other cameras are fine, these poses are wrong: calibrate again "
-            "with more matches (calibrate --moments 16), or check that pose, lens and picture are "
-            "of one camera; if many are named, the points are of another scene or time. Until "
-            f"then, {_hold_out(capture, names)} leaves them out of training"
+            "poses put them. If other cameras are fine, these poses are wrong: calibrate "
+            "again with more matches (calibrate --moments 16), or check that pose, lens and "
+            "picture belong to the same camera. If many cameras are named, the points are of "
+            f"another scene or time. Until then, {_hold_out(capture, names)} leaves them out "
+            "of training"
         )
         yield Finding("pose-disagrees", message, names)
 

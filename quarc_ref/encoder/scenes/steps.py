@@ -93,7 +93,7 @@ def _choose_lattice(
     if units < 1:
         message = (
             f"positions reach {reach / _ROOM:.6g} units: errors of at most "
-            f"{bounds.position:.6g} are finer than a stream can say"
+            f"{bounds.position:.6g} are finer than a stream can represent"
         )
         raise EncodeError(message)
     step = min(units, (1 << 16) - 1)

@@ -21,7 +21,9 @@ WarmStart = Literal["anchors", "projection"]
 class MotionSettings(Validated):
     """Stage 1 of a frame: motion residuals of the anchors (paper section 4)."""
 
-    iterations: NonNegativeInt = described(100, "Iterations of a frame's motion (paper: 100).")
+    iterations: NonNegativeInt = described(
+        100, "Iterations that train a frame's motion (paper: 100)."
+    )
     lr: NonNegativeFloat = described(
         5e-4, "Learning rate of residuals at level 1, world units (paper: 5e-4)."
     )
@@ -65,7 +67,7 @@ class BirthSettings(Validated):
     """Stage 2 of a frame: new Gaussians where the scene changes (paper section 5)."""
 
     iterations: NonNegativeInt = described(
-        100, "Iterations of a frame's new Gaussians (paper: 100); 0 for no births."
+        100, "Iterations that train a frame's new Gaussians (paper: 100); 0 for no births."
     )
     placement: Placement = described(
         "gate",
@@ -123,7 +125,7 @@ class BirthSettings(Validated):
     rd_lambda: NonNegativeFloat = described(
         0.0,
         "Rate-distortion weight of a byte of births: the decrease of the mean loss of the training "
-        "views that it must buy, relative to the loss of decoded frame 0, times the number of "
+        "views that it must achieve, relative to the loss of decoded frame 0, times the number of "
         "Gaussians (not in the paper).",
     )
 

@@ -112,7 +112,7 @@ def _open_rival(each: Named, cameras: Mapping[str, Camera], pace: float) -> Entr
     path = each.path
     what = describe_capture(path)
     if what is not None:
-        message = f"{path} is {what}, which is what entries are measured on: --capture {path}"
+        message = f"{path} is {what}, not an entry: to measure entries on it, use --capture {path}"
         raise EntryError(message)
     if path.suffix.lower() == _FOURDGS:
         return open_fourdgs(path, each.label, pace)

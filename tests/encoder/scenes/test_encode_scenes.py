@@ -211,7 +211,7 @@ def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
     splats = make_splats()
     wide = replace(splats, positions=splats.positions * 1e6)
 
-    with pytest.raises(EncodeError, match="finer than a stream can say"):
+    with pytest.raises(EncodeError, match="finer than a stream can represent"):
         encode([wide], SceneOptions(bounds=Bounds(position=1e-3)))
 
 
