@@ -150,7 +150,7 @@ def test_a_folder_that_is_the_truth_or_holds_one_file_is_pointed_out(rivals, com
     (tmp_path / "whole").mkdir()
     (tmp_path / "whole" / "frames.4dgs").write_bytes(b"")
 
-    with pytest.raises(EntryError, match=r"is a capture .*: --capture "):
+    with pytest.raises(EntryError, match=r"is a capture .*use --capture "):
         compare(stream, rivals.capture)
     with pytest.raises(EntryError, match=r"name the file in it, .*frames\.4dgs"):
         compare(stream, tmp_path / "whole")
