@@ -13,6 +13,7 @@ from quarc_ref.datasets.capture import Points
 _INK, _GRAY, _CAMERA = "#4a545e", "#9aa3ad", "#3b6ea8"
 _DOTS_PER_INCH = 110
 _MOST_POINTS = 4000
+_LABEL_ROWS, _LABEL_HEIGHT = 3, 8  # points
 _SIGHT = 0.22  # length of a line of sight, relative to the width of the rig
 _MARGIN = 1.25  # radius within which points are shown, relative to the width of the rig
 
@@ -58,13 +59,14 @@ def _draw(
     inside = (np.abs(positions) < reach).all(axis=1)
     across, along = positions[inside].T
     axes.scatter(across, along, s=2, c=points[1][inside], linewidths=0)
-    for name, center, sight in zip(names, centers, sights, strict=True):
+    rows = np.argsort(np.argsort(centers[:, 0])) % _LABEL_ROWS
+    for name, center, sight, row in zip(names, centers, sights, rows, strict=True):
         axes.plot(*np.stack([center, center + _SIGHT * reach * sight]).T, color=_CAMERA, lw=1)
         axes.plot(*center, "o", color=_CAMERA, markersize=4)
         axes.annotate(
             name,
             center,
-            (3, 3),
+            (3, -9 - _LABEL_HEIGHT * int(row)),  # below the camera, neighbors on other rows
             textcoords="offset points",
             color=_INK,
             fontsize=7,
