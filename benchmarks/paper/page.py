@@ -7,7 +7,7 @@ from pathlib import Path
 
 from paper.experiments import Experiment
 from paper.tables import format_html, format_stages
-from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines
 from rate.claims import Claim
 from studies import Row
 
@@ -45,7 +45,7 @@ def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim
         "claims": _compose_claims(claims),
         "sections": "".join(_compose_section(section) for section in sections if section.rows),
         "stages": format_stages(rows),
-        "protocol": list_lines(rows[0]["protocol"]),
+        "protocol": format_lines(rows[0]["protocol"]),
     }
     return fill_page(_TEMPLATE.read_text("utf-8"), parts)
 

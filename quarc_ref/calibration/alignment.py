@@ -27,12 +27,12 @@ class Shift:
 
     Attributes:
         samples: Sample `t` of the others is sample `t + samples` of this one.
-        clearness: Correlation at this shift minus the best at other shifts, in standard deviations
+        confidence: Correlation at this shift minus the best at other shifts, in standard deviations
             of the latter.
     """
 
     samples: float
-    clearness: float
+    confidence: float
 
 
 def align(
@@ -144,7 +144,7 @@ def _sum_curves(
 
 
 def _grow(curves: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return shifts that are found signal by signal, in the order of clearness."""
+    """Return shifts that are found signal by signal, in the order of confidence."""
     count, most = len(curves), curves.shape[2] // 2
     shifts = np.zeros(count, np.int64)
     placed = [int(curves.max(axis=2).sum(axis=1).argmax())]

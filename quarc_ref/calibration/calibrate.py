@@ -17,7 +17,7 @@ from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, ref
 from quarc_ref.calibration.recordings import LEAST_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
 from quarc_ref.calibration.solving import Solution, solve
-from quarc_ref.calibration.world import BY_LEVEL, Distance, World, settle_world
+from quarc_ref.calibration.world import BY_LEVEL, Distance, World, define_world
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.colmap_cameras import quiet
@@ -42,7 +42,7 @@ class CalibrateOptions:
         moments: Number of moments searched for features; None for as many as needed.
         masks: Masks by camera name, `[H, W]`, True where features may be used.
         sync: Method for time offsets.
-        up: How to find the up axis; see `world.settle_world`.
+        up: How to find the up axis; see `world.define_world`.
         distance: Distance between two cameras, if known.
         report: Called with each stage, its number of finished steps, and their total.
     """
@@ -124,7 +124,7 @@ def _refine(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion])
     return replace(
         found,
         frames=dict.fromkeys(offsets.frames, 0.0) | found.frames,
-        clearness=offsets.clearness | found.clearness,
+        confidence=offsets.confidence | found.confidence,
     )
 
 
@@ -190,7 +190,7 @@ def _build_scene(
     therefore left out if its picture does not match the scene's points projected by its
     pose.
     """
-    world = settle_world(solution.cameras, solution.points, options.up, options.distance)
+    world = define_world(solution.cameras, solution.points, options.up, options.distance)
     frame = read_first_frame(world.cameras, recordings, offsets.frames)
     points = frame.find_points()
     few = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED}

@@ -9,7 +9,7 @@ from quarc_ref.calibration.features import Mask
 from quarc_ref.calibration.recordings import Recordings
 from quarc_ref.datasets.arrangements import list_single_pictures
 from quarc_ref.datasets.errors import MaskNameError, MaskSizeError
-from quarc_ref.datasets.masks import explain_names
+from quarc_ref.datasets.masks import describe_unused_masks
 from quarc_ref.datasets.video import read_still
 
 
@@ -31,7 +31,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     found = list_single_pictures(folder)
     unknown = sorted(found.keys() - set(recordings.names))
     if unknown:
-        raise MaskNameError(explain_names(folder, unknown, recordings.names))
+        raise MaskNameError(describe_unused_masks(folder, unknown, recordings.names))
     for name, (path, *_) in found.items():
         masks[name] = np.asarray(read_still(path).any(axis=2))
         height, width = masks[name].shape

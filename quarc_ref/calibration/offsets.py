@@ -12,7 +12,7 @@ from quarc_ref.calibration.alignment import Shift, align, correlate_signals
 from quarc_ref.calibration.epipolar_motion import align_by_epipolar_motion
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import Recordings
-from quarc_ref.calibration.signals import Motion, measure_loudness, sum_motion, watch_motion
+from quarc_ref.calibration.signals import Motion, measure_loudness, measure_motion, sum_motion
 from quarc_ref.datasets.arrangements import is_video
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.sound import Sound, read_sound
@@ -48,17 +48,17 @@ class Offsets:
         method: Method that was used; `NONE` if offsets were not estimated.
         frames: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
             camera's recording. Unreliable offsets are set to the median, 0.
-        clearness: Clearness of each offset, as in `alignment.Shift`; empty without a method.
+        confidence: Clearness of each offset, as in `alignment.Shift`; empty without a method.
     """
 
     method: SyncMethod
     frames: dict[str, float]
-    clearness: dict[str, float]
+    confidence: dict[str, float]
 
     @property
     def unclear(self) -> list[str]:
         """Names of the cameras whose offsets are unreliable."""
-        return [name for name, found in self.clearness.items() if found < LEAST_CLEARNESS]
+        return [name for name, found in self.confidence.items() if found < LEAST_CLEARNESS]
 
 
 def find_offsets(
@@ -120,10 +120,10 @@ def _judge(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shift]) ->
     return Offsets(
         method,
         {
-            name: shift.samples if shift.clearness >= LEAST_CLEARNESS else 0.0
+            name: shift.samples if shift.confidence >= LEAST_CLEARNESS else 0.0
             for name, shift in named.items()
         },
-        {name: shift.clearness for name, shift in named.items()},
+        {name: shift.confidence for name, shift in named.items()},
     )
 
 
@@ -151,7 +151,7 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
         lambda first, second: correlate_signals(signals[first], signals[second], max(1, most)),
         _SAME * _LEVELS_PER_FRAME,
     )
-    return [Shift(shift.samples / _LEVELS_PER_FRAME, shift.clearness) for shift in shifts]
+    return [Shift(shift.samples / _LEVELS_PER_FRAME, shift.confidence) for shift in shifts]
 
 
 def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
@@ -159,7 +159,7 @@ def _watch_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
     for camera, (name, length) in enumerate(
         zip(recordings.names, recordings.pictures.lengths, strict=True)
     ):
-        motions[name] = watch_motion(recordings.pictures, camera, min(length, _MOST_FRAMES))
+        motions[name] = measure_motion(recordings.pictures, camera, min(length, _MOST_FRAMES))
         report(camera + 1, len(recordings.names))
     return motions
 

@@ -62,7 +62,7 @@ HEADINGS = (
     "points",
     "seen by 3 or more",
     "offset, frames",
-    "clearness",
+    "confidence",
 )
 
 
@@ -72,7 +72,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
     rows = []
     for camera in calibration.world.cameras:
         fit = calibration.solution.fits[camera.name]
-        clearness = offsets.clearness.get(camera.name)
+        confidence = offsets.confidence.get(camera.name)
         offset = f"{offsets.frames[camera.name]:+.2f}"
         rows.append(
             [
@@ -82,7 +82,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
                 f"{fit.points:,}",
                 f"{fit.support:,}",
                 "unclear" if camera.name in offsets.unclear else offset,
-                "" if clearness is None else f"{clearness:.1f}",
+                "" if confidence is None else f"{confidence:.1f}",
             ]
         )
     return rows

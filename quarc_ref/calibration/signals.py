@@ -40,7 +40,7 @@ def measure_loudness(sound: Sound, first_picture: float, levels_per_second: floa
     return flatten(levels[:, None], round(_LOUDNESS_WINDOW * levels_per_second) | 1)
 
 
-def watch_motion(source: PictureSource, camera: int, frames: int) -> Motion:
+def measure_motion(source: PictureSource, camera: int, frames: int) -> Motion:
     """Measure the changes between consecutive pictures of a camera.
 
     Args:

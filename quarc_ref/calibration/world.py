@@ -55,7 +55,7 @@ class World:
     meters_per_unit: float | None
 
 
-def settle_world(
+def define_world(
     cameras: Sequence[CalibratedCamera],
     points: Numbers,
     up: str = BY_LEVEL,

@@ -19,7 +19,7 @@ _MEGABYTE = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class LogsWanted:
+class LogOptions:
     """Logs to write beside a stream.
 
     Attributes:
@@ -36,7 +36,7 @@ class LogsWanted:
 
 
 @contextmanager
-def opened_monitors(logs: LogsWanted, progress: TerminalProgress) -> "Iterator[Monitor]":
+def opened_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[Monitor]":
     """Open the logs of an encode, and show its status on the terminal.
 
     Raises:
@@ -66,7 +66,7 @@ def opened_monitors(logs: LogsWanted, progress: TerminalProgress) -> "Iterator[M
 
 
 @contextmanager
-def _opened_log(path: Path, logs: LogsWanted) -> Iterator[TextIO]:
+def _opened_log(path: Path, logs: LogOptions) -> Iterator[TextIO]:
     reject_target(path, force=logs.force or logs.keep)
     with open_log(path, keep=logs.keep) as sink:
         yield sink

@@ -132,13 +132,13 @@ def find_masks(
     unused = sorted(name for name, paths in found.items() if not used.issuperset(paths))
     if not unused:
         return rows if used else None, ()
-    message = explain_names(inside, unused, names)
+    message = describe_unused_masks(inside, unused, names)
     if not used:
         raise MaskNameError(message)
     return rows, (Finding("mask-name", message),)
 
 
-def explain_names(folder: Path, unused: Sequence[str], names: Sequence[str]) -> str:
+def describe_unused_masks(folder: Path, unused: Sequence[str], names: Sequence[str]) -> str:
     """Return a message about masks that are not named after a camera.
 
     Args:

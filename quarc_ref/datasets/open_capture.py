@@ -20,10 +20,10 @@ from quarc_ref.datasets.errors import (
     UnsupportedCameraError,
 )
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
-from quarc_ref.datasets.kept_points import keep_points, make_key
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
 from quarc_ref.datasets.pictures import LaterPictures, RectifiedPictures
+from quarc_ref.datasets.point_cache import cache_points, make_key
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 
@@ -87,7 +87,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULTS) -> Capture:
     if points is None:
         training = [name for name in names if name not in held_out]
         key = make_key(fingerprint, options.start, options.downscale, training)
-        points = keep_points(key, lambda: _find_points(cameras, source, held_out))
+        points = cache_points(key, lambda: _find_points(cameras, source, held_out))
     return Capture(
         name=path.resolve().name,
         cameras=[

@@ -16,7 +16,7 @@ from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.epipolar import find_wrong_poses
-from quarc_ref.encoder.checks.machine import Machine, find_shortages, look_at_machine
+from quarc_ref.encoder.checks.machine import Machine, find_shortages, measure_machine
 from quarc_ref.encoder.checks.motion_checks import find_motion_faults
 from quarc_ref.encoder.checks.recording import find_unreadable, record
 from quarc_ref.encoder.forecast import Forecast, forecast
@@ -76,7 +76,7 @@ def examine(folder: Path, examination: Examination | None = None) -> Diagnosis:
         StartError: The requested first frame is after the last one.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
-    asked, machine = examination or Examination(), look_at_machine()
+    asked, machine = examination or Examination(), measure_machine()
     layout = None
     try:
         layout = choose_layout(folder).name

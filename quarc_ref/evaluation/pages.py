@@ -18,7 +18,7 @@ def fill_page(template: str, parts: Mapping[str, str]) -> bytes:
     return Template(template).substitute(parts, skin=skin).encode()
 
 
-def list_lines(named: Mapping[str, object]) -> str:
+def format_lines(named: Mapping[str, object]) -> str:
     """Format names and values, one per line."""
     lines = [f"{name}: {value}" for name, value in named.items()]
     return "<p><code>" + "<br>".join(html.escape(line) for line in lines) + "</code></p>"

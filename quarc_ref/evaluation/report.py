@@ -12,7 +12,7 @@ import numpy as np
 
 from quarc_ref.evaluation.evaluate import Evaluation
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
-from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines, format_table
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_frames, plot_kinds
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
@@ -72,8 +72,8 @@ def _compose(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
         "frames_plot": embed_png(pictures["frames.png"]),
         "kinds_plot": embed_png(pictures["bytes.png"]),
         "bytes_table": _compose_bytes(summary),
-        "protocol": list_lines(evaluation.protocol.as_lines()),
-        "settings": list_lines(summary.metadata),
+        "protocol": format_lines(evaluation.protocol.as_lines()),
+        "settings": format_lines(summary.metadata),
     }
     return fill_page(template, parts)
 

@@ -32,7 +32,7 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
     return converted
 
 
-def convert_apart(data: bytes, source: str, target: str) -> bytes:
+def convert_in_subprocess(data: bytes, source: str, target: str) -> bytes:
     """Convert a file of unknown origin in a separate process; see `convert`.
 
     Crashes of the library on damaged files, and its console output, do not affect this process.

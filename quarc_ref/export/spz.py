@@ -11,7 +11,7 @@ import numpy as np
 from quarc_ref.datasets.ply_table import parse_ply_header
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.conversion import convert, convert_apart
+from quarc_ref.export.conversion import convert, convert_in_subprocess
 from quarc_ref.export.errors import ExportError
 from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from quarc_ref.export.upright import rotate_upright
@@ -58,7 +58,7 @@ def parse_spz(data: bytes) -> Splats:
     """
     check_header(data)
     try:
-        table = convert_apart(data, "spz", "ply")
+        table = convert_in_subprocess(data, "spz", "ply")
     except ExportError as error:
         raise ValueError(str(error)) from error
     header = parse_ply_header(table)

@@ -26,35 +26,35 @@ class Verification:
     Attributes:
         frames: Number of frames, all with correct state CRCs.
         chunks: Number of chunks of known types, all with correct CRCs.
-        coders: Number of entropy decoders that agree: 2, or 1 if constriction is not installed.
+        entropy_decoders: Number of entropy decoders that agree: 2, or 1 without constriction.
         sections: Number of decoded sections.
         bits: Number of bits in these sections.
         seek_points: Number of canonical frames from which decoding was started.
-        frames_sought: Number of frames decoded from seek points, all with equal digests.
+        frames_compared: Number of frames decoded from seek points, all with equal digests.
         level: Conformance level in the stream header.
-        most: Maximum in the stream of the Gaussians of a frame, the births of a frame and
+        maxima: Maximum in the stream of the Gaussians of a frame, the births of a frame and
             the bytes of a payload.
-        allowed: Maximum of each that the level allows.
+        limits: Maximum of each that the level allows.
         sha256: Digest of the last state; None without frames.
     """
 
     frames: int
     chunks: int
-    coders: int
+    entropy_decoders: int
     sections: int
     bits: int
     seek_points: int
-    frames_sought: int
+    frames_compared: int
     level: int
-    most: dict[str, int]
-    allowed: dict[str, int]
+    maxima: dict[str, int]
+    limits: dict[str, int]
     sha256: str | None
 
     def as_json(self) -> dict[str, Any]:
         """Return the values for `verify --deep --json`."""
-        proved = asdict(self)
-        del proved["sha256"]
-        return proved | {"level": self.level / 10}
+        results = asdict(self)
+        del results["sha256"]
+        return results | {"level": self.level / 10}
 
 
 def verify_stream(
@@ -79,19 +79,19 @@ def verify_stream(
     with decoding_with(coders.open):
         while (chunk := poll(run.reader.read_chunk, follow)) is not None:
             run.push(chunk)
-    frames_sought = run.decode_from_seek_points(source)
+    frames_compared = run.decode_from_seek_points(source)
     header = run.decoder.header
     return Verification(
         frames=len(run.digests),
         chunks=run.chunk_count,
-        coders=2 if HAS_CONSTRICTION else 1,
+        entropy_decoders=2 if HAS_CONSTRICTION else 1,
         sections=coders.section_count,
         bits=coders.bit_count,
         seek_points=len(run.canonical),
-        frames_sought=frames_sought,
+        frames_compared=frames_compared,
         level=header.level,
-        most=run.most,
-        allowed=header.limits._asdict(),
+        maxima=run.maxima,
+        limits=header.limits._asdict(),
         sha256=list(run.digests.values())[-1] if run.digests else None,
     )
 
@@ -105,7 +105,7 @@ class _FirstPass:
         self.digests: dict[int, str] = {}  # by ordinal
         self.canonical: list[int] = []
         self.chunk_count = 0
-        self.most = {"gaussians": 0, "births": 0, "chunk_bytes": 0}
+        self.maxima = {"gaussians": 0, "births": 0, "chunk_bytes": 0}
         self._on_progress = on_progress
         self._total = count_frames(source)
 
@@ -146,4 +146,4 @@ class _FirstPass:
         return done
 
     def _note_most(self, name: str, value: int) -> None:
-        self.most[name] = max(self.most[name], value)
+        self.maxima[name] = max(self.maxima[name], value)

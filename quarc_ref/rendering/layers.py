@@ -18,10 +18,10 @@ from quarc_ref.rendering.pipeline import (
     project,
 )
 from quarc_ref.rendering.pipeline_data import (
-    Drawn,
     Float32,
     Picture,
     Projection,
+    SplatRows,
     Tiles,
 )
 
@@ -41,7 +41,7 @@ class Layer:
     picture: Picture
 
 
-def draw_layer(camera: Camera, drawn: Drawn, background: Float32) -> Layer:
+def draw_layer(camera: Camera, drawn: SplatRows, background: Float32) -> Layer:
     """Render fixed Gaussians."""
     projection = project(camera, drawn)
     tiles = bin_tiles(camera, projection)

@@ -11,7 +11,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.bands import draw_bands
 from quarc_ref.rendering.harmonics import fold_harmonics
 from quarc_ref.rendering.pipeline import project, sort_nearest
-from quarc_ref.rendering.pipeline_data import Drawn, Float32, Projection
+from quarc_ref.rendering.pipeline_data import Float32, Projection, SplatRows
 
 OPACITY_MOST = 0.99
 SH_COEFFICIENTS = 4
@@ -80,6 +80,6 @@ def _project(splats: Splats, camera: Camera) -> Projection:
         sh = fold_harmonics(sh, splats.positions, camera_center(camera))
     missing = SH_COEFFICIENTS - sh.shape[1]
     sh = np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing else sh
-    drawn = Drawn(splats.positions, splats.rotations, scales, opacities, sh)
+    drawn = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, drawn)
     return projection.take(sort_nearest(projection))

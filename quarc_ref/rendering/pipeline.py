@@ -17,11 +17,11 @@ from quarc_ref.rendering import binning_kernels, projection_kernels, raster_kern
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.pipeline_data import (
     Band,
-    Drawn,
     Float32,
     Int32,
     Picture,
     Projection,
+    SplatRows,
     Tiles,
 )
 
@@ -38,7 +38,7 @@ def flatten_camera(camera: Camera) -> Float32:
         return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
 
 
-def project(camera: Camera, drawn: Drawn) -> Projection:
+def project(camera: Camera, drawn: SplatRows) -> Projection:
     """Project Gaussians to a camera's picture plane."""
     count = drawn.means.shape[0]
     outputs = Projection(

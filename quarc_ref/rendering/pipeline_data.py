@@ -12,7 +12,7 @@ Int64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
+class SplatRows:
     """Gaussians to render, one row per Gaussian.
 
     Attributes:

@@ -24,9 +24,9 @@ from quarc_ref.rendering.pipeline import (
     project,
 )
 from quarc_ref.rendering.pipeline_data import (
-    Drawn,
     Float32,
     Projection,
+    SplatRows,
 )
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rendering
 
@@ -42,7 +42,7 @@ class NumbaRasterizer:
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.render_backdrop`."""
-        drawn = Drawn(*(_array(tensor) for tensor in gaussians.tensors()))
+        drawn = SplatRows(*(_array(tensor) for tensor in gaussians.tensors()))
         return _LayeredBackdrop(camera, background, draw_layer(camera, drawn, _array(background)))
 
 
@@ -78,7 +78,7 @@ class _Project(Function):
         camera: Camera,
         *inputs: Tensor,
     ) -> tuple[Tensor, ...]:
-        drawn = Drawn(*(_array(tensor) for tensor in inputs))
+        drawn = SplatRows(*(_array(tensor) for tensor in inputs))
         projection = project(camera, drawn)
         ctx.camera, ctx.drawn, ctx.projection = camera, drawn, projection
         outputs = (

@@ -14,8 +14,8 @@ from urllib.parse import unquote, urlsplit
 
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.source import Source
-from quarc_ref.viewing.doorkeeper import Doorkeeper
 from quarc_ref.viewing.ranges import find_range
+from quarc_ref.viewing.request_filter import RequestFilter
 from quarc_ref.viewing.shared_source import GrowingSource
 
 _PORTS_TRIED = 100
@@ -70,7 +70,7 @@ class Server(ThreadingHTTPServer):
     ) -> None:
         host, port = address
         self.resources, self.report = resources, report
-        self.doorkeeper = Doorkeeper(host, names)
+        self.request_filter = RequestFilter(host, names)
         self._host = _ANY_ADDRESS.get(host, host)
         ports = range(port, min(port + _PORTS_TRIED, _LAST_PORT + 1))
         try:
@@ -90,7 +90,7 @@ class Server(ThreadingHTTPServer):
     def name_url(self, host: str) -> str:
         """Return the URL of the page with a host name or address."""
         authority = f"[{host}]" if ":" in host else host
-        return f"http://{authority}:{self.server_address[1]}/{self.doorkeeper.token}/"
+        return f"http://{authority}:{self.server_address[1]}/{self.request_filter.token}/"
 
     def server_bind(self) -> None:
         """Bind without the slow lookup of the machine's name."""
@@ -137,7 +137,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _answer(self, *, has_body: bool) -> None:
         hosts, origins = (self.headers.get_all(name, []) for name in ("Host", "Origin"))
         address = self.connection.getsockname()[0]
-        fault = self.server.doorkeeper.find_fault(self.path, hosts, origins, address)
+        fault = self.server.request_filter.find_fault(self.path, hosts, origins, address)
         if fault is not None:
             self._reject(HTTPStatus.FORBIDDEN, fault)
             return
@@ -206,4 +206,4 @@ def _await_range(source: GrowingSource, wanted: str | None) -> None:
     size = source.size() or 0
     part = find_range(wanted, size)
     if part is not None and not part:
-        source.await_more(size)
+        source.wait_for_data(size)

@@ -42,7 +42,7 @@ class GrowingSource(SharedSource):
         super().__init__(source)
         self._patience = patience
 
-    def await_more(self, offset: int) -> None:
+    def wait_for_data(self, offset: int) -> None:
         """Wait for a byte at an offset, or for a timeout without new data."""
         give_up = time.monotonic() + self._patience
         while (self.size() or 0) <= offset and time.monotonic() < give_up:

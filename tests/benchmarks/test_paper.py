@@ -145,7 +145,7 @@ def test_an_ended_run_goes_on_where_it_was(folder, copy, here):
         (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
         (("--only", "steps"), "no experiment steps; there are full"),
         (("--set", "motion.speed=1"), "no setting 'motion.speed'"),
-        (("--held-out", "cam77"), "there is no camera cam77"),
+        (("--held-out", "cam77"), "cannot hold out camera cam77"),
         (("--workers", "0"), "workers and threads must be at least 1"),
     ],
 )

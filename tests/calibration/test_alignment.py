@@ -27,7 +27,7 @@ def test_planted_shifts_are_found_and_their_median_is_0():
     found = find(shifted(offsets))
 
     assert [shift.samples for shift in found] == pytest.approx([-o for o in offsets], abs=0.3)
-    assert min(shift.clearness for shift in found) > 3
+    assert min(shift.confidence for shift in found) > 3
 
 
 def test_a_signal_of_something_else_is_not_clear():
@@ -37,13 +37,13 @@ def test_a_signal_of_something_else_is_not_clear():
 
     differences = [shift.samples - found[0].samples for shift in found[:4]]
     assert differences == pytest.approx([0, -4, -9, 6], abs=0.4)
-    assert found[4].clearness < 2
+    assert found[4].confidence < 2
 
 
 def test_signals_without_any_change_are_not_clear():
     found = find([np.zeros((50, 1))] * 3)
 
-    assert [(shift.samples, shift.clearness) for shift in found] == [(0, 0)] * 3
+    assert [(shift.samples, shift.confidence) for shift in found] == [(0, 0)] * 3
 
 
 def test_pairs_with_nothing_in_common_are_left_to_others():

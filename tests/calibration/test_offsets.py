@@ -89,7 +89,7 @@ def test_planted_offsets_are_found_by_where_things_move(monkeypatch):
     found = align_by_epipolar_motion(cameras, motions, 20, 2)
 
     assert errors_of([shift.samples for shift in found]) < 0.5
-    assert min(shift.clearness for shift in found) > 2
+    assert min(shift.confidence for shift in found) > 2
 
 
 def test_silent_recordings_cannot_be_synchronized_by_sound(traced):

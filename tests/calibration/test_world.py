@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
-from quarc_ref.calibration.world import Distance, settle_world
+from quarc_ref.calibration.world import Distance, define_world
 from tests.calibration.rigs import center, compare, look_at, move, ring
 
 POINTS = np.zeros((5, 3))
@@ -18,7 +18,7 @@ def tumbled(cameras):
 def test_a_tumbled_ring_stands_upright_again(up, height):
     rig = ring(height=height)
 
-    world = settle_world(tumbled(rig), POINTS, up)
+    world = define_world(tumbled(rig), POINTS, up)
 
     heights = [-center(camera)[1] for camera in world.cameras]
     downs = [camera.pose.rotation[1, 1] for camera in world.cameras]
@@ -30,7 +30,7 @@ def test_a_tumbled_ring_stands_upright_again(up, height):
 
 
 def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
-    world = settle_world(tumbled(ring()), POINTS)
+    world = define_world(tumbled(ring()), POINTS)
 
     distances = [np.linalg.norm(center(camera)) for camera in world.cameras]
     assert np.mean(distances) == pytest.approx(1)
@@ -39,7 +39,7 @@ def test_the_origin_is_what_the_cameras_look_at_and_their_mean_distance_is_1():
 
 
 def test_a_known_distance_makes_a_unit_a_meter():
-    world = settle_world(tumbled(ring()), POINTS, distance=Distance("cam00", "cam03", 6.0))
+    world = define_world(tumbled(ring()), POINTS, distance=Distance("cam00", "cam03", 6.0))
 
     assert np.linalg.norm(center(world.cameras[0]) - center(world.cameras[3])) == pytest.approx(6)
     assert world.meters_per_unit == 1.0
@@ -49,7 +49,7 @@ def test_cameras_that_all_look_the_same_way_give_their_mean_up():
     row = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
 
     middle = 0.3 * np.array([[1.5, 0, 5.0]]) @ TURN.T + np.array([4, -2, 7])
-    world = settle_world(tumbled(row), middle)
+    world = define_world(tumbled(row), middle)
 
     assert "mean" in world.up_from
     assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999
@@ -61,9 +61,9 @@ def test_a_rig_that_fills_space_has_no_plane():
     ]
 
     with pytest.raises(CalibrationError, match="do not lie in one plane"):
-        settle_world(cameras, POINTS, "plane")
+        define_world(cameras, POINTS, "plane")
 
 
 def test_a_camera_that_did_not_join_is_named():
     with pytest.raises(UnknownCameraError, match="camera cam99 was not calibrated"):
-        settle_world(ring(), POINTS, "cam99")
+        define_world(ring(), POINTS, "cam99")

@@ -21,15 +21,15 @@ def test_what_was_proved_is_said(file):
 
     assert (printed["valid"], printed["frames"]) == (True, 7)
     assert printed["state_sha256"] == compute_digest(_STATES[-1].scene)
-    proved = printed["proved"]
-    assert (proved["frames"], proved["frames_sought"], proved["seek_points"]) == (7, 7, 3)
+    proved = printed["deep"]
+    assert (proved["frames"], proved["frames_compared"], proved["seek_points"]) == (7, 7, 3)
     assert proved["level"] == 1.0
-    assert proved["allowed"]["gaussians"] == 65536
+    assert proved["limits"]["gaussians"] == 65536
 
     shown = " ".join(run("verify", file, "--deep").stdout.split())
     assert f"{proved['bits']:,} bits in {proved['sections']} sections" in shown
     assert "3, all with the same states (7 frames compared)" in shown
-    assert f"at most {proved['most']['gaussians']} of 65,536 Gaussians" in shown
+    assert f"at most {proved['maxima']['gaussians']} of 65,536 Gaussians" in shown
 
 
 @pytest.mark.parametrize("size", [5, 300, 2000, len(_DATA) - 1])
@@ -58,7 +58,7 @@ def test_decoders_that_differ_are_the_tools_failure_and_not_the_streams(file, mo
 def test_where_there_is_one_decoder_no_more_is_said_to_be_proved(file, monkeypatch):
     monkeypatch.setattr(verify_stream, "HAS_CONSTRICTION", False)
 
-    assert run_json("verify", file, "--deep")["proved"]["coders"] == 1
+    assert run_json("verify", file, "--deep")["deep"]["entropy_decoders"] == 1
     shown = " ".join(run("verify", file, "--deep").stdout.split())
     assert "constriction, is not installed" in shown
     assert "both decoders" not in shown

@@ -83,7 +83,7 @@ def test_a_planted_fault_is_named(folder, plant):
 
 
 def test_memory_and_disk_that_are_too_small_are_named(honest, monkeypatch):
-    monkeypatch.setattr(doctor, "look_at_machine", lambda: Machine(1 << 20, 1 << 20))
+    monkeypatch.setattr(doctor, "measure_machine", lambda: Machine(1 << 20, 1 << 20))
     memory, disk = find(honest, quick=True)
 
     assert (memory.kind, disk.kind) == ("memory-short", "disk-short")

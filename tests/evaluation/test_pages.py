@@ -2,7 +2,7 @@ import base64
 
 import pytest
 
-from quarc_ref.evaluation.pages import embed_png, fill_page, list_lines
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines
 
 
 def test_a_page_has_its_parts_and_the_common_skin():
@@ -18,7 +18,7 @@ def test_a_part_that_is_missing_is_not_passed_over():
 
 
 def test_values_cannot_be_markup():
-    assert list_lines({"a": 1, "<b>": "&"}) == ("<p><code>a: 1<br>&lt;b&gt;: &amp;</code></p>")
+    assert format_lines({"a": 1, "<b>": "&"}) == ("<p><code>a: 1<br>&lt;b&gt;: &amp;</code></p>")
 
 
 def test_a_picture_is_in_its_address():

@@ -24,15 +24,15 @@ def test_what_is_said_to_be_proved_is_what_there_is():
 
     births = [wire.parse_frame(chunk.payload) for chunk in _CHUNKS if chunk.kind == b"FRAM"]
     assert (proof.frames, proof.chunks) == (8, len(_CHUNKS))
-    assert (proof.seek_points, proof.frames_sought) == (3, 8)
-    assert proof.most == {
+    assert (proof.seek_points, proof.frames_compared) == (3, 8)
+    assert proof.maxima == {
         "gaussians": max(state.scene.count for state in _STATES),
         "births": max(frame.birth_count for frame in births),
         "chunk_bytes": max(len(chunk.payload) for chunk in _CHUNKS[1:]),
     }
-    assert proof.allowed == {"gaussians": 65536, "births": 4096, "chunk_bytes": 1 << 22}
+    assert proof.limits == {"gaussians": 65536, "births": 4096, "chunk_bytes": 1 << 22}
     assert proof.sha256 == compute_digest(_STATES[-1].scene)
-    assert proof.coders == (2 if entropy.HAS_CONSTRICTION else 1)
+    assert proof.entropy_decoders == (2 if entropy.HAS_CONSTRICTION else 1)
     moved = [chunk for chunk in _CHUNKS if chunk.kind == b"FRAM"]
     assert proof.sections == 6 * 3 + 2 * len(moved)
     assert proof.bits > 0

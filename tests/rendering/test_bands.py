@@ -13,7 +13,7 @@ from quarc_ref.rendering.pipeline import (
     project,
     sort_nearest,
 )
-from quarc_ref.rendering.pipeline_data import Drawn
+from quarc_ref.rendering.pipeline_data import SplatRows
 from tests.rendering.scenes import make_camera
 
 
@@ -27,7 +27,7 @@ def _make_drawn(count, size, seed=0):
         rng.uniform(0.01, 0.99, count),
         rng.normal(size=(count, 4, 3)) * 0.4,
     )
-    return Drawn(*(array.astype(np.float32) for array in arrays))
+    return SplatRows(*(array.astype(np.float32) for array in arrays))
 
 
 def _draw_at_once(camera, drawn):

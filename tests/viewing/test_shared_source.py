@@ -56,13 +56,13 @@ class Growing:
 def test_a_byte_that_is_still_to_come_is_waited_for(monkeypatch):
     monkeypatch.setattr("quarc_ref.viewing.shared_source._POLL_SECONDS", 0.01)
     growing = GrowingSource(Growing(most=5), patience=60)
-    growing.await_more(3)
+    growing.wait_for_data(3)
 
     assert growing.size() == 5
 
 
 def test_a_byte_that_does_not_come_is_waited_for_no_longer_than_that():
     begun = time.monotonic()
-    GrowingSource(Growing(most=3), patience=0.05).await_more(3)
+    GrowingSource(Growing(most=3), patience=0.05).wait_for_data(3)
 
     assert 0.05 <= time.monotonic() - begun < 30

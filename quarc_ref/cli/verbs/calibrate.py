@@ -236,7 +236,7 @@ _OFFSETS = {
 
 def _list_values(rig: "Calibration") -> dict[str, object]:
     """Return the results as described by `docs/schemas/calibrate.json`."""
-    clearness = rig.offsets.clearness
+    confidence = rig.offsets.confidence
     return {
         "cameras": {
             name: {
@@ -245,7 +245,7 @@ def _list_values(rig: "Calibration") -> dict[str, object]:
                 "points": fit.points,
                 "supported_points": fit.support,
                 "offset": rig.offsets.frames[name],
-                "clearness": clearness.get(name),
+                "confidence": confidence.get(name),
             }
             for name, fit in rig.solution.fits.items()
         },

@@ -15,7 +15,7 @@ from quarc_ref.cli.encode_job import (
     encode_to_joined_file,
     encode_to_pipe,
 )
-from quarc_ref.cli.encode_monitors import LogsWanted, opened_monitors
+from quarc_ref.cli.encode_monitors import LogOptions, opened_monitors
 from quarc_ref.cli.encode_warnings import Warnings
 from quarc_ref.cli.encoder_options import as_settings, configure, print_settings, require_positive
 from quarc_ref.cli.errors import UsageError, report_errors
@@ -239,7 +239,7 @@ def encode(
         }
         config = _change_settings(preset, settings, asked, seed, version)
         started, found = time.monotonic(), Warnings()
-        wanted_logs = LogsWanted(log_json, tensorboard, keep=resume, force=force)
+        wanted_logs = LogOptions(log_json, tensorboard, keep=resume, force=force)
         with (
             TerminalProgress(quiet=quiet) as progress,
             opened_monitors(wanted_logs, progress) as monitor,

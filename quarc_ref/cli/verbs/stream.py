@@ -66,13 +66,13 @@ def verify(
                 print_json("verify/1", rejected)
             raise
         if as_json:
-            proved = {"proved": proof.as_json()} if proof else {}
+            results = {"deep": proof.as_json()} if proof else {}
             found = {"valid": True, "frames": run.frames, "state_sha256": run.digest}
-            print_json("verify/1", {**found, **proved})
+            print_json("verify/1", {**found, **results})
         else:
             lines = {"valid": "yes", "frames": f"{run.frames}"}
             lines |= {"last state": run.digest} if run.digest else {}
-            print_table(name_stream(file), lines | (describe_proof(proof) if proof else {}))
+            print_table(name_stream(file), lines | (describe_verification(proof) if proof else {}))
 
 
 class _Verification:
@@ -114,21 +114,21 @@ class _Verification:
         self._progress.advance(stage, done, total)
 
 
-def describe_proof(proof: "Verification") -> dict[str, str]:
+def describe_verification(proof: "Verification") -> dict[str, str]:
     """Output of `verify --deep`, as names and values."""
     bits = f"{proof.bits:,} bits in {proof.sections:,} sections"
     coders = f"both decoders give the same {bits}"
-    if proof.coders == 1:
+    if proof.entropy_decoders == 1:
         coders = f"one decoder gives {bits}; the other one, constriction, is not installed"
     level = "; ".join(
-        f"{proof.most[key]:,} of {proof.allowed[key]:,} {name}" for key, name in _BOUNDS.items()
+        f"{proof.maxima[key]:,} of {proof.limits[key]:,} {name}" for key, name in _BOUNDS.items()
     )
     return {
         "chunks": f"{proof.chunks:,}, all CRCs match",
         "states": f"{proof.frames:,}, all CRCs match",
         "entropy": coders,
         "seek points": f"{proof.seek_points:,}, all with the same states "
-        f"({proof.frames_sought:,} frames compared)",
+        f"({proof.frames_compared:,} frames compared)",
         f"level {proof.level / 10:.1f}": f"within its limits, at most {level}",
     }
 

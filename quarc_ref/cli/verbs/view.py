@@ -135,7 +135,7 @@ def _open_server(stream: _Stream, address: tuple[str, int], names: list[str]) ->
 
 
 def _require_names(names: list[str]) -> list[str]:
-    from quarc_ref.viewing.doorkeeper import is_host_name
+    from quarc_ref.viewing.request_filter import is_host_name
 
     for name in names:
         if not is_host_name(name):

@@ -21,7 +21,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.colmap_cameras import make_lens
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
-from quarc_ref.datasets.layouts.colmap_sizes import require_whole
+from quarc_ref.datasets.layouts.colmap_sizes import require_complete_files
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
 
@@ -77,7 +77,7 @@ def _find_named(folder: Path, namings: Sequence[_Cameras]) -> tuple[_Cameras, Pi
 def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
     """Return the cameras of a model for each way of naming, in order, and its points, if any."""
     try:
-        require_whole(folder)
+        require_complete_files(folder)
         model = pycolmap.Reconstruction(folder)
         points = _make_points(model)
         return [_make_cameras(images, model) for images in _name_images(model)], points

@@ -20,7 +20,7 @@ _RIGID_BYTES = 7 * 8  # quaternion and translation
 _DATA_BYTES = _SENSOR_BYTES + 8  # sensor, image id
 
 
-def require_whole(folder: Path) -> None:
+def require_complete_files(folder: Path) -> None:
     """Check that the records of a model's binary files end where the files end.
 
     Args:

@@ -25,7 +25,7 @@ class Machine:
     disk_bytes: int
 
 
-def look_at_machine() -> Machine:
+def measure_machine() -> Machine:
     """Return the current free resources of this machine."""
     return Machine(_read_free_memory(), shutil.disk_usage(Path.cwd()).free)
 

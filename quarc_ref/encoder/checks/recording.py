@@ -22,20 +22,20 @@ class Recording:
 
     Attributes:
         side: Factor by which pictures are downscaled.
-        grays: `[T, rows, columns]` levels of 255, times 128, of the first frames.
+        gray_pictures: `[T, rows, columns]` levels of 255, times 128, of the first frames.
         is_there: `[T]` whether a frame could be read.
         faults: Error messages of frames that could not be read, by frame.
     """
 
     side: int
-    grays: NDArray[np.uint16]
+    gray_pictures: NDArray[np.uint16]
     is_there: NDArray[np.bool_]
     faults: dict[int, str]
 
     @property
     def changes(self) -> NDArray[np.float32]:
         """`[T - 1, rows, columns]` absolute differences of successive frames, levels."""
-        steps = np.abs(np.diff(self.grays.astype(np.float32), axis=0)) / np.float32(_SCALE)
+        steps = np.abs(np.diff(self.gray_pictures.astype(np.float32), axis=0)) / np.float32(_SCALE)
         steps[~(self.is_there[1:] & self.is_there[:-1])] = 0
         return steps.astype(np.float32, copy=False)
 
@@ -55,7 +55,9 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
     for index, camera in enumerate(capture.cameras):
         side = max(1, camera.width // _COLUMNS)
         kept = min(_MOST_KEPT, capture.frame_count)
-        grays = np.zeros((kept, camera.height // side, camera.width // side), dtype=np.uint16)
+        gray_pictures = np.zeros(
+            (kept, camera.height // side, camera.width // side), dtype=np.uint16
+        )
         faults: dict[int, str] = {}
         for frame in range(capture.frame_count):
             try:
@@ -64,10 +66,10 @@ def record(capture: Capture, advance: Advance) -> list[Recording]:
                 faults[frame] = str(error)
             else:
                 if frame < kept:
-                    grays[frame] = _shrink(picture, side)
+                    gray_pictures[frame] = _shrink(picture, side)
             advance(index * capture.frame_count + frame + 1, total)
         is_there = np.array([frame not in faults for frame in range(kept)])
-        recordings.append(Recording(side, grays, is_there, faults))
+        recordings.append(Recording(side, gray_pictures, is_there, faults))
     return recordings
 
 

@@ -35,7 +35,7 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
-class Holdings:
+class EntryInfo:
     """Frames and size of an entry.
 
     Attributes:
@@ -57,7 +57,7 @@ class Entry(ABC):
         holdings: Frames and size.
     """
 
-    def __init__(self, label: Label, holdings: Holdings) -> None:
+    def __init__(self, label: Label, holdings: EntryInfo) -> None:
         self.label = label
         self.holdings = holdings
 
@@ -88,7 +88,7 @@ class SplatEntry(Entry):
         load: Function that returns the Gaussians of a frame; called in ascending order.
     """
 
-    def __init__(self, label: Label, holdings: Holdings, load: Callable[[int], Splats]) -> None:
+    def __init__(self, label: Label, holdings: EntryInfo, load: Callable[[int], Splats]) -> None:
         super().__init__(label, holdings)
         self._load = load
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from quarc_ref.decoder import Splats
-from quarc_ref.evaluation.comparison.entries import Holdings, Label, SplatEntry
+from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
 from quarc_ref.evaluation.comparison.numbered_files import number_files
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
@@ -24,7 +24,7 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
     """
     files = number_files([folder] if folder.is_file() else folder.glob("*.ply"), folder)
     total = sum(path.stat().st_size for path in files.values())
-    holdings = Holdings("PLY per frame", tuple(files), total)
+    holdings = EntryInfo("PLY per frame", tuple(files), total)
     return SplatEntry(label, holdings, lambda frame: _read_ply(files[frame]))
 
 
@@ -47,7 +47,7 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
     except ValueError as error:
         message = f"{path}: {error}"
         raise UnreadableFramesError(message) from error
-    holdings = Holdings("4dgs", tuple(range(found.count)), len(data))
+    holdings = EntryInfo("4dgs", tuple(range(found.count)), len(data))
     return SplatEntry(label, holdings, _Reading(found.read(), path).load)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.evaluation.camera_group import find_background, name_variants
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
-from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Holdings, Label
+from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
 from quarc_ref.evaluation.comparison.open_entries import Opened
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Mask, Picture
@@ -29,7 +29,7 @@ class Measured:
     """
 
     label: Label
-    holdings: Holdings
+    holdings: EntryInfo
     quality: Quality
 
 

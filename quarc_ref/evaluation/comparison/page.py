@@ -9,15 +9,15 @@ from pathlib import Path
 from quarc_ref.evaluation.comparison.measure import ComparedView, Comparison
 from quarc_ref.evaluation.comparison.summary import Point, Summary, average_cameras
 from quarc_ref.evaluation.comparison.tables import (
+    delta_headings,
     format_delta_rows,
     format_point_rows,
     format_points_csv,
     format_views_csv,
-    head_deltas,
-    head_points,
-    remark_on_equal_views,
+    note_equal_views,
+    point_headings,
 )
-from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, list_lines
+from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines, format_table
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.wording import count_noun
@@ -64,13 +64,13 @@ def _compose(comparison: Comparison, summary: Summary, shown: Sequence[Sequence[
         "title": html.escape(", ".join(_name_methods(summary))),
         "subtitle": html.escape(_describe(comparison)),
         "data": json.dumps({"entries": [_TRUTH, *labels], "views": views}).replace("<", "\\u003c"),
-        "points": format_table(head_points(summary), format_point_rows(summary)),
+        "points": format_table(point_headings(summary), format_point_rows(summary)),
         "remarks": "".join(
-            f"<p>{html.escape(remark)}.</p>" for remark in remark_on_equal_views(comparison)
+            f"<p>{html.escape(remark)}.</p>" for remark in note_equal_views(comparison)
         ),
         "deltas": _compose_deltas(summary),
         "plots": "".join(plots),
-        "metrics": list_lines(comparison.variants),
+        "metrics": format_lines(comparison.variants),
     }
     return fill_page(template, parts)
 
@@ -98,7 +98,7 @@ def _describe(comparison: Comparison) -> str:
 def _compose_deltas(summary: Summary) -> str:
     if not summary.deltas:
         return ""
-    table = format_table(head_deltas(summary), format_delta_rows(summary))
+    table = format_table(delta_headings(summary), format_delta_rows(summary))
     return f"<h2>Bjøntegaard deltas</h2><div class='wide'>{table}</div>"
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.video import read_still
-from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Holdings, Label
+from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
 from quarc_ref.evaluation.comparison.numbered_files import number_files
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.format.cameras import Camera
@@ -36,14 +36,14 @@ def open_renders(
     """
     files = _list_pictures(folder, cameras)
     common = set.intersection(*(set(frames) for frames in files.values()))
-    return _Renders(label, Holdings("renders", tuple(sorted(common)), byte_count), files)
+    return _Renders(label, EntryInfo("renders", tuple(sorted(common)), byte_count), files)
 
 
 class _Renders(Entry):
     """Pictures on disk, by camera and frame."""
 
     def __init__(
-        self, label: Label, holdings: Holdings, files: Mapping[str, Mapping[int, Path]]
+        self, label: Label, holdings: EntryInfo, files: Mapping[str, Mapping[int, Path]]
     ) -> None:
         super().__init__(label, holdings)
         self._files = files

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.decoder import Scene, Splats, dequantize
-from quarc_ref.evaluation.comparison.entries import Holdings, Label, SplatEntry
+from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.streams import decode
@@ -41,7 +41,7 @@ def open_stream(
     data = path.read_bytes()
     summary = inspect_stream(data, on_progress)
     frames = tuple(frame.frame for frame in summary.frames)
-    holdings = Holdings("stream", frames, summary.total_bytes)
+    holdings = EntryInfo("stream", frames, summary.total_bytes)
     return OpenStream(SplatEntry(label, holdings, _Decoding(data).load), summary)
 
 

@@ -26,7 +26,7 @@ FIGURES = (
 POINT_COLUMNS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
 
 
-def head_points(summary: Summary) -> list[str]:
+def point_headings(summary: Summary) -> list[str]:
     """Return the headings of `format_point_rows`."""
     figures = [heading for heading, name, _ in FIGURES if name in summary.points[0].figures]
     return [*POINT_COLUMNS[:3], *figures, *POINT_COLUMNS[3:]]
@@ -37,7 +37,7 @@ def format_point_rows(summary: Summary) -> list[list[str]]:
     return [_row_point(point) for point in summary.points]
 
 
-def head_deltas(summary: Summary) -> list[str]:
+def delta_headings(summary: Summary) -> list[str]:
     """Return the headings of `format_delta_rows`."""
     return [f"against {summary.reference}", "BD-rate", "BD-PSNR", "BD-rate by SSIM", "remark"]
 
@@ -56,7 +56,7 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
     ]
 
 
-def remark_on_equal_views(comparison: Comparison) -> list[str]:
+def note_equal_views(comparison: Comparison) -> list[str]:
     """Return a remark on each entry with views that equal the ground truth."""
     remarks = []
     for each in comparison.measured:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from quarc_ref.datasets.layouts.colmap_sizes import require_whole
+from quarc_ref.datasets.layouts.colmap_sizes import require_complete_files
 from tests.datasets import scenes
 
 _WALKED = ["images.bin", "points3D.bin", "rigs.bin", "frames.bin"]
@@ -23,11 +23,11 @@ def copy(tmp_path_factory):
 
 
 def test_what_colmap_writes_is_whole(model):
-    require_whole(model)
+    require_complete_files(model)
 
 
 def test_a_text_model_is_passed_over(tmp_path):
-    require_whole(scenes.write_model(tmp_path, scenes.make_shots(), text=True))
+    require_complete_files(scenes.write_model(tmp_path, scenes.make_shots(), text=True))
 
 
 @settings(deadline=None, max_examples=50)
@@ -42,7 +42,7 @@ def test_a_file_cut_anywhere_or_prolonged_is_rejected(model, copy, name, data):
     for wrong in (whole[:length], whole + b"\0"):
         (copy / name).write_bytes(wrong)
         with pytest.raises(ValueError, match=f"the length of {name} does not match its records"):
-            require_whole(copy)
+            require_complete_files(copy)
 
 
 @pytest.mark.parametrize("name", _WALKED)
@@ -51,7 +51,7 @@ def test_a_count_beyond_the_file_is_rejected(tmp_path, model, name):
     (tmp_path / name).write_bytes(struct.pack("<Q", 1 << 62) + whole[8:])
 
     with pytest.raises(ValueError, match="does not match its records"):
-        require_whole(tmp_path)
+        require_complete_files(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["points3D.bin", "images.bin"])
@@ -60,7 +60,7 @@ def test_a_count_that_no_place_in_a_file_can_have_is_rejected(tmp_path, model, n
     (tmp_path / name).write_bytes(whole[:-8] + b"\xff" * 8 + whole)
 
     with pytest.raises(ValueError, match="does not match its records"):
-        require_whole(tmp_path)
+        require_complete_files(tmp_path)
 
 
 def test_a_rig_of_several_sensors_is_whole(tmp_path):
@@ -78,4 +78,4 @@ def test_a_rig_of_several_sensors_is_whole(tmp_path):
     model.write_binary(tmp_path)
 
     assert (tmp_path / "rigs.bin").stat().st_size == 8 + 16 + (9 + 56) + 9
-    require_whole(tmp_path)
+    require_complete_files(tmp_path)

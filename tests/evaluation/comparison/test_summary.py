@@ -4,7 +4,7 @@ from statistics import stdev
 
 import pytest
 
-from quarc_ref.evaluation.comparison.entries import Holdings, Label
+from quarc_ref.evaluation.comparison.entries import EntryInfo, Label
 from quarc_ref.evaluation.comparison.measure import Comparison, Measured
 from quarc_ref.evaluation.comparison.summary import summarize
 from quarc_ref.evaluation.comparison.tables import (
@@ -12,8 +12,8 @@ from quarc_ref.evaluation.comparison.tables import (
     format_point_rows,
     format_points_csv,
     format_views_csv,
-    head_points,
-    remark_on_equal_views,
+    note_equal_views,
+    point_headings,
 )
 from quarc_ref.evaluation.quality import Quality
 
@@ -24,7 +24,7 @@ def _measured(method, point, psnr, byte_count):
     """An entry that has the PSNR given at both frames of one camera, and more at the other's."""
     views = [{"psnr": psnr, "ssim": psnr / 100}, {"psnr": psnr + 2, "ssim": psnr / 100}]
     quality = Quality({"cam00": views, "cam01": views})
-    return Measured(Label(method, point), Holdings("stream", _FRAMES, byte_count), quality)
+    return Measured(Label(method, point), EntryInfo("stream", _FRAMES, byte_count), quality)
 
 
 def _comparison(*measured):
@@ -62,7 +62,7 @@ def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
     comparison = _comparison(_measured("a", "a", 98.0, 10), _measured("b", "b", 30.0, 10))
 
     assert summarize(comparison).points[1].paired.pairs == 4
-    assert remark_on_equal_views(comparison) == [
+    assert note_equal_views(comparison) == [
         "a: 2 of 4 views equal the truth; each counts as 100 dB in means and differences"
     ]
 
@@ -73,7 +73,7 @@ def test_points_of_unknown_size_are_missing_in_a_curve_and_it_says_so():
 
     assert summary.points[1].kilobytes_per_frame is None
     assert "the reference has 0 points of known size" in format_delta_rows(summary)[0][-1]
-    assert format_point_rows(summary)[1][head_points(summary).index("bytes")] == "-"
+    assert format_point_rows(summary)[1][point_headings(summary).index("bytes")] == "-"
 
 
 def test_methods_of_four_rates_are_compared_by_bjontegaard():

@@ -23,7 +23,7 @@ _LOG = logging.getLogger(__name__)
 _CODE = ("triangulation.py", "dense_points.py", "plane_sweep.py", "undistortion.py")
 
 
-def keep_points(key: str, find: Callable[[], Points]) -> Points:
+def cache_points(key: str, find: Callable[[], Points]) -> Points:
     """Return the points that were kept under a key; find and keep them if there are none.
 
     Args:

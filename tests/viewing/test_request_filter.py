@@ -1,24 +1,24 @@
 import pytest
 
-from quarc_ref.viewing.doorkeeper import Doorkeeper, is_host_name
+from quarc_ref.viewing.request_filter import RequestFilter, is_host_name
 
 _NAME = "viewer.example"
 _ADDRESS = "127.0.0.1"
 
 
 @pytest.fixture
-def doorkeeper():
-    return Doorkeeper(_ADDRESS, (_NAME,))
+def request_filter():
+    return RequestFilter(_ADDRESS, (_NAME,))
 
 
-def _is_let_in(doorkeeper, *headers, path=None, address=_ADDRESS):
+def _is_let_in(request_filter, *headers, path=None, address=_ADDRESS):
     """Whether a request with these headers, written as `Name: value`, is answered."""
     pairs = [header.partition(": ") for header in headers]
     hosts, origins = (
         [value for name, _, value in pairs if name == wanted] for wanted in ("Host", "Origin")
     )
-    path = f"/{doorkeeper.token}/" if path is None else path
-    return doorkeeper.find_fault(path, hosts, origins, address) is None
+    path = f"/{request_filter.token}/" if path is None else path
+    return request_filter.find_fault(path, hosts, origins, address) is None
 
 
 @pytest.mark.parametrize(
@@ -31,8 +31,8 @@ def _is_let_in(doorkeeper, *headers, path=None, address=_ADDRESS):
         ["Host: 127.0.0.1:8080", "Origin: http://127.0.0.1:8080"],
     ],
 )
-def test_the_page_itself_is_let_in(headers, doorkeeper):
-    assert _is_let_in(doorkeeper, *headers)
+def test_the_page_itself_is_let_in(headers, request_filter):
+    assert _is_let_in(request_filter, *headers)
 
 
 @pytest.mark.parametrize(
@@ -56,8 +56,8 @@ def test_the_page_itself_is_let_in(headers, doorkeeper):
         ["Host: 127.0.0.1:8080", "Origin: http://127.0.0.1:8080", "Origin: null"],
     ],
 )
-def test_a_foreign_host_or_origin_is_rejected_even_with_the_token(headers, doorkeeper):
-    assert not _is_let_in(doorkeeper, *headers)
+def test_a_foreign_host_or_origin_is_rejected_even_with_the_token(headers, request_filter):
+    assert not _is_let_in(request_filter, *headers)
 
 
 @pytest.mark.parametrize(
@@ -69,26 +69,27 @@ def test_a_foreign_host_or_origin_is_rejected_even_with_the_token(headers, doork
         ("localhost:9000", "http://localhost:9000"),
     ],
 )
-def test_proxies_and_tunnels_are_let_in_under_names_that_were_given(host, origin, doorkeeper):
-    assert _is_let_in(doorkeeper, f"Host: {host}", f"Origin: {origin}")
+def test_proxies_and_tunnels_are_let_in_under_names_that_were_given(host, origin, request_filter):
+    assert _is_let_in(request_filter, f"Host: {host}", f"Origin: {origin}")
 
 
 @pytest.mark.parametrize(
     "path", ["", "/", "/no/", "//", "/index.html", "/é/", "/{token}x/", "/x/{token}/"]
 )
-def test_without_the_token_nothing_is_let_in(path, doorkeeper):
-    assert not _is_let_in(doorkeeper, "Host: 127.0.0.1", path=path.format(token=doorkeeper.token))
+def test_without_the_token_nothing_is_let_in(path, request_filter):
+    path = path.format(token=request_filter.token)
+    assert not _is_let_in(request_filter, "Host: 127.0.0.1", path=path)
 
 
-def test_every_server_has_a_token_of_its_own(doorkeeper):
-    other = Doorkeeper(_ADDRESS)
+def test_every_server_has_a_token_of_its_own(request_filter):
+    other = RequestFilter(_ADDRESS)
 
-    assert not _is_let_in(other, "Host: 127.0.0.1", path=f"/{doorkeeper.token}/")
+    assert not _is_let_in(other, "Host: 127.0.0.1", path=f"/{request_filter.token}/")
     assert not _is_let_in(other, f"Host: {_NAME}")
 
 
 def test_the_address_at_which_a_request_comes_in_is_a_name():
-    everywhere = Doorkeeper("0.0.0.0")
+    everywhere = RequestFilter("0.0.0.0")
 
     assert _is_let_in(everywhere, "Host: 10.0.0.7:8080", address="10.0.0.7")
     assert not _is_let_in(everywhere, "Host: 10.0.0.8:8080", address="10.0.0.7")

@@ -16,7 +16,7 @@ _AUTHORITY = re.compile(r"(\[(?P<ipv6>[\da-f:.]+)\]|(?P<name>[^\[\]:/@?#\s]+))(:
 _ORIGIN = re.compile(r"https?://(?P<authority>.+)")
 
 
-class Doorkeeper:
+class RequestFilter:
     """Decides which requests are accepted.
 
     Args:
