@@ -196,7 +196,7 @@ def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_js
     from quarc_ref.calibration.report import HEADINGS, list_cameras
 
     if as_json:
-        print_json("calibrate/1", {"folder": str(output), **_list_values(rig), "report": str(page),
+        print_json("calibrate/2", {"folder": str(output), **_list_values(rig), "report": str(page),
                                    "seconds": seconds})  # fmt: skip
         return
     solution, total = rig.solution, len(rig.recordings.names)

@@ -63,12 +63,12 @@ def verify(
         except BitstreamError as error:
             if as_json:
                 rejected = {"valid": False, "frames": run.frames, "refused": error.reject_id}
-                print_json("verify/1", rejected)
+                print_json("verify/2", rejected)
             raise
         if as_json:
             results = {"deep": proof.as_json()} if proof else {}
             found = {"valid": True, "frames": run.frames, "state_sha256": run.digest}
-            print_json("verify/1", {**found, **results})
+            print_json("verify/2", {**found, **results})
         else:
             lines = {"valid": "yes", "frames": f"{run.frames}"}
             lines |= {"last state": run.digest} if run.digest else {}
