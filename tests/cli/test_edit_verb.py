@@ -39,12 +39,12 @@ def test_the_table_says_which_it_was(stream_file, tmp_path):
     [
         ([], "no edit is given"),
         (["--crop", "1,2,3"], "6 numbers"),
-        (["--crop", "1,0,0,0,1,1"], "least"),
+        (["--crop", "1,0,0,0,1,1"], "smaller"),
         (["--drop", "a,b,c,d"], "4 numbers"),
         (["--transform", "1,0,0,0"], "12 or 16"),
         (["--transform", "1,0,0,0,0,1,0,0,0,0,-1,0"], "rotation"),
         (["--recolor", "gain=0"], "above 0"),
-        (["--recolor", "hue=1"], "NAME of gain"),
+        (["--recolor", "hue=1"], "NAME is one of gain"),
         (["--recolor", "red=nan"], "1 numbers"),
     ],
 )

@@ -48,7 +48,7 @@ def _leave(error):
         (MemoryError(), 3, "out of memory"),
         (EditError("frame 3 is not canonical"), 2, "frame 3 is not canonical"),
         (EnvironmentVariableError("no such kernels"), 2, "no such kernels"),
-        (UnicodeEncodeError("utf-8", "a\udcff", 1, 2, "why"), 3, r"name 'a\udcff' is not UTF-8"),
+        (UnicodeEncodeError("utf-8", "a\udcff", 1, 2, "why"), 3, "is not valid UTF-8"),
         (SourceError("the server is silent"), 3, "the server is silent"),
         (VerificationError("two results"), 3, "two results"),
     ],

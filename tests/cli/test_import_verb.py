@@ -73,7 +73,7 @@ def test_what_cannot_be_done_leaves_nothing(options, code, folder, tmp_path):
     [
         ([], "no .ply or .spz"),
         (["frames.4dgs"], "name the file in it"),
-        (["cam00.mp4", "cam01.mp4"], "is a folder of 2 videos: quarc-ref encode"),
+        (["cam00.mp4", "cam01.mp4"], "is a folder of 2 videos"),
         (["poses_bounds.npy", "cam00.mp4", "points3D_init.ply"], "is a capture (N3DV"),
     ],
 )

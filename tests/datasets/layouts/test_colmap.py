@@ -189,7 +189,7 @@ def test_a_gap_between_frames_is_rejected(folder):
 def test_missing_frames_are_named(folder):
     shutil.rmtree(folder / "frames")
 
-    said = r"no pictures of the cameras cam00, .* looked for frames/0000/NAME.png, NAME.mp4"
+    said = r"has poses for cameras cam00, .* no pictures of them; looked for frames/0000/NAME.png"
     with pytest.raises(MissingFileError, match=said):
         read(folder)
 
