@@ -10,9 +10,10 @@
  * $QUARC_CHROMIUM names the browser.
  */
 
-import { readdirSync, readFileSync } from "node:fs";
+import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { chromium } from "playwright-core";
+import { measureThreads } from "./threads.mjs";
 
 const [path, most = "Infinity"] = process.argv.slice(2);
 if (path === undefined) {
@@ -79,22 +80,6 @@ async function stepThrough(most) {
   return { frames, changed };
 }
 
-/** Processor time of the threads of a player, milliseconds: of its page, its sorter, its decoder. */
-async function measureThreads() {
-  const session = await browser.newBrowserCDPSession();
-  const { processInfo } = await session.send("SystemInfo.getProcessInfo");
-  await session.detach();
-  const times = processInfo.filter(({ type }) => type === "renderer").map(({ id }) => {
-    const threads = readdirSync(`/proc/${id}/task`).sort((a, b) => a - b).map((thread) => {
-      const read = (name) => readFileSync(`/proc/${id}/task/${thread}/${name}`, "utf8");
-      return { name: read("comm"), ms: Number(read("schedstat").split(" ")[0]) / 1e6 };
-    });
-    const workers = threads.filter(({ name }) => name.startsWith("DedicatedWorker"));
-    return [threads[0], ...workers].map(({ ms }) => ms);
-  });
-  return times.find((threads) => threads.length === 3);
-}
-
 /** Milliseconds from the script to the first picture, and to the first frame. Runs on the page. */
 async function load() {
   const { Player } = await import("/quarc-player.js");
@@ -127,9 +112,9 @@ async function playThrough(most) {
 
 const page = await open();
 const { gaussians, decodeMs } = await page.evaluate(begin);
-const before = await measureThreads();
+const before = await measureThreads(browser);
 const { frames, changed } = await page.evaluate(stepThrough, Number(most));
-const spent = (await measureThreads()).map((ms, thread) => (ms - before[thread]) / frames);
+const spent = (await measureThreads(browser)).map((ms, thread) => (ms - before[thread]) / frames);
 await page.close();
 const rate = (ms) => `${ms.toFixed(1)} ms, ${(1000 / ms).toFixed(0)} per second`;
 console.log(`${gaussians} Gaussians, ${changed.toFixed(0)} change per frame, ${frames} frames; the first decodes in ${decodeMs.toFixed(0)} ms`);

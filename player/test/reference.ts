@@ -27,6 +27,18 @@ export function renderReference(stream: Uint8Array, camera: string, frame: numbe
   return readFileSync(join(KEPT, picture));
 }
 
+/** A stream of simulated Gaussians in motion: `job` are the arguments of Job in benchmarks/moving_stream.py. */
+export function makeMovingStream(job: string): Uint8Array {
+  const digest = createHash("sha256").update(job).digest("hex").slice(0, 16);
+  const path = join(KEPT, `moving-${digest}.quarc`);
+  if (!existsSync(path)) {
+    mkdirSync(KEPT, { recursive: true });
+    const program = "from benchmarks.moving_stream import *; import sys";
+    runPython(["-c", `${program}; write_moving_stream(Path(sys.argv[1]), Job(${job}))`, path]);
+  }
+  return readFileSync(path);
+}
+
 /** Run a command of Python to its end. */
 export function runPython(more: readonly string[]): void {
   const { status, stderr } = spawnSync(python ?? "", more, { cwd: ROOT });
