@@ -32,7 +32,7 @@ impl Dequantizer {
     /// The floats of a state; the arrays stay as they are for as long as somebody has them.
     fn dequantize<'py>(&self, py: Python<'py>, state: &State) -> PyResult<SplatArrays<'py>> {
         let (owner, state) = (state, state.inner());
-        let made = owner.work(py, || {
+        let made = owner.workers().run_anywhere(py, || {
             let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
             let free = used.iter().position(|each| Arc::strong_count(each) == 1);
             let mut taken = free.map_or_else(Arc::default, |place| used.remove(place));

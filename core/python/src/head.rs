@@ -43,6 +43,14 @@ impl Workers {
             results.into_iter().flatten().next().expect("the first thread of the pool has a result")
         })
     }
+
+    /// Run a task that allocates little, on whichever of these threads is free, without the GIL.
+    pub fn run_anywhere<R: Send>(&self, py: Python<'_>, task: impl FnOnce() -> R + Send) -> R {
+        py.detach(|| match &self.pool {
+            Some(pool) => pool.install(task),
+            None => task(),
+        })
+    }
 }
 
 /// The HEAD of a stream.

@@ -41,6 +41,11 @@ impl State {
         self.workers.run(py, task)
     }
 
+    /// The threads of this state.
+    pub fn workers(&self) -> &Workers {
+        &self.workers
+    }
+
     /// A clone of the core's state, to read from or to make the next one of.
     pub fn inner(&self) -> quarc::state::State {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
