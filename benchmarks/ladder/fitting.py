@@ -89,7 +89,7 @@ def _fit_single(
     iterations: int,
     config: EncoderConfig,
 ) -> Fitted:
-    frame, rates = scene.frame, _choose_rates(rung, scene.header, config, context.extent)
+    frame, rates = scene.frame, _choose_rates(rung, scene.header, config, context.views.extent)
     trainer = Trainer(start, tuple(rates))
     views = context.views.shuffled(context.generator(frame, "ladder"))
     for step in range(iterations):
@@ -106,7 +106,7 @@ def _fit_single(
         truth = context.truth(view, frame)
         loss = photometric_loss(rendering.image, truth, config.motion.lambda_dssim)
         trainer.step(loss, rendering.means2d)
-        context.progress.advance("ladder", step + 1, iterations)
+        context.observers.progress.advance("ladder", step + 1, iterations)
     return Fitted(trainer.attributes.detached(), alive)
 
 

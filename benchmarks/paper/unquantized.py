@@ -35,13 +35,13 @@ from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
-from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.context import Observers, TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.straight_through import without_rounding
 from quarc_ref.encoder.training.trainable import from_splats
-from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
 from quarc_ref.format.records import StreamHeader
@@ -86,7 +86,7 @@ def encode_unquantized(
     reference_loss = measure_loss(context, state, config.motion.lambda_dssim)
     yield FloatFrame(state, 0)
     for frame in range(1, frames):
-        context.progress.advance("frames", frame, frames)
+        context.observers.progress.advance("frames", frame, frames)
         deaths = count_deaths(state, count, config.births)
         begun = begin_frame(state, deaths)
         if trial.rebinds:
@@ -107,7 +107,7 @@ def encode_unquantized(
         )
         state = moved if births is None else append_births(moved, births)
         context.views.drop_before(frame)
-        context.progress.advance("frames", frame + 1, frames)
+        context.observers.progress.advance("frames", frame + 1, frames)
         yield FloatFrame(state, deaths)
 
 
@@ -187,11 +187,9 @@ def open_studio(
     """
     device = choose_device(device_name)
     views = TrainingViews(capture, device)
-    extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), device)
-    return TrainingContext(
-        views, choose_rasterizer(device), device, seed, progress, extent, exposures
-    )
+    rasterizer = choose_rasterizer(device)
+    return TrainingContext(views, rasterizer, seed, exposures, Observers(progress))
 
 
 def _make_canonical(

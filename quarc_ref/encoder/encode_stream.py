@@ -35,12 +35,12 @@ from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
-from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.context import Observers, TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.threads import fixed_threads
-from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.encoder.world_frame import set_world_frame
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
@@ -128,7 +128,9 @@ class _Encoding:
             config.motion.iterations,
             config.births.iterations,
         )
-        context.monitor.begin(plan, lambda: estimate_encode(context, capture.points, plan, config))
+        context.observers.monitor.begin(
+            plan, lambda: estimate_encode(context, capture.points, plan, config)
+        )
 
     def begin(self, sink: BinaryIO) -> None:
         """Train and write frame 0."""
@@ -159,7 +161,7 @@ class _Encoding:
     def add_frame(self) -> None:
         """Train and write the next frame."""
         config, context, frame = self._config, self._context, self.next_frame
-        context.progress.advance("frames", frame, self.frame_count)
+        context.observers.progress.advance("frames", frame, self.frame_count)
         rd = RateDistortion(choose_lambda(config, self._sizes), self._reference_loss)
         deaths = count_deaths(self._loop.state, self._first_count, config.births)
         start = self._loop.start_frame(deaths)
@@ -178,12 +180,12 @@ class _Encoding:
     def finish(self) -> None:
         """Write the end of the stream."""
         self._loop.finish()
-        self._context.monitor.end()
-        self._context.progress.advance("frames", self.frame_count, self.frame_count)
+        self._context.observers.monitor.end()
+        self._context.observers.progress.advance("frames", self.frame_count, self.frame_count)
 
     def _report_frame(self, kind: bytes, births: int, deaths: int) -> None:
         scene, loop = self._loop.state.scene, self._loop
-        self._context.monitor.frame(
+        self._context.observers.monitor.frame(
             FrameWritten(
                 scene.frame,
                 _KINDS[kind],
@@ -265,15 +267,6 @@ def _make_context(capture: Capture, options: EncodeOptions) -> TrainingContext:
     device = choose_device(options.device)
     views = TrainingViews(capture, device)
     rasterizer = choose_rasterizer(device)
-    extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), device)
-    return TrainingContext(
-        views,
-        rasterizer,
-        device,
-        options.config.seed,
-        options.progress,
-        extent,
-        exposures,
-        options.monitor,
-    )
+    observers = Observers(options.progress, options.monitor)
+    return TrainingContext(views, rasterizer, options.config.seed, exposures, observers)

@@ -62,7 +62,7 @@ def time_step(context: TrainingContext, points: Points, config: EncoderConfig) -
     initial, expected = _guess_gaussians(len(points.positions), config.canonical)
     generator = torch.Generator().manual_seed(0)
     start = start_from_points(points, config.canonical, generator, context.device)
-    trainer = Trainer(start, canonical_learning_rates(config.canonical, context.extent))
+    trainer = Trainer(start, canonical_learning_rates(config.canonical, context.views.extent))
     times = []
     for step in range(_WARM_STEPS + _TIMED_STEPS):
         started = time.perf_counter()

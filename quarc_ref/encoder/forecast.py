@@ -11,11 +11,10 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.estimate import time_step
 from quarc_ref.encoder.monitoring.forecast import frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
-from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _FLOAT_BYTES = 4
@@ -120,9 +119,6 @@ def _make_context(
     return TrainingContext(
         views,
         choose_rasterizer(where),
-        where,
         config.seed,
-        NullProgress(),
-        measure_extent(views.cameras),
         Exposures(len(views.cameras), where),
     )

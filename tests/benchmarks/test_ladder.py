@@ -21,6 +21,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
 from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.training.canonical import canonical_learning_rates
+from quarc_ref.encoder.training.context import Observers
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
@@ -142,9 +143,8 @@ def test_the_dead_leave_at_half_time_and_the_others_keep_their_opacity(monkeypat
     count, steps = begun.scene.count, []
     dead = torch.arange(count) < 3
     monkeypatch.setattr("ladder.fitting.choose_dying", lambda *_: dead)
-    context = replace(
-        make_context(), progress=SimpleNamespace(advance=lambda *at: steps.append(at))
-    )
+    progress = SimpleNamespace(advance=lambda *at: steps.append(at))
+    context = replace(make_context(), observers=Observers(progress))
 
     fitted = fit_rung(context, begun, RUNGS["deaths"], 8, HASTY)
     rounded = round_rung(begun, fitted)
@@ -227,7 +227,7 @@ def test_a_gaussian_on_its_own_is_as_fast_as_its_anchors_together():
 
     _, slow = _fit("slow", 1)
     shift = (slow.attributes.means - _start(begun).means).abs().max()
-    rate = canonical_learning_rates(HASTY.canonical, make_context().extent)[0]
+    rate = canonical_learning_rates(HASTY.canonical, make_context().views.extent)[0]
     assert float(shift) == pytest.approx(rate, rel=1e-2)
 
 

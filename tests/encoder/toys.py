@@ -7,13 +7,12 @@ import torch
 
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.frames import BirthSettings, MotionSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import render_picture
@@ -92,8 +91,5 @@ def make_capture(frame_count: int = 4) -> Capture:
 
 def make_context(seed: int = 0) -> TrainingContext:
     views = TrainingViews(make_capture(), torch.device("cpu"))
-    extent = measure_extent(views.cameras)
     exposures = Exposures(len(views.cameras), torch.device("cpu"))
-    return TrainingContext(
-        views, NumbaRasterizer(), torch.device("cpu"), seed, NullProgress(), extent, exposures
-    )
+    return TrainingContext(views, NumbaRasterizer(), seed, exposures)

@@ -52,7 +52,7 @@ def fit_births(
     if parents.numel() == 0:
         return None
     objective = BirthObjective(context, scene, moved.scene, config.motion.lambda_dssim)
-    learning_rates = canonical_learning_rates(config.canonical, context.extent)
+    learning_rates = canonical_learning_rates(config.canonical, context.views.extent)
     births, parents = _train(objective, births, parents, settings, learning_rates)
     kept = torch.sigmoid(births.opacities) >= settings.prune_opacity
     births, parents = births.rows(kept), parents[kept]
@@ -78,7 +78,7 @@ def _train(
     statistics = ScreenStatistics(trainer.count, context.device)
     for step in range(settings.iterations):
         if step in settings.split_iters:
-            kept, large = _choose_split(trainer, statistics, settings, context.extent)
+            kept, large = _choose_split(trainer, statistics, settings, context.views.extent)
             large_rows = trainer.attributes.detached().rows(large)
             trainer.replace_rows(kept, split(large_rows, generator))
             parents = torch.cat([parents[kept], parents[large].repeat(2)])
@@ -94,7 +94,7 @@ def _train(
         place = (objective.decoded.frame, step + 1, settings.iterations)
         count = objective.decoded.count + trainer.count
         context.report_step("births", place, view, count, rendering.image, loss)
-        context.progress.advance("births", step + 1, settings.iterations)
+        context.observers.progress.advance("births", step + 1, settings.iterations)
     return trainer.attributes.detached(), parents
 
 

@@ -72,7 +72,7 @@ def fit_motion(
     fit = _Fit(context, start, settings, update_settings, rd)
     for step in range(settings.iterations):
         fit.take_step(step)
-        context.progress.advance("motion", step + 1, settings.iterations)
+        context.observers.progress.advance("motion", step + 1, settings.iterations)
     return fit.result()
 
 

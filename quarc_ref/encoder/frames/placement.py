@@ -45,7 +45,9 @@ def place_clones(
     """
     weights = measure_change(context, scene, frame, settings.gate_views)
     gated = statistics.mean_gradients() * weights
-    small = torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * context.extent
+    small = (
+        torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * context.views.extent
+    )
     chosen = torch.nonzero(small & (gated >= settings.grad_threshold))[:, 0]
     best = torch.argsort(gated[chosen], descending=True, stable=True)[: settings.max_births]
     parents = chosen[best]

@@ -72,7 +72,7 @@ def train_canonical(
                 training.take_step()
             if checkpoint is not None:
                 checkpoint.save_if_due(training.describe)
-            context.progress.advance("canonical", training.step, settings.iterations)
+            context.observers.progress.advance("canonical", training.step, settings.iterations)
         if checkpoint is not None:  # kept until the frame is written, which takes some time
             checkpoint.save(training.describe)
     final = training.attributes.quantized(objective.header)
@@ -96,7 +96,7 @@ class _Training:
         self._generator = context.generator(0, "canonical")
         self._views = context.views.shuffled(self._generator)
         start = start_from_points(points, settings, self._generator, context.device)
-        self._trainer = Trainer(start, canonical_learning_rates(settings, context.extent))
+        self._trainer = Trainer(start, canonical_learning_rates(settings, context.views.extent))
         self._statistics = ScreenStatistics(self._trainer.count, context.device)
 
     @property
@@ -112,11 +112,11 @@ class _Training:
         if weight:
             prune_by_contribution(trainer, context, weight, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
-        trainer.set_learning_rates(learning_rates_at(objective, context.extent, step))
+        trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
         is_halved = step < settings.half_resolution_until_iter
         self._train_view(self._halved if is_halved else context)
         if objective.densifies_at(step):
-            densify(trainer, self._statistics, settings, context.extent, self._generator)
+            densify(trainer, self._statistics, settings, context.views.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
         self.step += 1
 

@@ -11,12 +11,25 @@ import torch
 from torch import Tensor
 
 from quarc_ref.encoder.monitoring.monitor import Monitor, NullMonitor, TrainingStep
-from quarc_ref.encoder.progress import Progress
+from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rendering
+
+
+@dataclass(frozen=True, slots=True)
+class Observers:
+    """Callbacks during training, which do not affect its result.
+
+    Attributes:
+        progress: Called after every step.
+        monitor: Called for every training step and frame.
+    """
+
+    progress: Progress = field(default_factory=NullProgress)
+    monitor: Monitor = field(default_factory=NullMonitor)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,23 +38,22 @@ class TrainingContext:
 
     Attributes:
         views: The training views.
-        rasterizer: Renderer on `device`.
-        device: Device of the tensors.
+        rasterizer: Renderer on the device of the views.
         seed: Seed of all random numbers.
-        progress: Called after every step.
-        extent: Extent of the capture, world units (`measure_extent`).
         exposures: Exposures of the training views.
-        monitor: Called for every training step.
+        observers: Callbacks during training.
     """
 
     views: TrainingViews
     rasterizer: Rasterizer
-    device: torch.device
     seed: int
-    progress: Progress
-    extent: float
     exposures: Exposures
-    monitor: Monitor = field(default_factory=NullMonitor)
+    observers: Observers = field(default_factory=Observers)
+
+    @property
+    def device(self) -> torch.device:
+        """Device of the tensors."""
+        return self.views.device
 
     def halved(self) -> "TrainingContext":
         """Return a context with half the width and height of pictures."""
@@ -91,7 +103,7 @@ class TrainingContext:
             return self.truth(view, frame)
 
         mask = self.views.mask(view, frame)
-        self.monitor.step(
+        self.observers.monitor.step(
             TrainingStep(stage, frame, step, steps, gaussians, loss, image, recall_truth, mask)
         )
 

@@ -32,6 +32,7 @@ class TrainingViews:
         self._downscale = downscale
         self._indices = capture.training
         self._cameras = tuple(shrink(capture.cameras[index], downscale) for index in self._indices)
+        self._extent = measure_extent(self._cameras)
         self._pictures: dict[tuple[int, int], Tensor] = {}
         self._masks: dict[tuple[int, int], Tensor | None] = {}
 
@@ -39,6 +40,16 @@ class TrainingViews:
     def cameras(self) -> tuple[Camera, ...]:
         """The training cameras at the size of the pictures."""
         return self._cameras
+
+    @property
+    def device(self) -> torch.device:
+        """Device that holds the pictures."""
+        return self._device
+
+    @property
+    def extent(self) -> float:
+        """Extent of the capture in world units (`measure_extent`)."""
+        return self._extent
 
     def picture(self, view: int, frame: int) -> Tensor:
         """Return the `[H, W, 3]` float32 picture of a view from 0 to 1, black where masked.

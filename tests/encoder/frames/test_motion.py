@@ -68,7 +68,7 @@ def _eight_times_as_far(context: TrainingContext) -> TrainingContext:
         for camera in capture.cameras
     ]
     far = Capture("far", cameras, 4, 30.0, capture.points, _Same(capture), "0" * 64)
-    return replace(context, views=TrainingViews(far, _CPU), extent=_EIGHT * context.extent)
+    return replace(context, views=TrainingViews(far, _CPU))
 
 
 def _fit(context: TrainingContext, state: State, settings: MotionSettings) -> Int64:

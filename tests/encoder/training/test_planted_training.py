@@ -15,6 +15,7 @@ from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
+from quarc_ref.encoder.training.context import Observers
 from tests.encoder.resume.saved import read_saved
 from tests.encoder.toys import SMALL, make_capture, make_context
 
@@ -45,7 +46,7 @@ class _Steps:
 def _train(path, last=None):
     """Train with a checkpoint; return the attributes and the first step that was taken."""
     steps = _Steps(last)
-    context = replace(make_context(), progress=steps)
+    context = replace(make_context(), observers=Observers(steps))
     header = make_header(SMALL, 30.0, 160)
     trained = train_canonical(
         context,

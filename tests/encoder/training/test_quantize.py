@@ -101,7 +101,7 @@ def test_a_number_beyond_all_integers_is_an_encode_error():
     attributes = _attributes(header)
     attributes.log_scales[3, 1] = -1e30
 
-    with pytest.raises(EncodeError, match="an attribute is beyond"):
+    with pytest.raises(EncodeError, match="an attribute exceeds"):
         quantize_gaussians(attributes, header)
 
 
