@@ -119,7 +119,7 @@ def test_resume_leaves_a_finished_file_as_it_is_and_rejects_other_settings(
     assert {**printed, **varying} == {**encoded.printed, **varying}
     assert printed["findings"] == []
     assert rejected.exit_code == 2
-    assert rejected.stderr.splitlines()[-1].endswith("different inputs: another motion.lr")
+    assert rejected.stderr.splitlines()[-1].endswith("these differ: motion.lr")
     assert file.stat().st_mtime_ns == before
 
 

@@ -113,7 +113,7 @@ def _offer_recovery(written: "Written", frames: str | None) -> Iterator[None]:
         raise
     except BitstreamError as error:
         if written.names:
-            asked = f" of {frames}" if frames else ""
+            asked = f" of --frames {frames}" if frames else ""
             count = len(written.names)
             error.add_note(
                 f"complete frames{asked} before the error: {count}; --recover keeps them"
