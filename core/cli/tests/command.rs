@@ -70,7 +70,7 @@ fn what_is_wrong_is_one_line_and_a_status() {
     assert_fails(&quarc(&["dance", "a"]), 2, "no verb");
     assert_fails(&quarc(&["verify", "a", "b"]), 2, "unexpected argument");
     let large = stream("journey").with_file_name("../resource/gaussians.quarc");
-    assert_fails(&quarc(&["verify".as_ref(), large.as_os_str()]), 3, "more than this decoder");
+    assert_fails(&quarc(&["verify".as_ref(), large.as_os_str()]), 3, "exceed this decoder");
 }
 
 #[test]
