@@ -92,7 +92,7 @@ class Calibration:
 
 
 def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
-    """Calibrate the rig that made some recordings.
+    """Calibrate the cameras of a set of recordings.
 
     Args:
         recordings: Recordings from `find_recordings`.

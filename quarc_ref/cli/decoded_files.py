@@ -107,7 +107,7 @@ class Written:
         Args:
             output: The path as given, of a folder or of the one file; None if nothing was written.
             as_json: Whether to print JSON.
-            past_damage: Whether gaps are of interest.
+            past_damage: Whether to report gaps.
         """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}

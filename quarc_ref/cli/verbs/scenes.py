@@ -112,8 +112,8 @@ def _reject_capture(source: Path) -> None:
     if what is not None:
         message = (
             f"{source} is {what}, but import takes Gaussians of another method: to make a "
-            "stream from pictures, use quarc-ref encode (and before it quarc-ref calibrate, "
-            "if they have no poses)"
+            "stream from pictures, use quarc-ref encode (if the pictures have no poses, run "
+            "quarc-ref calibrate first)"
         )
         raise UsageError(message)
 
