@@ -175,7 +175,7 @@ def _changed(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa:
     try:
         value = _parse_value(hint, text)
     except (KeyError, ValueError) as error:
-        message = f"{path}={text}: it takes {describe_values(hint)}"
+        message = f"{path} takes {describe_values(hint)}, not {text!r}"
         raise SettingError(message) from error
     try:
         return replace(node, **{name: value})

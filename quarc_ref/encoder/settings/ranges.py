@@ -49,7 +49,7 @@ class Validated:
             hint, value = hints[field.name], getattr(self, field.name)
             for bounds in getattr(hint, "__metadata__", ()):
                 if not bounds.minimum <= value <= bounds.maximum:
-                    message = f"{field.name} takes {describe_values(hint)}; this is {value!r}"
+                    message = f"{field.name} takes {describe_values(hint)}, not {value!r}"
                     raise ValueError(message)
 
 

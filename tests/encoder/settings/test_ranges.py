@@ -34,10 +34,10 @@ def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, shar
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"weight": 0.0}, "weight takes a number above 0; this is 0.0"),
-        ({"amount": float("inf")}, "amount takes a number at least 0; this is inf"),
-        ({"share": 2.0}, "share takes a number from 0 to 1; this is 2.0"),
-        ({"steps": -1}, "steps takes an integer at least 0; this is -1"),
+        ({"weight": 0.0}, "weight takes a number above 0, not 0.0"),
+        ({"amount": float("inf")}, "amount takes a number at least 0, not inf"),
+        ({"share": 2.0}, "share takes a number from 0 to 1, not 2.0"),
+        ({"steps": -1}, "steps takes an integer at least 0, not -1"),
     ],
 )
 def test_what_a_number_may_be_is_said_in_words(changes, said):
