@@ -140,7 +140,7 @@ def test_logs_do_not_go_with_segments(capture, tmp_path):
         (["--seek-every", "2"], "--seek-every is now --snapshot-interval"),
         (["--canonical-every=2"], "--canonical-every is now --keyframe-interval"),
         (["--set", "motion.lr"], "KEY=VALUE"),
-        (["--set", "motion.iterations takes"], "motion.iterations=many"),
+        (["--set", "motion.iterations=many"], "motion.iterations takes"),
         (["--set", "stream.level_count=9"], "level_count"),
         (["--set", "foo=1"], "no setting 'foo'; encode --list-settings lists all settings"),
         (["--lambda", "0"], "--lambda takes a number above 0, not 0.0"),
