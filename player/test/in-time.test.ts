@@ -39,13 +39,17 @@ async function step(): Promise<number | null> {
   return frame;
 }
 
-/** Play to the end, and return the frames that were shown and how many were late. Runs on the page. */
-function play(): Promise<{ frames: number[]; late: number | undefined }> {
+/** Play from the first frame to the end; return the frames that followed it and how many were late. Runs on the page. */
+async function play(): Promise<{ frames: number[]; late: number }> {
   const { player } = globalThis as unknown as Opened;
+  const countLate = (): number => player.statistics?.lateFrames ?? NaN;
+  await player.seek(0);
+  while (player.statistics?.bufferedFrames !== 12) await new Promise((wake) => setTimeout(wake, 1));
+  const before = countLate();
   return new Promise((resolve) => {
     const frames: number[] = [];
     player.addEventListener("frame", ({ detail }) => frames.push(detail.frame));
-    player.addEventListener("ended", () => resolve({ frames, late: player.statistics?.lateFrames }));
+    player.addEventListener("ended", () => resolve({ frames, late: countLate() - before }));
     player.play();
   });
 }
@@ -72,14 +76,15 @@ browserTest("every frame is shown, and on a machine with time to spare none is l
   const [load = 0] = loadavg();
   const cores = availableParallelism();
   const isBusy = load > cores;
-  const counts: (number | undefined)[] = [];
+  const counts: number[] = [];
+  // Without a graphics card, drawing stops once for some seconds after a page's first frames, however few pixels
+  // there are. So all attempts are on one page.
+  await using page = await openStream();
   while (counts.at(-1) !== 0 && counts.length < (isBusy ? 1 : ATTEMPTS)) {
-    await using page = await openStream();
     const { frames, late } = await page.page.evaluate(play);
     assert.deepEqual(frames, Array.from({ length: FRAMES - 1 }, (_, at) => at + 1));
     counts.push(late);
   }
   context.diagnostic(`late frames: ${counts.join(", ")}; ${load.toFixed(1)} processes on ${cores} cores`);
-  // One stall of about a second near frame 23, whose cause is not known yet, counts as one late frame.
-  assert.ok(isBusy || counts.some((late) => (late ?? Infinity) <= 1), "frames are late");
+  assert.ok(isBusy || counts.includes(0), "frames are late");
 });
