@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 from torch import Tensor
 
+from quarc_ref.datasets.calibration import shrink
+from quarc_ref.datasets.camera_geometry import camera_center, project_points, rotation_matrix
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.cameras import Camera
@@ -39,13 +41,11 @@ class EmptySpace:
 
     def __init__(self, cameras: tuple[Camera, ...], points: Points) -> None:
         self._cameras = cameras
-        matrices = np.array([camera.rotation for camera in cameras]).reshape(-1, 3, 3)
-        self._rotations = Rotation.from_matrix(matrices)
-        translations = np.array([camera.translation for camera in cameras])
-        self._centers = -self._rotations.inv().apply(translations)
+        self._rotations = Rotation.from_matrix([rotation_matrix(camera) for camera in cameras])
+        self._centers = np.array([camera_center(camera) for camera in cameras])
         self.scene_depths = _measure_scene_depths(cameras, points)
         apart = np.linalg.norm(self._centers[:, None] - self._centers, axis=2)
-        # Itself first: distance 0.
+        np.fill_diagonal(apart, -1.0)  # each camera is first in its own row
         self._neighbors = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + _NEIGHBORS]
 
     def measure_haze(
@@ -82,15 +82,8 @@ class EmptySpace:
         way = Slerp([0.0, 1.0], self._rotations[[first, second]])
         rotation = way(share)
         center = (1 - share) * self._centers[first] + share * self._centers[second]
-        real = self._cameras[first]
         camera = replace(
-            real,
-            width=max(real.width // _SHRINK, 1),
-            height=max(real.height // _SHRINK, 1),
-            fx=real.fx / _SHRINK,
-            fy=real.fy / _SHRINK,
-            cx=real.cx / _SHRINK,
-            cy=real.cy / _SHRINK,
+            shrink(self._cameras[first], _SHRINK),
             rotation=tuple(rotation.as_matrix().ravel().tolist()),
             translation=tuple((-rotation.apply(center)).tolist()),
         )
@@ -107,12 +100,9 @@ def _measure_scene_depths(cameras: tuple[Camera, ...], points: Points) -> NDArra
 
 def _measure_depth(camera: Camera, points: Points) -> float | None:
     """Median depth of the points that a camera sees, None if it sees none."""
-    rotation = np.reshape(camera.rotation, (3, 3))
-    x, y, z = (points.positions @ rotation.T + camera.translation).T
-    across, down = camera.fx * x + camera.cx * z, camera.fy * y + camera.cy * z
-    seen = (z > camera.near) & (across >= 0) & (across < camera.width * z)
-    seen &= (down >= 0) & (down < camera.height * z)
-    return float(np.median(z[seen])) if seen.any() else None
+    projected = project_points(camera, points.positions)
+    seen = projected.within & (projected.depths > camera.near)
+    return float(np.median(projected.depths[seen])) if seen.any() else None
 
 
 def _draw(count: int, generator: torch.Generator) -> int:
